@@ -168,7 +168,7 @@ impl Condition {
                 ResumeOutcome::Failed(error) => return Err(raised(&error)),
                 // What earlier evaluations left is looked through slice by slice; that is no work of this one, whose
                 // fuel is kept.
-                ResumeOutcome::OutOfFuel if self.interpreter.is_searching() => {}
+                ResumeOutcome::OutOfFuel if self.interpreter.is_gc_running() => {}
                 ResumeOutcome::OutOfFuel => turns += 1,
                 _ => break,
             }

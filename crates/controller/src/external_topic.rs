@@ -99,7 +99,7 @@ impl ExternalWriter {
         if bytes.is_empty() || bytes.len() > EXTRA_BYTES {
             let text = format!("{} has more than {EXTRA_BYTES} bytes", message.kind);
             let short = message_of(&ExternalInput {
-                what: ExternalInputKind::Lost(text),
+                what: ExternalInputKind::Unrecorded(text),
                 ..external.clone()
             });
             bytes = serde_json::to_vec(&ExternalMessage {
@@ -121,21 +121,21 @@ fn message_of(external: &ExternalInput) -> ExternalMessage {
         ..ExternalMessage::default()
     };
     match &external.what {
-        ExternalInputKind::Begins { presets } => ExternalMessage {
+        ExternalInputKind::Started { presets } => ExternalMessage {
             presets: presets.clone(),
             ..plain("begins")
         },
         ExternalInputKind::Ends => plain("ends"),
-        ExternalInputKind::Sees => plain("sees"),
+        ExternalInputKind::CycleObserved => plain("sees"),
         ExternalInputKind::Woken { thread } => ExternalMessage {
             thread: *thread,
             ..plain("woken")
         },
-        ExternalInputKind::Clock(time) => ExternalMessage {
+        ExternalInputKind::TimeOfDay(time) => ExternalMessage {
             time: Some(*time),
             ..plain("clock")
         },
-        ExternalInputKind::Lost(text) => ExternalMessage {
+        ExternalInputKind::Unrecorded(text) => ExternalMessage {
             text: text.clone(),
             ..plain("lost")
         },
@@ -185,16 +185,16 @@ pub(crate) fn read(data: &[u8]) -> Result<(u64, ExternalInput), String> {
     let message: ExternalMessage =
         serde_json::from_slice(data).map_err(|error| error.to_string())?;
     let what = match message.kind.as_str() {
-        "begins" => ExternalInputKind::Begins {
+        "begins" => ExternalInputKind::Started {
             presets: message.presets,
         },
         "ends" => ExternalInputKind::Ends,
-        "sees" => ExternalInputKind::Sees,
+        "sees" => ExternalInputKind::CycleObserved,
         "woken" => ExternalInputKind::Woken {
             thread: message.thread,
         },
-        "clock" => ExternalInputKind::Clock(message.time.ok_or("a clock without a time")?),
-        "lost" => ExternalInputKind::Lost(message.text),
+        "clock" => ExternalInputKind::TimeOfDay(message.time.ok_or("a clock without a time")?),
+        "lost" => ExternalInputKind::Unrecorded(message.text),
         "order" => ExternalInputKind::Order(match message.order.as_str() {
             "stop" => TaskOrder::Stop,
             "pause" => TaskOrder::Pause,
@@ -332,12 +332,12 @@ mod tests {
     fn whatever_is_noted_comes_back_bit_for_bit() {
         let presets = vec!["speed = 0.25".to_owned()];
         for what in [
-            ExternalInputKind::Begins { presets },
+            ExternalInputKind::Started { presets },
             ExternalInputKind::Ends,
-            ExternalInputKind::Sees,
+            ExternalInputKind::CycleObserved,
             ExternalInputKind::Woken { thread: 4 },
-            ExternalInputKind::Clock(1_767_225_600.123_456_7),
-            ExternalInputKind::Lost("why".to_owned()),
+            ExternalInputKind::TimeOfDay(1_767_225_600.123_456_7),
+            ExternalInputKind::Unrecorded("why".to_owned()),
             ExternalInputKind::Order(TaskOrder::Stop),
             ExternalInputKind::Order(TaskOrder::Pause),
             ExternalInputKind::Order(TaskOrder::Resume),

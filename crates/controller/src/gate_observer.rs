@@ -39,8 +39,8 @@ impl Observer for GateObserver {
         }
     }
 
-    fn hurry(&self) {
-        self.next.hurry();
+    fn release_backpressure(&self) {
+        self.next.release_backpressure();
         if let Some(gate) = self.gate.get() {
             gate.hurry();
         }

@@ -203,7 +203,7 @@ impl RecordedRun {
     /// The programs that ran, in their order.
     pub fn programs(&self) -> impl Iterator<Item = (ProgramId, &ProgramText)> {
         let begun = self.externals.iter().filter_map(|external| {
-            matches!(external.what, ExternalInputKind::Begins { .. }).then_some(external.program)
+            matches!(external.what, ExternalInputKind::Started { .. }).then_some(external.program)
         });
         begun.filter_map(|id| Some((id, self.programs.get(&id)?)))
     }
@@ -216,7 +216,7 @@ impl RecordedRun {
     /// What of the programs is not in the recording, in a sentence; everything is where there is none.
     pub fn lost(&self) -> Option<String> {
         self.externals.iter().find_map(|external| match &external.what {
-            ExternalInputKind::Lost(text) => Some(format!(
+            ExternalInputKind::Unrecorded(text) => Some(format!(
                 "program {} cannot be repeated from cycle {} on: {text}, which is not in the recording",
                 external.program.0, external.cycle
             )),
@@ -263,7 +263,7 @@ fn externals(recording: &Recording) -> Result<Vec<ExternalInput>, RecordedRunErr
         if given != last + 1 {
             let text = "the recording did not keep up and dropped messages".to_owned();
             externals.push(ExternalInput {
-                what: ExternalInputKind::Lost(text),
+                what: ExternalInputKind::Unrecorded(text),
                 ..external.clone()
             });
         }

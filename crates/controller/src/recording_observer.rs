@@ -127,7 +127,7 @@ impl RecordingObserver {
 }
 
 impl ExternalInputSink for RecordingObserver {
-    fn note(&self, external: &ExternalInput) {
+    fn record(&self, external: &ExternalInput) {
         self.external.write(&self.recording, self.time(), external);
     }
 }
@@ -186,13 +186,13 @@ impl Observer for RecordingObserver {
         self.observer.program_started(program, name, text);
     }
 
-    fn program_runs(&self, program: ProgramId, text: &str) {
+    fn program_compiled(&self, program: ProgramId, text: &str) {
         if let Some(known) = self.programs().get_mut(&program) {
             known.beginning = None;
         }
         self.recording
             .program_started(self.time(), program, &self.name_of(program), text);
-        self.observer.program_runs(program, text);
+        self.observer.program_compiled(program, text);
     }
 
     fn line_changed(
@@ -234,8 +234,8 @@ impl Observer for RecordingObserver {
         self.observer.program_ended(program);
     }
 
-    fn hurry(&self) {
+    fn release_backpressure(&self) {
         self.recording.suspend_backpressure();
-        self.observer.hurry();
+        self.observer.release_backpressure();
     }
 }

@@ -57,7 +57,7 @@ impl Timeline for RerunTimeline {
     fn advance(&self) -> bool {
         let mut left = self.left();
         let latest = self.snapshot.cycle_time().cycle;
-        if !self.repeat.has_after(latest) {
+        if !self.repeat.allow_cycle_after(latest) {
             return false;
         }
         let next = latest + 1;
@@ -68,7 +68,7 @@ impl Timeline for RerunTimeline {
                 Ok(None) => {}
                 Err(error) => {
                     left.trouble = Some(error.to_string());
-                    self.repeat.ends();
+                    self.repeat.finish();
                     return false;
                 }
             }
@@ -80,7 +80,7 @@ impl Timeline for RerunTimeline {
             return false;
         }
         if !(left.look)(&self.snapshot.read()) {
-            self.repeat.ends();
+            self.repeat.finish();
         }
         true
     }
@@ -137,7 +137,7 @@ impl RerunController {
             clock = Some(again.clone());
             again
         })?;
-        controller.robot().repeats(repeat.clone());
+        controller.robot().set_rerun(repeat.clone());
         // The door is gone through once, above.
         let again = clock.ok_or_else(|| io::Error::other("the clock was not made"))?;
         Ok(Self {
@@ -183,7 +183,7 @@ impl RerunController {
             }
             let presets = RecordedRun::presets(&self.repeat, id);
             if supervisor
-                .begin_again(id, program.clone(), &presets)
+                .rerun_program(id, program.clone(), &presets)
                 .is_err()
             {
                 break;

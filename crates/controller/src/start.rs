@@ -233,7 +233,8 @@ impl PreparedController {
             clock: (config.clock, config.phase),
             manner,
             permissions,
-            task_folder: TaskFolder::new(absolute(&config.task_dir)).within(config.within.clone()),
+            task_folder: TaskFolder::new(absolute(&config.task_dir))
+                .with_sandbox(config.within.clone()),
             seed: config.seed,
             cell,
             cycle_config,
@@ -320,8 +321,8 @@ impl PreparedController {
         self.start_through(observer, Instrumentation::default(), |timeline| timeline)
     }
 
-    /// Starts the controller with a timeline of the caller's between the clock and whoever asks for cycles, and with the
-    /// instrumentation of tests of programs.
+    /// Starts the controller with a timeline of the caller's between the clock and whoever asks for cycles, and with
+    /// the instrumentation of tests of programs.
     ///
     /// # Errors
     /// [`StartError`], in a sentence.
@@ -352,7 +353,7 @@ impl PreparedController {
             repeat,
         } = self;
         let has_stand_ins = extras.stand_ins.is_some();
-        if permissions.network == NetworkAccess::Played {
+        if permissions.network == NetworkAccess::SimulatedOnly {
             if let Some(cell) = &cell {
                 cell.check_without_devices(extras.stand_ins.is_some())?;
             }
@@ -392,7 +393,7 @@ impl PreparedController {
                 Some(repeat) => InputMode::Repeated(repeat),
                 // Beside tests programs share their time with others, which no recording tells.
                 None if recorder.is_some() && !has_stand_ins => {
-                    InputMode::Witnessed(chronicle.clone())
+                    InputMode::Recorded(chronicle.clone())
                 }
                 None => InputMode::Live,
             },
@@ -512,13 +513,13 @@ fn permissions(config: &ControllerConfig) -> Result<Permissions, SandboxError> {
         files: match folders.is_empty() {
             _ if allows(Permission::Fs) => FileAccess::Everything,
             true => FileAccess::Nothing,
-            false => FileAccess::Beneath(SandboxRoots::open(&folders)?),
+            false => FileAccess::Sandboxed(SandboxRoots::open(&folders)?),
         },
         processes: allows(Permission::Process),
         environment: allows(Permission::Env),
         network: match (allows(Permission::Net), allows(Permission::NetPlayed)) {
             (true, _) => NetworkAccess::Everything,
-            (false, true) => NetworkAccess::Played,
+            (false, true) => NetworkAccess::SimulatedOnly,
             (false, false) => NetworkAccess::Nothing,
         },
     })

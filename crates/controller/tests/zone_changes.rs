@@ -25,7 +25,7 @@ impl Observer for Frames {
         );
     }
     fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn program_runs(&self, _: ProgramId, _: &str) {}
+    fn program_compiled(&self, _: ProgramId, _: &str) {}
     fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
     fn program_ended(&self, _: ProgramId) {}
     fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
@@ -33,7 +33,7 @@ impl Observer for Frames {
     fn cycle_ended(&self, frame: &CycleFrame) {
         self.0.lock().unwrap().push(*frame);
     }
-    fn hurry(&self) {}
+    fn release_backpressure(&self) {}
 }
 
 /// The cycles of a program.

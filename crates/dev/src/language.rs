@@ -134,9 +134,9 @@ const LEFT_MAX: isize = 2 << 20;
 /// # Panics
 /// If something that must hold does not.
 pub fn judged(text: String) -> TrialOutcome {
-    let before = memory::held();
+    let before = memory::live_bytes();
     let outcome = run(text, before);
-    let left = memory::held() - before;
+    let left = memory::live_bytes() - before;
     assert!(left < LEFT_MAX, "LEAK: {left} bytes are held after the end");
     outcome
 }
@@ -187,7 +187,7 @@ fn run(text: String, before: isize) -> TrialOutcome {
                 }
             }
         }
-        let held = memory::held() - before;
+        let held = memory::live_bytes() - before;
         assert!(held < MEMORY_HELD_MAX, "MEMORY: {held} bytes are held");
         threads.extend(host.started.take());
         if waiting == threads.len() {

@@ -75,13 +75,13 @@ fn ours(expression: &str) -> Option<f64> {
 
 /// Bytes that an interpreter holds when a program has ended.
 fn held_by(text: &str) -> Option<isize> {
-    let before = memory::held();
+    let before = memory::live_bytes();
     let program = compile(SourceFile::new("sizes", text), &KnownNames::default()).ok()?;
     let interpreter = Interpreter::new(Rc::new(Silent), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
     loop {
         match thread.resume(Resume::Continue, 1_000_000) {
-            ResumeOutcome::Done(_) => return Some(memory::held() - before),
+            ResumeOutcome::Done(_) => return Some(memory::live_bytes() - before),
             ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => return None,
             ResumeOutcome::OutOfFuel | ResumeOutcome::Parked { .. } | ResumeOutcome::Waiting(_) => {
             }

@@ -25,7 +25,9 @@ impl Evaluator<'_> {
     pub fn with_native_signature(&self, raised: Raised, builtin: &Builtin) -> Raised {
         match &builtin.body {
             crate::builtins::BuiltinBody::Native(_) => note(raised, || {
-                builtin.signature.shown(builtin.name, &self.core.symbols)
+                builtin
+                    .signature
+                    .to_call_text(builtin.name, &self.core.symbols)
             }),
             _ => raised,
         }
@@ -57,7 +59,7 @@ impl Evaluator<'_> {
             None => {}
         }
         for (index, default) in keyword_only.zip(&function.keyword_defaults) {
-            parts.push(self.parameter(&name(index), default.given()));
+            parts.push(self.parameter(&name(index), default.if_given()));
         }
         if let Some(slot) = params.double_star {
             let star = self.core.symbols.name(code.slot_names[slot]);
@@ -131,7 +133,7 @@ impl Evaluator<'_> {
             Value::Class(class) => class,
             other => self.core.types.of(other),
         };
-        for class in class.line() {
+        for class in class.mro() {
             let attrs = class.own_attrs();
             names.extend(attrs.iter().map(|(name, _)| symbols.name(name)));
         }

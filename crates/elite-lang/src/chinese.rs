@@ -21,7 +21,7 @@ pub const WORDS: PhraseTable = table::WORDS;
 /// Longest sentence that is looked up, in bytes.
 const BYTES_MAX: usize = 4000;
 /// Sentences within sentences.
-const DEPTH_MAX: u32 = 3;
+const NESTED_SENTENCES_MAX: u32 = 3;
 
 /// The tables that sentences are looked up in.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,8 @@ pub struct Translations {
 impl Translations {
     /// The Chinese form of a sentence; none if the tables do not have it.
     pub fn sentence(self, english: &str) -> Option<String> {
-        (english.len() <= BYTES_MAX).then(|| self.among(self.sentences, english, DEPTH_MAX))?
+        (english.len() <= BYTES_MAX)
+            .then(|| self.among(self.sentences, english, NESTED_SENTENCES_MAX))?
     }
 
     /// A finding with its message, labels and advice in Chinese, as far as the tables have them.
@@ -57,15 +58,15 @@ impl Translations {
     fn among(self, tables: &[PhraseTable], english: &str, depth: u32) -> Option<String> {
         let entries = tables.iter().copied().flatten();
         let matching = entries.filter_map(|(form, chinese)| {
-            let holes = holes(form, english)?;
+            let holes = match_template(form, english)?;
             let own = english.len() - holes.iter().map(|hole| hole.len()).sum::<usize>();
             Some((own, holes, chinese))
         });
         let (_, holes, chinese) = matching.max_by_key(|(own, ..)| *own)?;
-        Some(self.filled(chinese, &holes, depth))
+        Some(self.fill_template(chinese, &holes, depth))
     }
 
-    fn filled(self, chinese: &str, holes: &[&str], depth: u32) -> String {
+    fn fill_template(self, chinese: &str, holes: &[&str], depth: u32) -> String {
         let mut text = String::new();
         let mut rest = chinese;
         while let Some((number, is_word, length)) = rest.find('{').and_then(|at| {
@@ -95,7 +96,7 @@ fn place(text: &str) -> Option<(usize, bool, usize)> {
 }
 
 /// What stands for each `{}` of a form in a text; none if the text has another form.
-fn holes<'t>(form: &str, text: &'t str) -> Option<Vec<&'t str>> {
+fn match_template<'t>(form: &str, text: &'t str) -> Option<Vec<&'t str>> {
     let mut pieces = form.split("{}");
     let mut rest = text.strip_prefix(pieces.next()?)?;
     let mut pieces = pieces.peekable();

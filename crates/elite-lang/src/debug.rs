@@ -20,7 +20,7 @@ use std::rc::{Rc, Weak};
 pub use evaluate::{EvalHandle, EvalOutcome, PendingEval};
 use halt::TopFrame;
 pub use halt::{PausedProgram, SetVariableError, StackFrame};
-pub(crate) use places::is_place;
+pub(crate) use places::is_executable;
 pub use places::{BreakpointLocation, places};
 pub use show::{ChildFilter, ChildValue, ValuePreview};
 
@@ -36,10 +36,10 @@ const LEVELS_MAX: usize = 4096;
 /// Hears of every statement before it is executed, on the thread that runs the interpreter. It may take its time.
 pub trait DebugHook {
     /// A thread is about to execute a statement.
-    fn reached(&self, halt: &PausedProgram<'_>, at: &StatementEvent<'_>) -> DebugAction;
+    fn on_statement(&self, halt: &PausedProgram<'_>, at: &StatementEvent<'_>) -> DebugAction;
 
     /// A statement raises an exception that has not been seen before; the thread stands in it.
-    fn raised(
+    fn on_exception(
         &self,
         halt: &PausedProgram<'_>,
         at: &StatementEvent<'_>,
@@ -53,7 +53,7 @@ pub enum DebugAction {
     /// It goes on.
     Continue,
     /// It gives way until the next moment of simulated time, and the watcher is asked again.
-    Later,
+    Yield,
     /// Nothing of the program runs any more.
     End,
     /// Stop, as a stop from outside would: `finally` and `with` blocks run.
@@ -127,7 +127,7 @@ struct ThreadCalls {
 pub(crate) struct Debugger {
     watcher: Rc<dyn DebugHook>,
     traces: RefCell<Vec<ThreadCalls>>,
-    ticks: Cell<u64>,
+    statement_count: Cell<u64>,
     /// Something is evaluated for the watcher.
     is_silent: Cell<bool>,
     is_over: Cell<bool>,
@@ -139,7 +139,7 @@ impl Debugger {
         Debugger {
             watcher,
             traces: RefCell::default(),
-            ticks: Cell::new(0),
+            statement_count: Cell::new(0),
             is_silent: Cell::new(false),
             is_over: Cell::new(false),
             last_raised: ScriptCell::default(),
@@ -152,7 +152,7 @@ impl Debugger {
     }
 
     /// The running thread is about to execute a statement; `keeps` says that its call may be looked at from within.
-    pub(crate) fn reach(
+    pub(crate) fn enter_statement(
         &self,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
@@ -167,19 +167,19 @@ impl Debugger {
         if self.is_silent.get() || core.stopping.get() != StopState::No {
             return Ok(());
         }
-        let tick = self.ticks.get() + 1;
-        self.ticks.set(tick);
+        let tick = self.statement_count.get() + 1;
+        self.statement_count.set(tick);
         let depth = core.depth.get();
         // Dropped after nothing is borrowed any more: values may run script code when they go.
-        drop(self.note(core.thread.get(), depth, f, site, tick, keeps));
-        self.hold(ev, f, site, tick, |watcher, halt, at| {
-            watcher.reached(halt, at)
+        drop(self.record_statement(core.thread.get(), depth, f, site, tick, keeps));
+        self.pause(ev, f, site, tick, |watcher, halt, at| {
+            watcher.on_statement(halt, at)
         })
     }
 
     /// The statement raises an exception.
     #[cold]
-    pub(crate) fn raise(
+    pub(crate) fn report_exception(
         &self,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
@@ -192,13 +192,17 @@ impl Debugger {
         }
         self.last_raised.put(Rc::downgrade(exception));
         let value = Value::Instance(exception.clone());
-        self.hold(ev, f, site, self.ticks.get(), |watcher, halt, at| {
-            watcher.raised(halt, at, &value)
-        })
+        self.pause(
+            ev,
+            f,
+            site,
+            self.statement_count.get(),
+            |watcher, halt, at| watcher.on_exception(halt, at, &value),
+        )
     }
 
     /// A statement that is no block is over: its variables are no longer kept twice.
-    pub(crate) fn leave(&self, ev: &Evaluator<'_>) {
+    pub(crate) fn end_statement(&self, ev: &Evaluator<'_>) {
         let thread = ev.core.thread.get();
         let depth = ev.core.depth.get();
         let values = {
@@ -213,7 +217,7 @@ impl Debugger {
         drop(values);
     }
 
-    fn hold(
+    fn pause(
         &self,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
@@ -241,7 +245,7 @@ impl Debugger {
             };
             match ask(&*self.watcher, &halt, &at) {
                 DebugAction::Continue => return Ok(()),
-                DebugAction::Later => {
+                DebugAction::Yield => {
                     let now = core.host.monotonic();
                     ev.suspend(SuspendRequest::Park { until: Some(now) })?;
                 }
@@ -259,7 +263,7 @@ impl Debugger {
     }
 
     /// Notes where a thread is; gives back what is dropped.
-    fn note(
+    fn record_statement(
         &self,
         thread: u64,
         depth: u32,
@@ -324,7 +328,7 @@ impl Debugger {
     }
 
     /// Whether the innermost call of the running thread stands where this statement began.
-    pub(crate) fn stands_at(&self, ev: &Evaluator<'_>, site: &Rc<StatementSite>) -> bool {
+    pub(crate) fn is_at(&self, ev: &Evaluator<'_>, site: &Rc<StatementSite>) -> bool {
         let thread = ev.core.thread.get();
         let traces = self.traces.borrow();
         let trace = traces.iter().find(|trace| trace.thread == thread);
@@ -337,7 +341,7 @@ impl Debugger {
     }
 
     /// A thread is suspended with so many calls within calls.
-    pub(crate) fn suspended(&self, thread: u64, depth: u32) {
+    pub(crate) fn on_suspend(&self, thread: u64, depth: u32) {
         let mut traces = self.traces.borrow_mut();
         if let Some(trace) = traces.iter_mut().find(|trace| trace.thread == thread) {
             trace.depth = depth;
@@ -345,7 +349,7 @@ impl Debugger {
     }
 
     /// A thread has ended.
-    pub(crate) fn ended(&self, thread: u64) {
+    pub(crate) fn on_thread_end(&self, thread: u64) {
         let left = {
             let mut traces = self.traces.borrow_mut();
             let index = traces.iter().position(|trace| trace.thread == thread);

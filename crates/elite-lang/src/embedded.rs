@@ -25,7 +25,7 @@ impl NativeCall<'_> {
     pub fn ancestors(&self, raised: &Raised) -> Vec<String> {
         match raised {
             Raised::Exception(exception) => {
-                let classes = exception.class.line();
+                let classes = exception.class.mro();
                 classes
                     .iter()
                     .map(|class| class.name().to_string())

@@ -8,7 +8,7 @@ use crate::diagnostic::Diagnostic;
 use crate::eval::node::TaskNode;
 
 /// Most findings that are made of one text; further ones add nothing.
-pub const FINDINGS_MAX: usize = 50;
+pub const DIAGNOSTICS_MAX: usize = 50;
 /// Most characters of a name or a token that a message quotes.
 const QUOTE_MAX: usize = 80;
 
@@ -28,7 +28,7 @@ impl DiagnosticList {
 
     /// Whether nothing more will be kept: the pass may stop looking.
     pub fn is_full(&self) -> bool {
-        self.kept.len() >= FINDINGS_MAX
+        self.kept.len() >= DIAGNOSTICS_MAX
     }
 
     /// How many there are.
@@ -63,15 +63,18 @@ impl DiagnosticList {
 }
 
 /// Puts findings into the order of the text and keeps the first ones.
-pub fn in_order(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
+pub fn sort_and_cap(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings.sort_by_key(|finding| finding.span.start);
-    findings.truncate(FINDINGS_MAX);
+    findings.truncate(DIAGNOSTICS_MAX);
     findings
 }
 
 /// Tells findings which node of the pendant's task they are in; `marks` are in the order of the text. One about a
 /// directive is in none.
-pub fn in_nodes(mut findings: Vec<Diagnostic>, marks: &[NodeDirective]) -> Vec<Diagnostic> {
+pub fn attach_task_nodes(
+    mut findings: Vec<Diagnostic>,
+    marks: &[NodeDirective],
+) -> Vec<Diagnostic> {
     for finding in findings
         .iter_mut()
         .filter(|finding| finding.code != "directive")

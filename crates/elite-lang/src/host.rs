@@ -146,7 +146,7 @@ pub trait HostSocket {
     ///
     /// # Errors
     /// Why there is no connection.
-    fn connected(&self) -> io::Result<()>;
+    fn connect_result(&self) -> io::Result<()>;
 
     /// Gives it an address of this machine; port 0 means any.
     ///

@@ -35,7 +35,7 @@ pub struct Interpreter {
 }
 
 /// The blocks that a task has left on the shelves of its thread. They go back to the system, if that is worth it, when
-/// the interpreter and everybody who has asked for this (`Interpreter::leftovers`) has dropped it.
+/// the interpreter and everybody who has asked for this (`Interpreter::free_list_purge`) has dropped it.
 #[derive(Default)]
 pub struct FreeListPurge {
     are_large: Cell<bool>,
@@ -56,7 +56,7 @@ impl AccountedProgram {
     fn new(program: Program) -> Self {
         let guest = AccountedProgram(Some(program));
         if guest.is_foreign() {
-            memory::hold(guest.bytes);
+            memory::add_external(guest.bytes);
         }
         guest
     }
@@ -78,8 +78,8 @@ impl Deref for AccountedProgram {
 impl Drop for AccountedProgram {
     fn drop(&mut self) {
         if self.is_foreign() {
-            memory::let_go(self.bytes);
-            memory::outside(|| drop(self.0.take()));
+            memory::remove_external(self.bytes);
+            memory::uncounted(|| drop(self.0.take()));
         }
     }
 }
@@ -107,7 +107,7 @@ impl Interpreter {
             ev.check_allocation(program.bytes)?;
             let code = with_deep_stack(|| {
                 let (module, resolution) = (&program.module, &program.resolution);
-                let budget = WorkBudget::of(usize::MAX);
+                let budget = WorkBudget::with_limit(usize::MAX);
                 crate::lower::program(
                     &core,
                     &namespace,
@@ -117,7 +117,7 @@ impl Interpreter {
                     &budget,
                 )
             });
-            let function = Function::plain(code, Box::default());
+            let function = Function::without_defaults(code, Box::default());
             let result = ev.call_function(&function, &mut [], &[])?;
             let entry = program.entry.as_ref();
             let entry = entry.and_then(|entry| namespace.get(core.symbols.intern(entry)));
@@ -176,7 +176,7 @@ impl Interpreter {
     /// Runs `look` on the program while no script thread runs; None where nobody watches it.
     pub fn halted<T>(&self, look: impl FnOnce(&PausedProgram<'_>) -> T) -> Option<T> {
         let debugger = self.core.debugger.borrow().clone()?;
-        Some(look(&PausedProgram::between(&self.core, &debugger)))
+        Some(look(&PausedProgram::without_thread(&self.core, &debugger)))
     }
 
     /// From now on the executions of the lines of programs are counted, of those that are spawned after this.
@@ -189,7 +189,7 @@ impl Interpreter {
         let counters = self.core.counters.borrow();
         counters
             .as_ref()
-            .map(|counters| counters.all())
+            .map(|counters| counters.totals())
             .unwrap_or_default()
     }
 
@@ -227,13 +227,13 @@ impl Interpreter {
     }
 
     /// Whether a search for cycles is under way: the thread that was resumed last has not had its turn yet.
-    pub fn is_searching(&self) -> bool {
-        self.core.is_searching()
+    pub fn is_gc_running(&self) -> bool {
+        self.core.is_gc_running()
     }
 
     /// What is left of the task in the system's allocator. Who drops this last, on the thread that ran the task, gives
     /// it back: after others have been told that the task has ended, for it takes its time.
-    pub fn leftovers(&self) -> Rc<FreeListPurge> {
+    pub fn free_list_purge(&self) -> Rc<FreeListPurge> {
         self.leftovers.clone()
     }
 
@@ -248,9 +248,9 @@ impl Drop for Interpreter {
         if self.core.is_left.get() {
             return;
         }
-        self.core.memory_look();
-        while trash::drop_some() {}
-        self.core.dismantle();
+        self.core.update_memory_peak();
+        while trash::run_deferred_drops() {}
+        self.core.break_all_cycles();
         let are_large = self.core.memory_was_large();
         self.leftovers.are_large.set(are_large);
     }
@@ -312,7 +312,7 @@ impl ScriptThread {
         let state = ThreadState {
             thread: number,
             // Of the thread that starts it, if one runs.
-            node: core.nodes.state().inherited(),
+            node: core.nodes.state().for_new_thread(),
             ..ThreadState::default()
         };
         ScriptThread {
@@ -338,17 +338,17 @@ impl ScriptThread {
 
     /// The node of the pendant's task that it is in, as its `$ LINE` directives tell; None before the first one.
     pub fn current_node(&self) -> Option<TaskNode> {
-        self.core.nodes.shown(self.state.node)
+        self.core.nodes.shown_node(self.state.node)
     }
 
     /// The nodes that the thread that was resumed last came to meanwhile, in order; of very many, the first and the
     /// last.
-    pub fn take_passages(&self) -> Vec<NodeChange> {
-        self.core.nodes.take_passages()
+    pub fn take_node_changes(&self) -> Vec<NodeChange> {
+        self.core.nodes.take_node_changes()
     }
 
     /// Begins at the node where the thread that starts it stood; to be called before it is resumed.
-    pub fn begin_at(&mut self, node: NodeCursor) {
+    pub fn start_at_node(&mut self, node: NodeCursor) {
         self.state.node = node;
     }
 
@@ -372,10 +372,10 @@ impl ScriptThread {
             return ResumeOutcome::Stopped;
         }
         let core = self.core.clone();
-        if core.is_searching() {
+        if core.is_gc_running() {
             if resume == Resume::Stop {
-                core.abandon_search();
-            } else if !core.search_slice() {
+                core.abandon_gc();
+            } else if !core.run_gc_slice() {
                 // No script code runs before the search for cycles is over.
                 self.coroutine = Some(coroutine);
                 return ResumeOutcome::OutOfFuel;
@@ -383,9 +383,9 @@ impl ScriptThread {
         }
         let outer = core.switch_to(self.state);
         core.set_fuel(self.fuel_kept.take().unwrap_or(fuel));
-        core.memory_watch();
-        let outer_puts_off = trash::put_off(true);
-        trash::drop_some();
+        core.arm_memory_alarm();
+        let outer_puts_off = trash::set_deferring(true);
+        trash::run_deferred_drops();
         let watch = Watch::begin(&self.exit);
         let result = coroutine.resume(resume);
         if let CoroutineResult::Yield(SuspendRequest::Overflow) = result {
@@ -394,17 +394,17 @@ impl ScriptThread {
             self.overflowed();
         }
         drop(watch);
-        trash::put_off(outer_puts_off);
+        trash::set_deferring(outer_puts_off);
         self.state = core.switch_to(outer);
         let debugger = core.debugger.borrow().clone();
         if let Some(debugger) = debugger {
             match &result {
-                CoroutineResult::Yield(_) => debugger.suspended(self.id.0, self.state.depth),
-                CoroutineResult::Return(_) => debugger.ended(self.id.0),
+                CoroutineResult::Yield(_) => debugger.on_suspend(self.id.0, self.state.depth),
+                CoroutineResult::Return(_) => debugger.on_thread_end(self.id.0),
             }
         }
-        core.memory_unwatch();
-        self.fuel_kept = core.take_kept_fuel();
+        core.disarm_memory_alarm();
+        self.fuel_kept = core.take_saved_fuel();
         match result {
             CoroutineResult::Yield(request) => {
                 self.coroutine = Some(coroutine);
@@ -417,7 +417,8 @@ impl ScriptThread {
                 }
             }
             CoroutineResult::Return(end) => {
-                core.stacks.give(StackKind::Thread, coroutine.into_stack());
+                core.stacks
+                    .put_back(StackKind::Thread, coroutine.into_stack());
                 match end {
                     ThreadEnd::Done(value) => ResumeOutcome::Done(value),
                     ThreadEnd::Failed(error) => ResumeOutcome::Failed(error),

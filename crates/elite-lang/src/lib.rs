@@ -46,7 +46,7 @@ pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_err
 pub use eval::coroutine::Resume;
 pub use eval::count::LineCounts;
 pub use eval::node::{NodeChange, NodeCursor, TaskNode};
-pub use findings::FINDINGS_MAX;
+pub use findings::DIAGNOSTICS_MAX;
 pub use host::files::{FileStat, HostFile, HostFiles, OpenMode};
 pub use host::process::{
     HostProcess, HostProcesses, OutputStream as ProcessOutput, ProcessCommand as HostCommand,

@@ -132,10 +132,10 @@ impl<'c> NativeCall<'c> {
     /// # Errors
     /// The thread is to stop.
     pub fn letters(&self, value: &Value) -> R<Option<Letters<'c>>> {
-        let Value::Str(text) = self.ev.plain(value) else {
+        let Value::Str(text) = self.ev.unwrap_builtin(value) else {
             return Ok(None);
         };
-        self.ev.mark(&text)?;
+        self.ev.index_chars(&text)?;
         Ok(Some(Letters { ev: self.ev, text }))
     }
 }
@@ -157,7 +157,7 @@ impl Letters<'_> {
     /// `MemoryError`; the thread is to stop.
     pub fn part(&self, start: usize, end: usize) -> R<Value> {
         let end = end.min(self.count());
-        self.ev.string_of(self.text.slice(start.min(end), end))
+        self.ev.new_str_from(self.text.slice(start.min(end), end))
     }
 
     /// The byte that number `letter` begins at, or the length of the text.
@@ -174,7 +174,7 @@ impl Letters<'_> {
 impl NativeCall<'_> {
     /// Argument number `index` in the order of the parameters; None if it was omitted.
     pub fn arg(&self, index: usize) -> Option<&Value> {
-        self.args.get(index).and_then(Value::given)
+        self.args.get(index).and_then(Value::if_given)
     }
 
     /// All arguments in the order of the parameters; omitted ones are `Value::Unbound`.
@@ -194,13 +194,13 @@ impl NativeCall<'_> {
 
     /// Where in the pendant's task a thread would begin that is started here.
     pub fn node(&self) -> NodeCursor {
-        self.ev.core.nodes.state().inherited()
+        self.ev.core.nodes.state().for_new_thread()
     }
 
     /// A motion that the calling thread waited for has ended, or could not be done: a node that is to be shown after it
     /// is shown from now on, or not at all.
-    pub fn motion_ended(&self, failed: bool) {
-        self.ev.core.nodes.motion_ended(failed, self.line());
+    pub fn on_motion_end(&self, failed: bool) {
+        self.ev.core.nodes.on_motion_end(failed, self.line());
     }
 
     /// The name of the program text that calls.
@@ -259,7 +259,7 @@ impl NativeCall<'_> {
     /// `RecursionError`, or what `inner` raises.
     pub fn recurse<T>(&mut self, inner: impl FnOnce(&mut Self) -> R<T>) -> R<T> {
         let ev = self.ev;
-        ev.recurse(|| inner(self))
+        ev.with_native_depth(|| inner(self))
     }
 
     /// All items of any iterable.
@@ -276,8 +276,8 @@ impl NativeCall<'_> {
     ///
     /// # Errors
     /// The thread is to stop.
-    pub fn said(&self, bytes: usize) -> R<()> {
-        self.ev.said(bytes)
+    pub fn charge_output(&self, bytes: usize) -> R<()> {
+        self.ev.charge_output(bytes)
     }
 
     /// The evaluator, for the interpreter's own library.

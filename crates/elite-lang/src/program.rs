@@ -5,7 +5,7 @@ use std::thread::ThreadId;
 
 use crate::ast::{Expr, ExprKind, FunctionDef, Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::findings::{in_nodes, in_order};
+use crate::findings::{attach_task_nodes, sort_and_cap};
 use crate::limits::memory::{self, WorkBudget};
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Resolution, resolve};
@@ -13,7 +13,7 @@ use crate::source::{SourceFile, Span};
 use crate::stack::with_deep_stack;
 
 /// Longest text that is compiled, in bytes.
-pub(crate) const TEXT_MAX: usize = 64 << 20;
+pub(crate) const SOURCE_BYTES_MAX: usize = 64 << 20;
 
 /// From this length on, in bytes, reading a text takes so much that what is over is worth giving back: some 100 MiB.
 const LONG_TEXT: usize = 1 << 20;
@@ -100,8 +100,8 @@ fn give_back_after(bytes: usize) {
 }
 
 fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec<Diagnostic>> {
-    let budget = WorkBudget::of(usize::MAX);
-    let (module, mut diagnostics, shape) = front(&file);
+    let budget = WorkBudget::with_limit(usize::MAX);
+    let (module, mut diagnostics, shape) = parse_and_classify(&file);
     let Some(module) = module else {
         return Err(diagnostics);
     };
@@ -112,9 +112,9 @@ fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Ve
         .any(|diagnostic| diagnostic.severity == Severity::Error)
     {
         diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
-        return Err(in_nodes(in_order(diagnostics), &module.nodes));
+        return Err(attach_task_nodes(sort_and_cap(diagnostics), &module.nodes));
     }
-    let warnings = in_nodes(in_order(diagnostics), &module.nodes).into();
+    let warnings = attach_task_nodes(sort_and_cap(diagnostics), &module.nodes).into();
     Ok(Program {
         file,
         module: Arc::new(module),
@@ -137,7 +137,7 @@ pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
         Ok(program) => {
             let mut found = program.warnings.to_vec();
             found.extend(crate::lint::lint(&program.module, &file, known));
-            in_nodes(in_order(found), &program.module.nodes)
+            attach_task_nodes(sort_and_cap(found), &program.module.nodes)
         }
         Err(diagnostics) => diagnostics,
     });
@@ -153,28 +153,28 @@ pub(crate) struct ProgramForm {
 
 /// What is said of a text that is longer than any that is read.
 pub(crate) fn too_long(bytes: usize) -> Diagnostic {
-    let text = format!("the text has {bytes} bytes, {TEXT_MAX} are allowed");
+    let text = format!("the text has {bytes} bytes, {SOURCE_BYTES_MAX} are allowed");
     Diagnostic::error("too-long", Span::default(), text)
 }
 
-fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, ProgramForm) {
+fn parse_and_classify(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, ProgramForm) {
     let nothing = ProgramForm {
         kind: ProgramKind::Main,
         entry: None,
     };
-    if file.text().len() > TEXT_MAX {
+    if file.text().len() > SOURCE_BYTES_MAX {
         return (None, vec![too_long(file.text().len())], nothing);
     }
     let parsed = parse(file);
     let mut diagnostics = parsed.diagnostics;
-    let shape = shape(&parsed.module, &mut diagnostics);
+    let shape = classify(&parsed.module, &mut diagnostics);
     let failed = diagnostics
         .iter()
         .any(|diagnostic| diagnostic.severity == Severity::Error);
     if failed {
         // Names are looked up in trees without gaps only: a gap would make half of the names look undefined.
         diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
-        let diagnostics = in_nodes(diagnostics, &parsed.module.nodes);
+        let diagnostics = attach_task_nodes(diagnostics, &parsed.module.nodes);
         return (None, diagnostics, shape);
     }
     (Some(parsed.module), diagnostics, shape)
@@ -182,7 +182,7 @@ fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, ProgramForm) {
 
 /// A text whose only statement is a function without required parameters runs that function; `sec` always does
 /// (language.md 5).
-pub(crate) fn shape(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> ProgramForm {
+pub(crate) fn classify(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> ProgramForm {
     let statements: Vec<&Stmt> = module
         .body
         .iter()

@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use crate::ast::Module;
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::findings::{DiagnosticList, in_nodes, in_order};
+use crate::findings::{DiagnosticList, attach_task_nodes, sort_and_cap};
 use crate::lexer::{Token, lex};
 use crate::limits::memory::WorkBudget;
-use crate::parser::{ParsedUnits, TREE_MAX, TextEdit, TopLevelUnit, parse_again};
-use crate::program::{TEXT_MAX, shape, too_long};
-use crate::resolve::{KnownNames, PlacedUnit, UnitAnalysis, together};
+use crate::parser::{ParsedUnits, TREE_MAX, TextEdit, TopLevelUnit, reparse};
+use crate::program::{SOURCE_BYTES_MAX, classify, too_long};
+use crate::resolve::{KnownNames, PlacedUnit, UnitAnalysis, merge_units};
 use crate::source::SourceFile;
 use crate::stack::with_deep_stack;
 
@@ -37,7 +37,7 @@ impl ParsedDocument {
     }
 
     /// Reads what has become of the text.
-    pub fn change(self, file: Arc<SourceFile>, known: &KnownNames) -> Self {
+    pub fn reparse(self, file: Arc<SourceFile>, known: &KnownNames) -> Self {
         with_deep_stack(|| read(file, known, Some(self)))
     }
 
@@ -88,13 +88,13 @@ fn read(
     known: &KnownNames,
     before: Option<ParsedDocument>,
 ) -> ParsedDocument {
-    let budget = WorkBudget::of(TREE_MAX);
+    let budget = WorkBudget::with_limit(TREE_MAX);
     let length = file.text().len();
-    if length > TEXT_MAX {
+    if length > SOURCE_BYTES_MAX {
         let lexed = lex(&file, &budget);
         return ParsedDocument {
             file,
-            read: ParsedUnits::nothing(lexed.tokens),
+            read: ParsedUnits::empty(lexed.tokens),
             parts: Vec::new(),
             findings: vec![too_long(length)],
         };
@@ -102,13 +102,13 @@ fn read(
     let before = before.filter(|before| length.max(before.file.text().len()) <= KEPT_MAX);
     let (old, mut old_parts) = match before {
         Some(before) => {
-            let difference = TextEdit::between(before.file.text(), file.text());
+            let difference = TextEdit::diff(before.file.text(), file.text());
             (Some((before.read, difference)), before.parts)
         }
         None => (None, Vec::new()),
     };
     let lexed = lex(&file, &budget);
-    let read = parse_again(&file, lexed, &budget, old);
+    let read = reparse(&file, lexed, &budget, old);
     let part = |unit: &TopLevelUnit| old_parts.get_mut(unit.origin?)?.take();
     let mut parts: Vec<Option<UnitAnalysis>> = read.units.iter().map(part).collect();
     let findings = findings(&file, &read, &mut parts, known);
@@ -129,17 +129,17 @@ fn findings(
 ) -> Vec<Diagnostic> {
     let module = &read.module;
     let mut found = read.diagnostics.clone();
-    shape(module, &mut found);
+    classify(module, &mut found);
     let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
     if found.iter().any(is_error) {
         // Names are looked up in trees without gaps only: a gap would make half of the names look undefined.
         found.retain(is_error);
-        return in_nodes(found, &module.nodes);
+        return attach_task_nodes(found, &module.nodes);
     }
     for (unit, part) in read.units.iter().zip(&mut *parts) {
         part.get_or_insert_with(|| {
             let body = &module.body[unit.body.clone()];
-            UnitAnalysis::of(body, unit.scopes.clone(), unit.start, file, known)
+            UnitAnalysis::analyze(body, unit.scopes.clone(), unit.start, file, known)
         });
     }
     let placed = read.units.iter().zip(&*parts).filter_map(|(unit, part)| {
@@ -151,12 +151,12 @@ fn findings(
         })
     });
     let placed: Vec<PlacedUnit<'_>> = placed.collect();
-    let together = together(&placed, known);
+    let together = merge_units(&placed, known);
     found.extend(together.resolved.into_vec());
     if found.iter().any(is_error) {
         found.retain(is_error);
     } else {
-        found = in_order(found);
+        found = sort_and_cap(found);
         let mut flow = DiagnosticList::default();
         crate::lint::unreachable(&module.body, file, &mut flow);
         together
@@ -168,5 +168,5 @@ fn findings(
             found.extend(own.into_vec());
         }
     }
-    in_nodes(in_order(found), &module.nodes)
+    attach_task_nodes(sort_and_cap(found), &module.nodes)
 }

@@ -61,7 +61,7 @@ pub struct SourceFile {
 /// Bytes between two places at which the characters before are known.
 const COLUMN_STEP: usize = 1024;
 /// Bytes between two pauses.
-const PIECE: usize = 32 * COLUMN_STEP;
+const PAUSE_CHUNK: usize = 32 * COLUMN_STEP;
 
 impl SourceFile {
     /// Takes over `text` and builds the line table. Lines end at `\n`, `\r\n` or a lone `\r`.
@@ -81,7 +81,7 @@ impl SourceFile {
     ) -> Result<Arc<Self>, E> {
         let mut line_starts = vec![0];
         let bytes = text.as_bytes();
-        for (piece, first) in bytes.chunks(PIECE).zip((0..).step_by(PIECE)) {
+        for (piece, first) in bytes.chunks(PAUSE_CHUNK).zip((0..).step_by(PAUSE_CHUNK)) {
             for (byte, i) in piece.iter().zip(first..) {
                 let lone_return = *byte == b'\r' && bytes.get(i + 1) != Some(&b'\n');
                 if *byte == b'\n' || lone_return {
@@ -96,8 +96,8 @@ impl SourceFile {
             for (index, piece) in bytes.chunks(COLUMN_STEP).enumerate() {
                 characters.push(before);
                 before += character_starts(piece) as u32;
-                if index % (PIECE / COLUMN_STEP) == 0 {
-                    pause(PIECE / 4)?;
+                if index % (PAUSE_CHUNK / COLUMN_STEP) == 0 {
+                    pause(PAUSE_CHUNK / 4)?;
                 }
             }
             characters.push(before);

@@ -21,7 +21,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::{ExceptionKind, ScriptError};
 use crate::eval::code::Code;
 use crate::eval::{Evaluator, Frame, InterpreterState};
-use crate::findings::in_order;
+use crate::findings::sort_and_cap;
 use crate::limits::memory::WorkBudget;
 use crate::native::NativeCall;
 use crate::parser::parse;
@@ -32,7 +32,7 @@ use crate::value::module::Namespace;
 use crate::value::{CellVar, R, Raised, Symbol, Value};
 
 /// Longest text of a statement, in bytes.
-const TEXT_MAX: usize = 8 << 20;
+const STATEMENT_BYTES_MAX: usize = 8 << 20;
 
 /// One or more statements that compile. Plain data: it can be sent to the thread that runs it, and run again.
 #[derive(Clone, Debug)]
@@ -50,8 +50,8 @@ pub fn compile_statement(
     file: Arc<SourceFile>,
     known: &KnownNames,
 ) -> Result<Statement, Vec<Diagnostic>> {
-    if file.text().len() > TEXT_MAX {
-        let (bytes, most) = (file.text().len(), TEXT_MAX);
+    if file.text().len() > STATEMENT_BYTES_MAX {
+        let (bytes, most) = (file.text().len(), STATEMENT_BYTES_MAX);
         let text = format!("the statement has {bytes} bytes, {most} are allowed");
         return Err(vec![Diagnostic::error("too-long", Span::default(), text)]);
     }
@@ -72,7 +72,7 @@ pub fn compile_statement(
             }),
             _ => {
                 diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
-                Err(in_order(diagnostics))
+                Err(sort_and_cap(diagnostics))
             }
         }
     })
@@ -162,7 +162,7 @@ impl NativeCall<'_> {
                 &statement.file,
                 module,
                 resolution,
-                &WorkBudget::of(usize::MAX),
+                &WorkBudget::with_limit(usize::MAX),
             )
         });
         let result = ev.run_text(&code, &scope.namespace, None);
@@ -207,14 +207,14 @@ impl StatementScope {
         let core = &ev.core;
         let namespace = core.new_namespace(Some(core.globals.clone()));
         for name in statement.declared_globals() {
-            let symbol = core.symbols.take(name);
-            if !core.globals.mentions(symbol) {
+            let symbol = core.symbols.intern_used(name);
+            if !core.globals.has_name(symbol) {
                 let text = format!(
                     "name '{name}' is not a global of the program, and a statement cannot define new ones"
                 );
                 return Err(ev.raise(ExceptionKind::NameError, text));
             }
-            namespace.share(symbol, core.globals.cell(symbol));
+            namespace.bind_cell(symbol, core.globals.cell(symbol));
         }
         let mut scope = StatementScope {
             namespace,
@@ -225,17 +225,17 @@ impl StatementScope {
             scope.add_locals(core, frame);
         }
         for name in statement.outer_names() {
-            let symbol = core.symbols.take(name);
-            if !scope.namespace.mentions(symbol) && !is_global(core, symbol) {
+            let symbol = core.symbols.intern_used(name);
+            if !scope.namespace.has_name(symbol) && !is_global(core, symbol) {
                 let cell = core.injected.borrow().names.cell(symbol);
-                scope.namespace.share(symbol, cell);
+                scope.namespace.bind_cell(symbol, cell);
             }
         }
         if frame.is_none() {
             // The locals of the top level are the globals: `locals()` and `eval` look for them here.
             for (name, _) in core.globals.entries() {
-                if !scope.namespace.mentions(name) {
-                    scope.namespace.share(name, core.globals.cell(name));
+                if !scope.namespace.has_name(name) {
+                    scope.namespace.bind_cell(name, core.globals.cell(name));
                 }
             }
         }
@@ -246,7 +246,7 @@ impl StatementScope {
         let code = &frame.function.code;
         for (slot, name) in code.slot_names.iter().enumerate() {
             // Names of comprehensions come after the function's own and may repeat them.
-            if self.namespace.mentions(*name) {
+            if self.namespace.has_name(*name) {
                 continue;
             }
             let cell = match &frame.slots[slot] {
@@ -258,11 +258,11 @@ impl StatementScope {
                     cell
                 }
             };
-            self.namespace.share(*name, cell);
+            self.namespace.bind_cell(*name, cell);
         }
         for (name, cell) in code.free_names.iter().zip(&frame.function.closure) {
-            if !self.namespace.mentions(*name) {
-                self.namespace.share(*name, cell.clone());
+            if !self.namespace.has_name(*name) {
+                self.namespace.bind_cell(*name, cell.clone());
             }
         }
     }

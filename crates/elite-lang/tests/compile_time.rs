@@ -5,7 +5,7 @@
 //! the machine does not disturb them.
 
 use elite_lang::{
-    FINDINGS_MAX, KnownNames, SourceFile, check, compile, compile_statement, render_human,
+    DIAGNOSTICS_MAX, KnownNames, SourceFile, check, compile, compile_statement, render_human,
 };
 
 /// Bytes of the smaller text.
@@ -442,7 +442,7 @@ fn trouble(name: &str, text: impl Fn(usize) -> String) -> Option<String> {
     let large = text(4 * SMALL);
     let before = processor_time();
     let (findings, shown) = work_on(&large);
-    if findings > FINDINGS_MAX {
+    if findings > DIAGNOSTICS_MAX {
         return Some(format!("{name}: {findings} findings"));
     }
     if shown > SHOWN_MAX {
@@ -597,6 +597,6 @@ fn a_program_and_a_statement_full_of_errors_have_fifty() {
         let file = SourceFile::new("t", &*text);
         let program = compile(file.clone(), &KnownNames::default()).expect_err(&text[..9]);
         let statement = compile_statement(file, &KnownNames::default()).expect_err(&text[..9]);
-        assert!(program.len() <= FINDINGS_MAX && statement.len() <= FINDINGS_MAX);
+        assert!(program.len() <= DIAGNOSTICS_MAX && statement.len() <= DIAGNOSTICS_MAX);
     }
 }

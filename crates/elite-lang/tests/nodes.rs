@@ -16,7 +16,7 @@ fn motion() -> NativeFunction {
         call: NativeBody::new(|call| {
             call.wait(WaitToken(1))?;
             let fails = call.arg(0).and_then(Value::as_i64) == Some(0);
-            call.motion_ended(fails);
+            call.on_motion_end(fails);
             if fails {
                 return Err(call.raise(elite_lang::ExceptionKind::RuntimeError, "too far"));
             }
@@ -36,7 +36,7 @@ fn follow(text: &str) -> Vec<String> {
     let mut seen = Vec::new();
     loop {
         let step = thread.resume(Resume::Continue, 10_000);
-        seen.extend(thread.take_passages().iter().map(told));
+        seen.extend(thread.take_node_changes().iter().map(told));
         match step {
             ResumeOutcome::Waiting(_) => {
                 let node = thread.current_node().map_or(0, |node| node.number);
@@ -264,7 +264,7 @@ move(1)
         .borrow_mut()
         .pop()
         .unwrap_or_else(|| panic!("no thread"));
-    assert_eq!(main.take_passages().len(), 2);
+    assert_eq!(main.take_node_changes().len(), 2);
     assert!(matches!(
         worker.resume(Resume::Continue, 1000),
         ResumeOutcome::Waiting(_)
@@ -311,10 +311,10 @@ fn of_very_many_nodes_the_first_and_the_last_are_kept() {
         thread.resume(Resume::Continue, 100_000),
         ResumeOutcome::Waiting(_)
     ));
-    let passed = thread.take_passages();
+    let passed = thread.take_node_changes();
     let numbers: Vec<u32> = passed.iter().map(|passage| passage.node.number).collect();
     assert_eq!((numbers.len(), numbers[0], numbers[63]), (64, 1, 3));
-    assert!(thread.take_passages().is_empty());
+    assert!(thread.take_node_changes().is_empty());
 }
 
 #[test]

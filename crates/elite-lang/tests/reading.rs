@@ -177,7 +177,7 @@ fn a_changed_text_is_read_like_a_new_one() {
         for change in changes {
             let before = text.clone();
             text = changed(&text, change);
-            reading = reading.change(SourceFile::new("t", &*text), &known);
+            reading = reading.reparse(SourceFile::new("t", &*text), &known);
             let fresh = ParsedDocument::of(SourceFile::new("t", &*text), &known);
             prop_assert!(
                 reading.module() == fresh.module()
@@ -203,7 +203,7 @@ fn a_changed_text_is_read_like_a_new_one() {
             .rfind('\n')
             .unwrap_or(0);
         let typed = format!("{} {}", &text[..half], &text[half..]);
-        let reading = reading.change(SourceFile::new("t", typed), &known);
+        let reading = reading.reparse(SourceFile::new("t", typed), &known);
         pieces += reading.pieces().len();
         kept += reading
             .pieces()
@@ -221,7 +221,7 @@ fn a_name_that_is_defined_elsewhere_is_known_at_once() {
     };
     let reading = ParsedDocument::of(SourceFile::new("t", "import os\nprint(other)\n"), &known);
     assert_eq!(codes(&reading), ["unused-import", "undefined-name"]);
-    let reading = reading.change(
+    let reading = reading.reparse(
         SourceFile::new("t", "import os\nprint(other)\nother = os\n"),
         &known,
     );

@@ -24,8 +24,8 @@ fn time_of_processor() -> Duration {
     }
 }
 
-/// The longest work between two safepoints of a program that is stopped after some turns behind the line `go`, and ends within so many
-/// more.
+/// The longest work between two safepoints of a program that is stopped after some turns behind the line `go`, and ends
+/// within so many more.
 pub fn longest(task: &Task, program: &str, most_after_stop: usize) -> Duration {
     task.host.output.take();
     let mut thread = task.spawn(program);

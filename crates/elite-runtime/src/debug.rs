@@ -40,7 +40,7 @@ pub trait TaskDebugger: DebugHook {
 
     /// Whether a program is held without the task standing still: orders of ports are heard, the arm halts on its path
     /// as for any pause, and only the thread that is held has its turns, in which it is asked again.
-    fn holds(&self) -> SuspendState {
+    fn suspend_state(&self) -> SuspendState {
         SuspendState::Nothing
     }
 
@@ -51,7 +51,7 @@ pub trait TaskDebugger: DebugHook {
     fn is_over(&self) -> bool;
 }
 
-/// What a debugger holds, see [`TaskDebugger::holds`].
+/// What a debugger holds, see [`TaskDebugger::suspend_state`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SuspendState {
     /// Nothing.
@@ -84,7 +84,7 @@ impl DebuggedTask {
 
     /// Runs `look`, in which builtins that move the arm or wait are refused as in a secondary program.
     pub fn without_motion<T>(&self, look: impl FnOnce() -> T) -> T {
-        self.0.aside(|| self.0.as_look(look))
+        self.0.unrecorded(|| self.0.with_inspection_bounds(look))
     }
 
     /// Which program it is.
@@ -93,13 +93,13 @@ impl DebuggedTask {
     }
 
     /// The run is repeated from a recording.
-    pub fn is_repeated(&self) -> bool {
+    pub fn is_rerun(&self) -> bool {
         self.0.repeat().is_some()
     }
 
     /// Says that a debugger has changed something: from here on the run cannot be repeated from its recording.
-    pub fn is_changed(&self) {
-        self.0.note(ExternalInputKind::Lost(
+    pub fn mark_modified(&self) {
+        self.0.note(ExternalInputKind::Unrecorded(
             "a debugger has changed something".to_owned(),
         ));
     }

@@ -19,7 +19,7 @@ pub struct SubmittedStatement {
     /// The text.
     pub text: String,
     /// Called once when the statement is thrown away unexecuted; must not wait.
-    pub thrown_away: Box<dyn FnOnce(DiscardReason) + Send>,
+    pub on_discard: Box<dyn FnOnce(DiscardReason) + Send>,
 }
 
 /// Why an accepted statement is not executed after all.
@@ -159,7 +159,10 @@ impl InterpreterMode {
     pub async fn submit(&self, statement: SubmittedStatement) -> SubmitResult {
         // Before the first look, so that no change between a look and the wait is missed.
         let mut changes = self.changes.subscribe();
-        let SubmittedStatement { text, thrown_away } = statement;
+        let SubmittedStatement {
+            text,
+            on_discard: thrown_away,
+        } = statement;
         let Some(share) = QuotaGuard::take(text.len(), &self.bytes) else {
             return SubmitResult::Full;
         };
@@ -271,7 +274,7 @@ impl InterpreterMode {
             Vec::new()
         };
         drop(shared);
-        tell(thrown_away, DiscardReason::OnEntry);
+        notify_discarded(thrown_away, DiscardReason::OnEntry);
         self.changed();
         true
     }
@@ -287,7 +290,7 @@ impl InterpreterMode {
             false => Vec::new(),
         };
         drop(shared);
-        tell(thrown_away, DiscardReason::OnEnd);
+        notify_discarded(thrown_away, DiscardReason::OnEnd);
         self.changed();
     }
 
@@ -331,16 +334,16 @@ impl InterpreterMode {
     /// The injected functions were removed; the last statement that they can come from. With the queue, what waits is
     /// thrown away: it was sent before, for of what came behind a `clear_interpreter()` at the port nothing has been
     /// accepted.
-    pub(crate) fn cleared(&self, queue: bool) -> StatementId {
+    pub(crate) fn finish_clear(&self, queue: bool) -> StatementId {
         let mut shared = self.shared();
-        shared.queue.cleared();
+        shared.queue.finish_clear();
         let thrown_away = match queue {
             true => shared.queue.throw_away(),
             false => Vec::new(),
         };
         let last = shared.queue.last_cleared();
         drop(shared);
-        tell(thrown_away, DiscardReason::Cleared);
+        notify_discarded(thrown_away, DiscardReason::Cleared);
         last
     }
 
@@ -383,7 +386,7 @@ impl InterpreterMode {
         shared.queue.finish();
         let thrown_away = shared.queue.throw_away();
         drop(shared);
-        tell(thrown_away, DiscardReason::TaskEnded);
+        notify_discarded(thrown_away, DiscardReason::TaskEnded);
         self.changed();
     }
 
@@ -414,7 +417,7 @@ impl ModeShared {
     }
 }
 
-fn tell(thrown_away: Vec<(StatementId, QueuedStatement)>, reason: DiscardReason) {
+fn notify_discarded(thrown_away: Vec<(StatementId, QueuedStatement)>, reason: DiscardReason) {
     for (_, statement) in thrown_away {
         (statement.thrown_away)(reason);
     }

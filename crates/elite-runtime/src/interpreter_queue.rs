@@ -130,7 +130,7 @@ impl<S> StatementQueue<S> {
     }
 
     /// The injected functions were removed: by `clear_interpreter()` or by leaving the mode.
-    pub const fn cleared(&mut self) {
+    pub const fn finish_clear(&mut self) {
         self.last_cleared = self.last_executed;
     }
 
@@ -238,7 +238,7 @@ mod tests {
         assert!(queue.is_held());
         assert_eq!(queue.begin(), Some((StatementId(2), 2)));
         assert!(queue.is_held(), "it is being executed");
-        queue.cleared();
+        queue.finish_clear();
         queue.finish();
         assert!(!queue.is_held());
         assert_eq!(queue.last_cleared(), StatementId(2));
@@ -321,7 +321,7 @@ mod tests {
                     Step::Finish => queue.finish(),
                     Step::Skip => queue.skip(),
                     Step::ThrowAway => drop(queue.throw_away()),
-                    Step::Cleared => queue.cleared(),
+                    Step::Cleared => queue.finish_clear(),
                 }
                 prop_assert!(queue.last_cleared() <= queue.last_executed());
                 prop_assert!(queue.last_executed() <= queue.last_accepted());

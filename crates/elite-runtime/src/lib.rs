@@ -38,6 +38,6 @@ pub use robot::Robot;
 pub use supervisor::{NoAnswer, SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{
     FileAccess, Instrumentation, LineCountsByText, NetworkAccess, Permissions, ProgramText,
-    SandboxError, SandboxRoots, SandboxedPath, TaskEnd, TaskSettings, all_children_are_tasks,
+    SandboxError, SandboxRoots, SandboxedPath, TaskEnd, TaskSettings, claim_all_children,
 };
 pub use test_task::{TestTaskConfig, TestTaskHandle};

@@ -183,9 +183,9 @@ pub trait Observer: Send + Sync {
     }
 
     /// The program compiles and is about to run. None of its commands and lines come before this.
-    fn program_runs(&self, program: ProgramId, text: &str) {
+    fn program_compiled(&self, program: ProgramId, text: &str) {
         if let Some(next) = self.next() {
-            next.program_runs(program, text);
+            next.program_compiled(program, text);
         }
     }
 
@@ -232,9 +232,9 @@ pub trait Observer: Send + Sync {
     }
 
     /// Somebody wants the program to end or to be held at once: what holds it up for the observer's sake lets it go.
-    fn hurry(&self) {
+    fn release_backpressure(&self) {
         if let Some(next) = self.next() {
-            next.hurry();
+            next.release_backpressure();
         }
     }
 }
@@ -266,15 +266,15 @@ pub(crate) struct UnmeteredObserver(pub Arc<dyn Observer>);
 
 impl Observer for UnmeteredObserver {
     fn message(&self, message: &Message) {
-        memory::outside(|| self.0.message(message));
+        memory::uncounted(|| self.0.message(message));
     }
 
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {
-        memory::outside(|| self.0.program_started(program, name, text));
+        memory::uncounted(|| self.0.program_started(program, name, text));
     }
 
-    fn program_runs(&self, program: ProgramId, text: &str) {
-        memory::outside(|| self.0.program_runs(program, text));
+    fn program_compiled(&self, program: ProgramId, text: &str) {
+        memory::uncounted(|| self.0.program_compiled(program, text));
     }
 
     fn line_changed(
@@ -284,26 +284,26 @@ impl Observer for UnmeteredObserver {
         line: u32,
         node: Option<&TaskNode>,
     ) {
-        memory::outside(|| self.0.line_changed(program, thread, line, node));
+        memory::uncounted(|| self.0.line_changed(program, thread, line, node));
     }
 
     fn program_ended(&self, program: ProgramId) {
-        memory::outside(|| self.0.program_ended(program));
+        memory::uncounted(|| self.0.program_ended(program));
     }
 
     fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
-        memory::outside(|| self.0.variable_changed(program, name, value));
+        memory::uncounted(|| self.0.variable_changed(program, name, value));
     }
 
     fn interpreter(&self, event: &InterpreterEvent<'_>) {
-        memory::outside(|| self.0.interpreter(event));
+        memory::uncounted(|| self.0.interpreter(event));
     }
 
     fn cycle_ended(&self, frame: &CycleFrame) {
-        memory::outside(|| self.0.cycle_ended(frame));
+        memory::uncounted(|| self.0.cycle_ended(frame));
     }
 
-    fn hurry(&self) {
-        memory::outside(|| self.0.hurry());
+    fn release_backpressure(&self) {
+        memory::uncounted(|| self.0.release_backpressure());
     }
 }

@@ -44,9 +44,9 @@ impl CommandedModes {
             CommandKind::StopConveyorTracking => self.is_tracking = false,
             CommandKind::PathOffsetEnable => self.has_offsets = true,
             CommandKind::PathOffsetDisable { .. } => self.has_offsets = false,
-            CommandKind::PowerOff => self.note_stop(),
+            CommandKind::PowerOff => self.record_stop(),
             CommandKind::Stop { only } if only == CommandId::NONE => {
-                self.note_stop();
+                self.record_stop();
                 (self.force, self.hand) = (id, id);
             }
             CommandKind::EncoderEnableSetTickCount { encoder, .. } => self.count(encoder, true),
@@ -58,7 +58,7 @@ impl CommandedModes {
     }
 
     /// A command has ended.
-    pub fn note_end(&mut self, kind: &CommandKind, outcome: &Outcome) {
+    pub fn record_end(&mut self, kind: &CommandKind, outcome: &Outcome) {
         let begins_tracking = matches!(
             kind,
             CommandKind::TrackConveyorLinear { .. } | CommandKind::TrackConveyorCircular { .. }
@@ -75,7 +75,7 @@ impl CommandedModes {
     }
 
     /// A protective or an emergency stop has ended everything that moves.
-    pub fn note_stop(&mut self) {
+    pub fn record_stop(&mut self) {
         self.is_tracking = false;
         self.has_offsets = false;
     }

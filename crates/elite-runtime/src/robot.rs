@@ -34,9 +34,9 @@ pub struct Robot {
     progress: Notify,
     observer: Arc<dyn Observer>,
     /// The latest cycle whose events have all been taken; only under the real clock.
-    told: Mutex<Option<Box<RobotState>>>,
+    published_state: Mutex<Option<Box<RobotState>>>,
     /// Its number.
-    told_cycle: AtomicU64,
+    published_cycle: AtomicU64,
     /// Where a recorded run is repeated: programs give no commands then, they are compared with what was recorded.
     repeat: OnceLock<Arc<Rerun>>,
 }
@@ -80,7 +80,7 @@ struct EndedCommand {
 
 impl CommandTable {
     /// A command is about to enter the ring.
-    fn announce(&mut self, command: Command, keep_outcome: bool) {
+    fn register(&mut self, command: Command, keep_outcome: bool) {
         self.lasting.note(&command);
         if command.id < self.foresight.newest() {
             // A repeated program's, whose numbers are the recording's.
@@ -98,8 +98,8 @@ impl CommandTable {
     }
 
     /// Nobody will ask for the end of this command.
-    fn close(&mut self, id: CommandId) {
-        memory::outside(|| self.open.remove(&id));
+    fn drop_waiter(&mut self, id: CommandId) {
+        memory::uncounted(|| self.open.remove(&id));
         self.changes += 1;
     }
 
@@ -120,7 +120,7 @@ impl CommandTable {
     }
 
     /// The commands behind `after` that had not ended by this cycle, in the order in which they were given.
-    fn under_way(&self, cycle: u64, after: CommandId) -> impl Iterator<Item = &Command> {
+    fn open_commands_after(&self, cycle: u64, after: CommandId) -> impl Iterator<Item = &Command> {
         let since = self.ended_since(cycle).map(|ended| &ended.command);
         let mut since: Vec<&Command> = since.filter(|command| command.id > after).collect();
         since.sort_by_key(|command| command.id);
@@ -137,7 +137,7 @@ impl CommandTable {
 
     /// Where the motion was asked for that was carried out before this cycle.
     fn mover(&self, cycle: u64) -> Origin {
-        let mut under_way = self.under_way(cycle.saturating_sub(1), CommandId::NONE);
+        let mut under_way = self.open_commands_after(cycle.saturating_sub(1), CommandId::NONE);
         let motion = under_way.find(|command| command.kind.starts_motion());
         motion.map_or_else(Origin::default, |command| command.origin)
     }
@@ -150,9 +150,9 @@ impl CommandTable {
             ended_by: cycle,
             changes: self.changes,
         };
-        let under_way = |after| self.under_way(cycle, after);
+        let under_way = |after| self.open_commands_after(cycle, after);
         // What is kept belongs to no task.
-        let foreseen = memory::outside(|| foresight.of(basis, state, self.lasting, under_way));
+        let foreseen = memory::uncounted(|| foresight.of(basis, state, self.lasting, under_way));
         self.foresight = foresight;
         foreseen
     }
@@ -198,26 +198,29 @@ impl Robot {
             }),
             progress: Notify::new(),
             observer,
-            told: Mutex::default(),
-            told_cycle: AtomicU64::new(0),
+            published_state: Mutex::default(),
+            published_cycle: AtomicU64::new(0),
             repeat: OnceLock::new(),
         }
     }
 
     /// From now on programs repeat a recorded run: their commands are not given, the recording's are.
-    pub fn repeats(&self, repeat: Arc<Rerun>) {
+    pub fn set_rerun(&self, repeat: Arc<Rerun>) {
         // Said once, before the first program.
         let _ = self.repeat.set(repeat);
     }
 
     /// The number of the latest cycle whose events have all been taken, under the real clock.
     pub(crate) fn told_cycle(&self) -> u64 {
-        self.told_cycle.load(Ordering::Acquire)
+        self.published_cycle.load(Ordering::Acquire)
     }
 
     /// The state of that cycle.
-    pub(crate) fn told(&self) -> RobotState {
-        let told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+    pub(crate) fn published_state(&self) -> RobotState {
+        let told = self
+            .published_state
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         told.as_ref()
             .map_or_else(|| self.snapshot.read(), |state| **state)
     }
@@ -283,7 +286,7 @@ impl Robot {
     ) -> Result<CommandId, RingFull> {
         if let Some(repeat) = self.repeat.get() {
             let count = points.count();
-            return Ok(self.expected(
+            return Ok(self.match_recorded_command(
                 repeat,
                 origin,
                 CommandKind::MoveMl { count, interval },
@@ -291,11 +294,11 @@ impl Robot {
             ));
         }
         // Lists are freed by whoever hands over the next.
-        memory::outside(|| {
+        memory::uncounted(|| {
             self.commands
                 .send_points(origin, points, interval, |id, kind| {
                     let command = Command { id, origin, kind };
-                    self.awaited().announce(command, true);
+                    self.awaited().register(command, true);
                 })
         })
     }
@@ -307,7 +310,7 @@ impl Robot {
     pub fn send_all(&self, origin: Origin, kinds: &[CommandKind]) -> Result<(), RingFull> {
         self.commands.send_all(origin, kinds, |id, kind| {
             let command = Command { id, origin, kind };
-            self.awaited().announce(command, false);
+            self.awaited().register(command, false);
         })
     }
 
@@ -323,29 +326,29 @@ impl Robot {
         keep_outcome: bool,
     ) -> Result<CommandId, RingFull> {
         if let Some(repeat) = self.repeat.get().filter(|_| origin.program != ProgramId(0)) {
-            return Ok(self.expected(repeat, origin, kind, keep_outcome));
+            return Ok(self.match_recorded_command(repeat, origin, kind, keep_outcome));
         }
         // The table is of all threads: what one enters, another takes out.
-        memory::outside(|| {
+        memory::uncounted(|| {
             self.commands.send_with(origin, kind, |id| {
                 let command = Command { id, origin, kind };
-                self.awaited().announce(command, keep_outcome);
+                self.awaited().register(command, keep_outcome);
             })
         })
     }
 
     /// The number that a command of a repeated program has in the recording, whose own is carried out.
-    fn expected(
+    fn match_recorded_command(
         &self,
         repeat: &Rerun,
         origin: Origin,
         kind: CommandKind,
         keep_outcome: bool,
     ) -> CommandId {
-        memory::outside(|| {
+        memory::uncounted(|| {
             let id = repeat.expect(origin, &kind, self.moment().cycle);
             let command = Command { id, origin, kind };
-            self.awaited().announce(command, keep_outcome);
+            self.awaited().register(command, keep_outcome);
             id
         })
     }
@@ -402,7 +405,7 @@ impl Robot {
     pub fn take_outcome(&self, id: CommandId) -> Option<Outcome> {
         let mut awaited = self.awaited();
         let outcome = awaited.open.get(&id)?.outcome?;
-        awaited.close(id);
+        awaited.drop_waiter(id);
         Some(outcome)
     }
 
@@ -429,12 +432,12 @@ impl Robot {
     }
 
     /// True once a requested motion has ended, or the next one may follow it.
-    pub fn may_be_followed(&self, id: CommandId) -> bool {
-        self.may_be_followed_by(id, u64::MAX - 1)
+    pub fn accepts_next_motion(&self, id: CommandId) -> bool {
+        self.accepted_next_motion_by(id, u64::MAX - 1)
     }
 
     /// The same as of an earlier cycle.
-    pub(crate) fn may_be_followed_by(&self, id: CommandId, cycle: u64) -> bool {
+    pub(crate) fn accepted_next_motion_by(&self, id: CommandId, cycle: u64) -> bool {
         let awaited = self.awaited();
         match awaited.open.get(&id) {
             Some(entry) => entry.has_ended(cycle) || entry.queued_in <= cycle,
@@ -465,7 +468,7 @@ impl Robot {
         if let Some(entry) = awaited.open.get_mut(&id) {
             entry.keep_outcome = false;
             if entry.outcome.is_some() {
-                awaited.close(id);
+                awaited.drop_waiter(id);
             }
         }
     }
@@ -495,7 +498,7 @@ impl Robot {
         inbox.frames.visit_frames(frames, |frame, left| {
             self.observer.cycle_ended(frame);
             if left == 0 && !is_virtual {
-                self.tell(&frame.state);
+                self.publish_state(&frame.state);
             }
         });
         drop(inbox);
@@ -503,16 +506,19 @@ impl Robot {
     }
 
     /// Programs may see this cycle from now on.
-    fn tell(&self, state: &RobotState) {
+    fn publish_state(&self, state: &RobotState) {
         let cycle = state.cycle;
         {
-            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut told = self
+                .published_state
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
             match told.as_mut() {
                 Some(told) => **told = *state,
                 None => *told = Some(Box::new(*state)),
             }
         }
-        self.told_cycle.store(cycle, Ordering::Release);
+        self.published_cycle.store(cycle, Ordering::Release);
         self.awaited().forget_ended(cycle);
     }
 
@@ -524,7 +530,7 @@ impl Robot {
                     return;
                 };
                 let (kind, keeps) = (entry.command.kind, entry.keep_outcome);
-                awaited.lasting.note_end(&kind, &outcome);
+                awaited.lasting.record_end(&kind, &outcome);
                 let Some(entry) = awaited.open.get_mut(&id) else {
                     return;
                 };
@@ -536,7 +542,7 @@ impl Robot {
                     return;
                 }
                 let queued_in = entry.queued_in;
-                awaited.close(id);
+                awaited.drop_waiter(id);
                 if !is_virtual && command.origin.program != ProgramId(0) {
                     awaited.ended.push_back(EndedCommand {
                         command,
@@ -577,7 +583,7 @@ impl Robot {
                 if awaited.recent_stops.len() > STOPS_REMEMBERED {
                     awaited.recent_stops.pop_front();
                 }
-                awaited.lasting.note_stop();
+                awaited.lasting.record_stop();
                 awaited.last_stop = Some(reason);
                 let origin = awaited.mover(cycle);
                 drop(awaited);
@@ -594,7 +600,7 @@ impl Robot {
 
 fn io_after(awaited: &CommandTable, state: &RobotState, cycle: u64) -> IoImage {
     let mut image = state.io();
-    for command in awaited.under_way(cycle, CommandId::NONE) {
+    for command in awaited.open_commands_after(cycle, CommandId::NONE) {
         match command.kind {
             CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
                 image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
@@ -735,7 +741,7 @@ mod tests {
                     6 => {
                         // Ends the one of that place.
                         if let Some(id) = awaited.open.keys().nth(which.into()).copied() {
-                            awaited.close(id);
+                            awaited.drop_waiter(id);
                         }
                         continue;
                     }
@@ -746,7 +752,7 @@ mod tests {
                 };
                 let id = CommandId(if which == 3 { 1_000 - id } else { id });
                 let origin = Origin::default();
-                awaited.announce(Command { id, origin, kind }, true);
+                awaited.register(Command { id, origin, kind }, true);
                 let at_once = awaited.foreseen(&state, u64::MAX);
                 let kept = std::mem::take(&mut awaited.foresight);
                 let afresh = awaited.foreseen(&state, u64::MAX);

@@ -25,20 +25,20 @@ use crate::panel::{Panel, Watchdogs};
 use crate::preset::Preset;
 use crate::task::{
     ControlReceiver, ControlSender, FinishedTask, HandoverStop, Instrumentation, ProgramSource,
-    ProgramText, Task, TaskEnd, TaskSettings, controls, message_of,
+    ProgramText, Task, TaskEnd, TaskSettings, control_channel, message_of,
 };
 use crate::test_task::TestTaskConfig;
 
 /// How long a new main program waits for one that it replaces: far longer than `finally` blocks may take. A secondary
 /// program that runs alone is waited for as long before it is replaced: it is short and has something to set up.
-pub const GRACE: Duration = Duration::from_secs(2);
+pub const REPLACE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Numbers of programs that attend others come after this, so that the two never meet.
-const PROGRAMS_BEFORE_ATTENDANTS: u32 = 1 << 20;
+const FIRST_TEST_PROGRAM: u32 = 1 << 20;
 
 /// How long a secondary program waits for room beside a task that is flooded with such (the refusal must come soon),
 /// and a sender for its program to begin.
-const PATIENCE: Duration = Duration::from_millis(500);
+const SECONDARY_TIMEOUT: Duration = Duration::from_millis(500);
 /// How often it is offered to a task: each time that one ends and another begins.
 const ATTEMPTS_TO_JOIN: u32 = 2;
 
@@ -156,7 +156,7 @@ impl Supervisor {
         let news = settings.panel.news().clone();
         let attendant = settings.extras.attendant.as_ref();
         let current = CurrentTask {
-            last_program: attendant.map_or(0, |_| PROGRAMS_BEFORE_ATTENDANTS),
+            last_program: attendant.map_or(0, |_| FIRST_TEST_PROGRAM),
             ..CurrentTask::default()
         };
         let known = crate::builtins::all().map(|builtin| builtin.name);
@@ -178,7 +178,7 @@ impl Supervisor {
     }
 
     /// Starts and stops programs beside those of this one, on the same arm: see [`TestTaskConfig`].
-    pub fn beside(&self, observer: Arc<dyn Observer>, attendant: TestTaskConfig) -> Self {
+    pub fn test_supervisor(&self, observer: Arc<dyn Observer>, attendant: TestTaskConfig) -> Self {
         let settings = &self.shared.settings;
         let extras = Instrumentation {
             attendant: Some(attendant),
@@ -283,11 +283,11 @@ impl Supervisor {
         let mut source = ProgramSource::Text(program);
         // A task that ends right now does not take it any more; its successor does, or it runs on its own.
         for _ in 0..ATTEMPTS_TO_JOIN {
-            if let Some(id) = self.join(&mut source).await {
+            if let Some(id) = self.join_secondary(&mut source).await {
                 return Ok(id);
             }
             let turn = self.shared.turns.lock().await;
-            if let Some(id) = self.join(&mut source).await {
+            if let Some(id) = self.join_secondary(&mut source).await {
                 return Ok(id);
             }
             if !self.is_running() {
@@ -295,8 +295,12 @@ impl Supervisor {
             }
             drop(turn);
             let is_ending = self.status().ending;
-            self.wait_until_stopped(if is_ending { GRACE } else { PATIENCE })
-                .await;
+            self.wait_until_stopped(if is_ending {
+                REPLACE_TIMEOUT
+            } else {
+                SECONDARY_TIMEOUT
+            })
+            .await;
         }
         let _turn = self.shared.turns.lock().await;
         self.start(name, true, source, self.presets().clone())
@@ -304,7 +308,7 @@ impl Supervisor {
 
     /// Hands a secondary program to the running task, compiled, so that a long text does not hold that up; `None` when
     /// no task took it. One that does not compile is told and done with.
-    async fn join(&self, source: &mut ProgramSource) -> Option<ProgramId> {
+    async fn join_secondary(&self, source: &mut ProgramSource) -> Option<ProgramId> {
         if !self.is_running() {
             return None;
         }
@@ -327,7 +331,7 @@ impl Supervisor {
                 Err(trouble) => vec![(1, format!("RuntimeError: {trouble}"))],
             };
             if !told.is_empty() {
-                return Some(self.tell_of_secondary(told));
+                return Some(self.report_secondary(told));
             }
         }
         let joined = {
@@ -343,7 +347,7 @@ impl Supervisor {
     }
 
     /// What keeps a secondary program from running, by line, as of one that runs beside the program that does.
-    fn tell_of_secondary(&self, told: Vec<(u32, String)>) -> ProgramId {
+    fn report_secondary(&self, told: Vec<(u32, String)>) -> ProgramId {
         let program = self.status().program;
         for (line, summary) in told {
             let origin = Origin {
@@ -373,7 +377,7 @@ impl Supervisor {
         if self.is_running() {
             source = self.compiled(source).await?;
             let successor = format!("program \"{name}\" from {sender}");
-            self.make_way(successor).await;
+            self.end_current(successor).await;
         }
         let id = self.start(name, false, source, presets)?;
         self.wait_until_begun(id).await;
@@ -387,7 +391,7 @@ impl Supervisor {
         let is_past = |s: &TaskStatus| {
             s.program != id || s.has_begun || s.ending || s.state != TaskState::Running
         };
-        let _ = tokio::time::timeout(PATIENCE, status.wait_for(is_past)).await;
+        let _ = tokio::time::timeout(SECONDARY_TIMEOUT, status.wait_for(is_past)).await;
     }
 
     /// Compiles a text where texts are compiled; what is compiled stays as it is.
@@ -428,9 +432,9 @@ impl Supervisor {
     }
 
     /// Ends what runs for `successor`; returns when it has ended, or when it should have long ago.
-    async fn make_way(&self, successor: String) {
+    async fn end_current(&self, successor: String) {
         if self.runs_secondary_alone() {
-            self.wait_until_stopped(GRACE).await;
+            self.wait_until_stopped(REPLACE_TIMEOUT).await;
         }
         {
             let current = self.current();
@@ -438,11 +442,11 @@ impl Supervisor {
                 return;
             };
             running.controller.replace(successor.into());
-            self.shared.settings.observer.hurry();
+            self.shared.settings.observer.release_backpressure();
             let status = &self.shared.status;
             status.send_modify(|status| status.ending = true);
         }
-        self.wait_until_stopped(GRACE).await;
+        self.wait_until_stopped(REPLACE_TIMEOUT).await;
     }
 
     /// Returns when no program runs, after `patience` in any case.
@@ -482,7 +486,7 @@ impl Supervisor {
             });
         }
         let id = current.next_program();
-        let (controller, controls) = controls();
+        let (controller, controls) = control_channel();
         let (called_program, braking) = (name.clone(), current.braking.take());
         let shared = Arc::clone(&self.shared);
         self.shared.interpreter.task_starts();
@@ -519,7 +523,7 @@ impl Supervisor {
     ///
     /// # Errors
     /// [`SubmitError`]: another one runs, or there is no thread.
-    pub fn begin_again(
+    pub fn rerun_program(
         &self,
         id: ProgramId,
         program: ProgramText,
@@ -543,7 +547,7 @@ impl Supervisor {
         let current = self.current();
         if let Some(running) = &current.running {
             running.controller.stop();
-            self.shared.settings.observer.hurry();
+            self.shared.settings.observer.release_backpressure();
             self.shared
                 .status
                 .send_modify(|status| status.ending = true);
@@ -554,7 +558,7 @@ impl Supervisor {
     pub fn pause(&self) {
         if let Some(running) = &self.current().running {
             running.controller.pause();
-            self.shared.settings.observer.hurry();
+            self.shared.settings.observer.release_backpressure();
         }
     }
 
@@ -637,7 +641,7 @@ impl SupervisorShared {
                 // Whatever the program left on it is not waited for.
                 runtime.shutdown_background();
                 let ended = ran.unwrap_or_else(|panicked| FinishedTask {
-                    end: self.met_fault(id, panicked),
+                    end: self.handle_task_panic(id, panicked),
                     braking: None,
                     leftovers: None,
                 });
@@ -655,7 +659,7 @@ impl SupervisorShared {
     }
 
     /// A fault outside the program itself, which the task could not contain: nobody else will stop the arm.
-    fn met_fault(&self, id: ProgramId, panicked: CaughtPanic) -> TaskEnd {
+    fn handle_task_panic(&self, id: ProgramId, panicked: CaughtPanic) -> TaskEnd {
         let fault = Fault::new(ThreadRole::Task, format!("program {}", id.0), panicked);
         self.settings.faults.tell(&fault);
         let only = CommandId::NONE;

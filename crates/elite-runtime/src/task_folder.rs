@@ -99,7 +99,7 @@ impl TaskFolder {
     }
 
     /// The same, as long as it and what is read from it are beneath certain folders, links followed.
-    pub fn within(self, within: Option<SandboxRoots>) -> Self {
+    pub fn with_sandbox(self, within: Option<SandboxRoots>) -> Self {
         Self { within, ..self }
     }
 
@@ -126,7 +126,7 @@ impl TaskFolder {
                     let name = name.to_owned();
                     return Ok(TaskText { name, text });
                 }
-                Ok(None) => return self.program_beside(&path, name),
+                Ok(None) => return self.companion_script(&path, name),
                 Err(error) => return Err(error),
             }
         }
@@ -134,7 +134,7 @@ impl TaskFolder {
     }
 
     /// The program that belongs to the XML at `path`.
-    fn program_beside(&self, path: &Path, name: &str) -> Result<TaskText, FolderError> {
+    fn companion_script(&self, path: &Path, name: &str) -> Result<TaskText, FolderError> {
         let script = format!("{}.script", path.display());
         let trouble = match self.read_unless_xml(Path::new(&script), &script) {
             Ok(Some(text)) => return Ok(TaskText { name: script, text }),

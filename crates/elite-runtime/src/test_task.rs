@@ -37,7 +37,7 @@ pub struct TestTaskHandle(pub(crate) Rc<TaskContext>);
 impl TestTaskHandle {
     /// Lets `answering` be called in every cycle in which a builtin of the program waits for time or for somebody else:
     /// that may be somebody whom the program plays itself.
-    pub fn while_waiting(&self, answering: Rc<WaitHook>) {
+    pub fn set_wait_hook(&self, answering: Rc<WaitHook>) {
         self.0.set_answering(answering);
     }
 
@@ -45,7 +45,7 @@ impl TestTaskHandle {
     ///
     /// # Errors
     /// The thread is to stop: pass it on.
-    pub fn until_cycle(&self, call: &NativeCall<'_>, cycle: u64) -> Result<(), Raised> {
+    pub fn wait_until_cycle(&self, call: &NativeCall<'_>, cycle: u64) -> Result<(), Raised> {
         call.wait(self.0.register_wait(Wait::Cycle(cycle)))
     }
 
@@ -53,13 +53,17 @@ impl TestTaskHandle {
     ///
     /// # Errors
     /// The thread is to stop: pass it on.
-    pub fn until_cycle_or_alone(&self, call: &NativeCall<'_>, cycle: u64) -> Result<(), Raised> {
-        call.wait(self.0.register_wait(Wait::CycleOrAlone(cycle)))
+    pub fn wait_until_cycle_or_program_end(
+        &self,
+        call: &NativeCall<'_>,
+        cycle: u64,
+    ) -> Result<(), Raised> {
+        call.wait(self.0.register_wait(Wait::CycleOrProgramEnd(cycle)))
     }
 }
 
 impl TestTaskConfig {
-    pub(crate) fn is_alone(&self) -> bool {
+    pub(crate) fn program_is_inactive(&self) -> bool {
         !self.has_company.load(Ordering::Acquire)
     }
 }

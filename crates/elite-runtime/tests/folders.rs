@@ -38,7 +38,7 @@ fn in_folder(root: &Path, text: &str) -> Ran {
     let folders = SandboxRoots::open(&[root.join("open")]).unwrap();
     let standing = Standing {
         permissions: Permissions {
-            files: FileAccess::Beneath(folders),
+            files: FileAccess::Sandboxed(folders),
             processes: true,
             environment: false,
             network: NetworkAccess::Nothing,

@@ -47,7 +47,7 @@ fn argument(name: &str, kind: ParameterType) -> String {
         ParameterType::Function => "nothing".into(),
         ParameterType::Arguments => "()".into(),
         ParameterType::ThreadHandle => "0".into(),
-        ParameterType::Checked(_) | ParameterType::Rest => "1".into(),
+        ParameterType::Custom(_) | ParameterType::Variadic => "1".into(),
     }
 }
 
@@ -55,7 +55,7 @@ fn argument(name: &str, kind: ParameterType) -> String {
 fn calls(builtin: &Builtin) -> [String; 2] {
     let arguments = |all: bool| {
         let given = builtin.params.iter().filter(|param| {
-            all && param.kind != ParameterType::Rest
+            all && param.kind != ParameterType::Variadic
                 || matches!(param.default, ParameterDefault::Required)
         });
         given

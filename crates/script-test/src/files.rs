@@ -19,7 +19,7 @@ impl FileScope {
     pub(crate) fn find(&self, path: &Path) -> io::Result<SandboxedPath> {
         match &self.0 {
             Some(folders) => folders.find(path),
-            None => Ok(SandboxedPath::free(path.to_owned())),
+            None => Ok(SandboxedPath::unrestricted(path.to_owned())),
         }
     }
 
@@ -59,7 +59,7 @@ impl FileScope {
             Some(folders) => folders.make_folder(path),
             None => {
                 std::fs::create_dir_all(path)?;
-                Ok(SandboxedPath::free(path.to_owned()))
+                Ok(SandboxedPath::unrestricted(path.to_owned()))
             }
         }
     }

@@ -199,7 +199,9 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         has_company: turns.company().clone(),
     };
     let told = Arc::new(ResultCollector::new(Arc::new(EndObserver(requests))));
-    let tests = controller.supervisor().beside(told.clone(), attendant);
+    let tests = controller
+        .supervisor()
+        .test_supervisor(told.clone(), attendant);
     bench.is_run_by(tests.clone());
     let broken = Runner {
         bench: &bench,

@@ -110,7 +110,7 @@ pub(crate) fn functions(
     });
     // The task keeps this as long as it keeps the site.
     let own = Rc::downgrade(&site);
-    attendance.while_waiting(Rc::new(move |call| {
+    attendance.set_wait_hook(Rc::new(move |call| {
         let Some(site) = own.upgrade().filter(|site| site.bench.peers.ask_the_test()) else {
             return Ok(false);
         };
@@ -275,9 +275,9 @@ fn step(site: &CallContext, call: &mut NativeCall<'_>, cycle: u64) -> NativeResu
     match site.bench.peers.ask_the_test() {
         true => {
             let next = site.bench.turns.cycles() + 1;
-            site.attendance.until_cycle(call, next)
+            site.attendance.wait_until_cycle(call, next)
         }
-        false => site.attendance.until_cycle_or_alone(call, cycle),
+        false => site.attendance.wait_until_cycle_or_program_end(call, cycle),
     }
 }
 
@@ -362,7 +362,7 @@ fn until(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
             return Ok(Value::Bool(false));
         }
         simulated_servers::answer(site, call)?;
-        site.attendance.until_cycle(call, now + 1)?;
+        site.attendance.wait_until_cycle(call, now + 1)?;
     }
 }
 
@@ -375,7 +375,7 @@ fn advance(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
             true => site.bench.turns.cycles() + 1,
             false => until,
         };
-        site.attendance.until_cycle(call, next)?;
+        site.attendance.wait_until_cycle(call, next)?;
     }
     simulated_servers::answer(site, call)?;
     Ok(Value::None)
@@ -496,7 +496,7 @@ fn safety(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     act(site, call, Seconds::default(), TestAction::Command(kind))?;
     // So that what is asked next sees it.
     let next = site.bench.turns.cycles() + 1;
-    site.attendance.until_cycle(call, next)?;
+    site.attendance.wait_until_cycle(call, next)?;
     Ok(Value::None)
 }
 
@@ -534,6 +534,6 @@ fn make_ready(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
         }
         // Commands take a cycle or two; asked for again meanwhile they would only be refused.
         let wait = site.bench.turns.cycles() + 4;
-        site.attendance.until_cycle(call, wait)?;
+        site.attendance.wait_until_cycle(call, wait)?;
     }
 }

@@ -224,7 +224,7 @@ impl Observer for EventBroadcaster {
         programs.insert(program, known);
     }
 
-    fn program_runs(&self, program: ProgramId, text: &str) {
+    fn program_compiled(&self, program: ProgramId, text: &str) {
         let name = self.programs().get_mut(&program).map(|known| {
             known.has_run = true;
             known.name.clone()

@@ -24,7 +24,7 @@ pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     supervision::install_panic_hook();
     supervision::injection::begin();
     // This process starts no others but those that programs ask for.
-    elite_runtime::all_children_are_tasks();
+    elite_runtime::claim_all_children();
     let command = Cli::parse_from(arguments).into_command();
     let status = match catch(|| execute(command)) {
         Ok(Ok(status)) => status,

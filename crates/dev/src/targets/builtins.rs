@@ -231,7 +231,7 @@ fn fitting(kind: ParameterType, material: &mut Unstructured<'_>) -> String {
         ParameterType::Function => material.pick(&["turn", "odd", "lambda: None"]).to_owned(),
         ParameterType::Arguments => "()".to_owned(),
         ParameterType::ThreadHandle => ["0", "1", "99"][material.below(3)].to_owned(),
-        ParameterType::Checked(_) | ParameterType::Rest => material.pick(HOSTILE).to_owned(),
+        ParameterType::Custom(_) | ParameterType::Variadic => material.pick(HOSTILE).to_owned(),
     }
 }
 

@@ -94,7 +94,7 @@ impl Analysis {
     /// Reads what has become of the text; what the change leaves alone is not read anew.
     pub fn change(self, text: &str) -> Self {
         let file = SourceFile::new(self.file.name(), text);
-        let reading = self.reading.change(file.clone(), self.kind.known());
+        let reading = self.reading.reparse(file.clone(), self.kind.known());
         let names = Some(self.names);
         let names = syntax::with_deep_stack(|| incremental::names(&reading, names));
         Analysis {

@@ -18,7 +18,7 @@ impl Probe {
     pub(super) fn begin_holding(&self, thread: Option<ThreadId>) -> DebugAction {
         self.holding.set(Some(thread));
         match thread {
-            Some(_) => DebugAction::Later,
+            Some(_) => DebugAction::Yield,
             None => DebugAction::Continue,
         }
     }
@@ -38,11 +38,11 @@ impl Probe {
         }
         let held = self.holding.get()?;
         if held != Some(thread) {
-            return Some(DebugAction::Later);
+            return Some(DebugAction::Yield);
         }
         Some(match self.is_let_go(halt, held) {
             true => DebugAction::Continue,
-            false => DebugAction::Later,
+            false => DebugAction::Yield,
         })
     }
 

@@ -165,7 +165,7 @@ impl Probe {
         let mut watches = std::mem::take(&mut self.state.borrow_mut().watches);
         let mut met: Vec<(u64, String, Option<HitCondition>)> = Vec::new();
         let mut failed = Vec::new();
-        memory::outside(|| {
+        memory::uncounted(|| {
             let cycle = CycleMessage::from(&robot);
             let doing = ProgramPosition {
                 line: self.link.line.load(Ordering::Relaxed),

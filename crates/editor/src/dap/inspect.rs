@@ -407,7 +407,7 @@ impl Probe {
                 call,
                 text: text.to_owned(),
                 // A recorded arm does what it did, and that of a running server is held.
-                may_move: !self.task.is_repeated() && !self.link.is_attached,
+                may_move: !self.task.is_rerun() && !self.link.is_attached,
             };
             let Some(ended) = self.execute(halt, holder, &what, request) else {
                 return Ok(None);
@@ -451,9 +451,9 @@ impl Probe {
             // It is over: to the last statement.
             None => position.tick,
             // In the midst of a statement: to its beginning.
-            Some(call) if self.is_within.get() => call.tick,
-            Some(call) if call.before > 0 => call.before,
-            _ => calls.get(1).map_or(0, |caller| caller.tick),
+            Some(call) if self.is_within.get() => call.statement_number,
+            Some(call) if call.previous_number > 0 => call.previous_number,
+            _ => calls.get(1).map_or(0, |caller| caller.statement_number),
         };
         Ok(json!({"tick": tick, "moment": position.moment, "ticks": position.tick}))
     }

@@ -158,7 +158,7 @@ impl Probe {
     pub(super) fn position(&self, halt: &PausedProgram<'_>) -> Position {
         Position {
             moment: self.state.borrow().moment,
-            tick: halt.ticks(),
+            tick: halt.statement_count(),
             cycle: self.task.cycle(),
         }
     }
@@ -216,7 +216,7 @@ impl Probe {
                     id: data.id,
                     hits: data.hits,
                     // Looked at when it was set; here it is made for this thread.
-                    condition: memory::outside(|| {
+                    condition: memory::uncounted(|| {
                         Condition::new("the data breakpoint", &data.condition).ok()
                     }),
                     text: data.condition.clone(),
@@ -225,7 +225,7 @@ impl Probe {
             });
         }
         let old = std::mem::replace(&mut state.watches, watches);
-        memory::outside(|| drop(old));
+        memory::uncounted(|| drop(old));
     }
 
     /// A moment passes: counts it, does again what was done here, and says what the caller has to do instead of
@@ -267,16 +267,16 @@ impl Probe {
             (console.pending.take(), console.holder == thread)
         };
         let Some(ended) = ended else {
-            return Some(DebugAction::Later);
+            return Some(DebugAction::Yield);
         };
         let console = self.state.borrow_mut().console.take()?;
         if !is_holder {
             // The holder answers when its turn comes.
             self.state.borrow_mut().console = Some(PendingEvaluation {
-                pending: EvalHandle::ended(ended),
+                pending: EvalHandle::ready(ended),
                 ..console
             });
-            return Some(DebugAction::Later);
+            return Some(DebugAction::Yield);
         }
         match console.request {
             Some(request) => {
@@ -321,7 +321,7 @@ impl Probe {
             };
             if let Err(console) = self.intervene(halt, thread, &next, None) {
                 self.state.borrow_mut().console = Some(console);
-                return Some(DebugAction::Later);
+                return Some(DebugAction::Yield);
             }
         }
     }
@@ -370,7 +370,7 @@ impl Probe {
         what: &Intervention,
         request: &RequestId,
     ) -> Option<Result<Option<Value>, String>> {
-        self.task.is_changed();
+        self.task.mark_modified();
         match self.intervene(halt, holder, what, Some(request.clone())) {
             Ok(result) => {
                 self.link.tell(RunEvent::Changed(what.clone()));
@@ -392,7 +392,7 @@ impl Probe {
             return None;
         };
         let is_there = match *target {
-            SeekTarget::Tick(tick) => !is_cycle && halt.ticks() == tick,
+            SeekTarget::Tick(tick) => !is_cycle && halt.statement_count() == tick,
             SeekTarget::Moment(wanted) => wanted == moment,
             SeekTarget::Cycle(wanted) => is_cycle && cycle >= wanted,
             SeekTarget::End => false,
@@ -485,7 +485,7 @@ impl Probe {
                         self.link.tell(RunEvent::Answer { request, result });
                     }
                     if self.state.borrow().console.is_some() {
-                        return DebugAction::Later;
+                        return DebugAction::Yield;
                     }
                 }
                 Some(RunCommand::Go(go)) => {

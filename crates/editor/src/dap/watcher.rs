@@ -13,7 +13,7 @@ use super::run_channel::{Purpose, RunEvent, SuspendReason};
 use super::run_position::SeekTarget;
 
 impl DebugHook for Probe {
-    fn reached(&self, halt: &PausedProgram<'_>, at: &StatementEvent<'_>) -> DebugAction {
+    fn on_statement(&self, halt: &PausedProgram<'_>, at: &StatementEvent<'_>) -> DebugAction {
         let number = self.task.thread();
         self.note_thread(number, at.thread);
         if let Some(onward) = self.goes_on_holding(halt, number, at.thread) {
@@ -56,7 +56,7 @@ impl DebugHook for Probe {
         }
     }
 
-    fn raised(
+    fn on_exception(
         &self,
         halt: &PausedProgram<'_>,
         at: &StatementEvent<'_>,
@@ -100,7 +100,7 @@ impl TaskDebugger for Probe {
         self.attend(halt);
     }
 
-    fn holds(&self) -> SuspendState {
+    fn suspend_state(&self) -> SuspendState {
         match self.holding.get() {
             None => SuspendState::Nothing,
             Some(None) => SuspendState::Program,

@@ -10,7 +10,7 @@ use super::{
 use crate::limits::memory::WorkBudget;
 
 /// Work for one part.
-const PART: usize = 96;
+const WORK_PER_NODE: usize = 96;
 
 impl Module {
     /// Drops the tree, with pauses.
@@ -22,7 +22,7 @@ impl Module {
 
 fn statements(body: Vec<Stmt>, budget: &WorkBudget<'_>) {
     for statement in body {
-        budget.worked(PART);
+        budget.charge(WORK_PER_NODE);
         match statement.kind {
             StmtKind::Expr(value) => expression(value, budget),
             StmtKind::Print {
@@ -130,7 +130,7 @@ fn parameters(all: Parameters, budget: &WorkBudget<'_>) {
     let by_name = all.positional_only.into_iter().chain(all.positional);
     let by_name = by_name.chain(all.keyword_only);
     for parameter in by_name.chain(all.star).chain(all.double_star) {
-        budget.worked(PART);
+        budget.charge(WORK_PER_NODE);
         let Parameter {
             name: _,
             annotation,
@@ -157,7 +157,7 @@ pub(crate) fn expressions(all: impl IntoIterator<Item = Expr>, budget: &WorkBudg
 
 pub(crate) fn format_parts(parts: Vec<FStringPart>, budget: &WorkBudget<'_>) {
     for part in parts {
-        budget.worked(PART);
+        budget.charge(WORK_PER_NODE);
         if let FStringPart::Value {
             value,
             conversion: _,
@@ -186,7 +186,7 @@ fn comprehension(comprehension: Comprehension, budget: &WorkBudget<'_>) {
 }
 
 fn expression(expr: Expr, budget: &WorkBudget<'_>) {
-    budget.worked(PART);
+    budget.charge(WORK_PER_NODE);
     match expr.kind {
         ExprKind::Constant(_) | ExprKind::Name(_) => {}
         ExprKind::And(items)

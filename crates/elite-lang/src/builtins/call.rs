@@ -41,7 +41,7 @@ impl Evaluator<'_> {
     /// The same for many, some at a time.
     #[inline(never)]
     fn in_front(&self, first: Value, args: &mut [Value]) -> R<ValueVec> {
-        let mut all = ValueVec::from(self.room_for(args.len() + 1)?);
+        let mut all = ValueVec::from(self.try_with_capacity(args.len() + 1)?);
         all.push(first);
         self.take_values(args, &mut all)?;
         Ok(all)
@@ -130,7 +130,7 @@ impl Evaluator<'_> {
         };
         match args.first() {
             Some(_) if owner == "object" => Ok(()),
-            Some(receiver) if self.core.types.of(receiver).is_builtin_called(owner) => Ok(()),
+            Some(receiver) if self.core.types.of(receiver).has_builtin_ancestor(owner) => Ok(()),
             // What has data of its own knows its class, and `__new__` is handed it.
             _ if matches!(builtin.body, BuiltinBody::Closure { .. }) => Ok(()),
             _ if builtin.name == "__new__" => Ok(()),
@@ -148,11 +148,11 @@ impl Evaluator<'_> {
             |found: &Value| matches!(found, Value::Builtin(own) if std::ptr::eq(&**own, builtin));
         let class = self.core.types.of(receiver);
         class.lookup(name).is_some_and(|found| is_it(&found))
-            || (class.line().iter()).any(|class| class.own_attrs().get(name).is_some_and(is_it))
+            || (class.mro().iter()).any(|class| class.own_attrs().get(name).is_some_and(is_it))
     }
 
     /// Refuses to make a method of an object that is none of the class's.
-    pub fn check_described(&self, builtin: &Rc<Builtin>, receiver: &Value) -> R<()> {
+    pub fn check_descriptor_receiver(&self, builtin: &Rc<Builtin>, receiver: &Value) -> R<()> {
         if self
             .check_receiver(builtin, std::slice::from_ref(receiver))
             .is_ok()
@@ -167,7 +167,7 @@ impl Evaluator<'_> {
     }
 
     /// The class whose method it is: `__objclass__`.
-    pub fn described_by(&self, builtin: &Builtin) -> R<Option<Value>> {
+    pub fn descriptor_owner(&self, builtin: &Builtin) -> R<Option<Value>> {
         let types = &self.core.types;
         let Some(name) = self.core.symbols.find(builtin.name) else {
             return Ok(None);
@@ -192,7 +192,7 @@ impl Evaluator<'_> {
         let mut seen = std::collections::HashSet::new();
         let mut of_script = None;
         while let Some(class) = left.pop() {
-            self.worked(crate::eval::pace::VALUE)?;
+            self.charge(crate::eval::pace::WORK_PER_VALUE)?;
             if !seen.insert(Rc::as_ptr(&class)) {
                 continue;
             }
@@ -205,7 +205,7 @@ impl Evaluator<'_> {
             let mut before = usize::MAX;
             while before > 0 {
                 before = class.some_subclasses(before, SUBCLASSES, &mut left);
-                self.worked(SUBCLASSES)?;
+                self.charge(SUBCLASSES)?;
             }
         }
         Ok(of_script)
@@ -214,7 +214,7 @@ impl Evaluator<'_> {
     /// How messages name the class whose method it is.
     #[cold]
     pub fn owner_of(&self, builtin: &Builtin) -> Rc<str> {
-        match self.described_by(builtin) {
+        match self.descriptor_owner(builtin) {
             Ok(Some(Value::Class(class))) => class.type_name(),
             _ => builtin.owner.unwrap_or_default().into(),
         }
@@ -262,21 +262,21 @@ impl Evaluator<'_> {
                     && args.len() == builtin.signature.len()
                     && builtin.signature.accepts(args.len())
                 {
-                    self.note_filled(builtin, args);
+                    self.gc_track_receiver(builtin, args);
                     return body(self, args);
                 }
                 self.with_bound(builtin, args, keywords, |bound| {
-                    self.note_filled(builtin, bound);
+                    self.gc_track_receiver(builtin, bound);
                     body(self, bound)
                 })
             }
             BuiltinBody::Raw(body) => {
-                self.note_filled(builtin, args);
-                if builtin.fills
+                self.gc_track_receiver(builtin, args);
+                if builtin.stores_args
                     && let Some(receiver) = args.first()
-                    && keywords.iter().any(|(_, value)| value.holds_values())
+                    && keywords.iter().any(|(_, value)| value.can_hold_values())
                 {
-                    self.core.note(receiver);
+                    self.core.gc_track(receiver);
                 }
                 body(
                     self,
@@ -310,12 +310,12 @@ impl Evaluator<'_> {
 
     /// Notes the receiver of a method that may put values into it which can hold others.
     #[inline]
-    pub fn note_filled(&self, builtin: &Builtin, args: &[Value]) {
-        if builtin.fills
+    pub fn gc_track_receiver(&self, builtin: &Builtin, args: &[Value]) {
+        if builtin.stores_args
             && let Some((receiver, rest)) = args.split_first()
-            && rest.iter().any(Value::holds_values)
+            && rest.iter().any(Value::can_hold_values)
         {
-            self.core.note(receiver);
+            self.core.gc_track(receiver);
         }
     }
 

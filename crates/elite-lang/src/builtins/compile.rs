@@ -7,7 +7,9 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::evaluate::{VARIABLE, dictionary_namespace};
-use super::reading::{ResolvedTree, reading, release, source_file, source_text, tree};
+use super::reading::{
+    ResolvedTree, parse_and_resolve, release, source_file, source_text, with_parse_budget,
+};
 use crate::ast::{Stmt, StmtKind};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
@@ -43,7 +45,7 @@ pub(super) fn code_text(value: &Value) -> Option<&CompiledSource> {
 /// evaluated.
 pub(super) fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let file_name = file_name(ev, &args[1])?;
-    let Value::Str(mode) = ev.plain(&args[2]) else {
+    let Value::Str(mode) = ev.unwrap_builtin(&args[2]) else {
         let found = ev.core.types.name_of_argument(&args[2]);
         let text = format!("compile() argument 'mode' must be str, not {found}");
         return Err(ev.type_error(text));
@@ -51,7 +53,7 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if mode.as_str().contains('\0') {
         return Err(ev.value_error("embedded null character"));
     }
-    let number = |value: &Value, default: i32| match value.given() {
+    let number = |value: &Value, default: i32| match value.if_given() {
         None => Ok(default),
         Some(value) => ev.c_int(value),
     };
@@ -80,8 +82,9 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut copy = String::new();
     ev.push_text(&mut copy, &text)?;
     let file = source_file(ev, &file_name, copy)?;
-    reading(ev, |budget| {
-        let ResolvedTree { module, resolution } = tree(ev, &file, is_expression, budget)?;
+    with_parse_budget(ev, |budget| {
+        let ResolvedTree { module, resolution } =
+            parse_and_resolve(ev, &file, is_expression, budget)?;
         release(module, resolution, budget);
         Ok(())
     })?;
@@ -115,13 +118,13 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 /// The name of a text: a path, as text or bytes.
 fn file_name(ev: &Evaluator<'_>, value: &Value) -> R<String> {
-    let plain = ev.plain(value);
+    let plain = ev.unwrap_builtin(value);
     let name = match &plain {
-        Value::Str(text) => ev.copied_text(text.as_str())?,
+        Value::Str(text) => ev.copy_text(text.as_str())?,
         other => match ev.bytes_like(other) {
-            Some(data) => ev.lossy_text(&data)?,
+            Some(data) => ev.decode_utf8_lossy(&data)?,
             None => match ev.special(value, ev.core.symbols.intern("__fspath__"), &mut [])? {
-                Some(Value::Str(text)) => ev.copied_text(text.as_str())?,
+                Some(Value::Str(text)) => ev.copy_text(text.as_str())?,
                 _ => {
                     let found = ev.core.types.name_of(value);
                     let text = format!("expected str, bytes or os.PathLike object, not {found}");
@@ -147,16 +150,16 @@ pub(super) fn function(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if of_text.is_none() && !matches!(args[0], Value::Code(_)) {
         return wrong("code", "code", &args[0]);
     }
-    let Value::Dict(globals) = ev.plain(&args[1]) else {
+    let Value::Dict(globals) = ev.unwrap_builtin(&args[1]) else {
         return wrong("globals", "dict", &args[1]);
     };
-    let is_none = |value: &Value| value.given().is_none_or(Value::is_none);
-    let name = match ev.plain(&args[2]) {
+    let is_none = |value: &Value| value.if_given().is_none_or(Value::is_none);
+    let name = match ev.unwrap_builtin(&args[2]) {
         Value::Str(name) => Some(name),
         _ if is_none(&args[2]) => None,
         _ => return Err(ev.type_error("arg 3 (name) must be None or string")),
     };
-    let defaults = match ev.plain(&args[3]) {
+    let defaults = match ev.unwrap_builtin(&args[3]) {
         Value::Tuple(defaults) => Value::Tuple(defaults),
         _ if is_none(&args[3]) => Value::None,
         _ => return Err(ev.type_error("arg 4 (defaults) must be None or tuple")),
@@ -165,7 +168,7 @@ pub(super) fn function(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         Value::Code(code) => code.free_names.len(),
         _ => 0,
     };
-    let cells = match ev.plain(&args[4]) {
+    let cells = match ev.unwrap_builtin(&args[4]) {
         Value::Tuple(cells) => Some(cells),
         _ if !is_none(&args[4]) => {
             return Err(ev.type_error("arg 5 (closure) must be None or tuple"));
@@ -225,7 +228,7 @@ impl Evaluator<'_> {
         }
         // What is a text's only expression may not be right as a statement, with blanks before it.
         let file = &code.file;
-        let is_expression = reading(self, |budget| {
+        let is_expression = with_parse_budget(self, |budget| {
             let parsed = crate::parser::parse_within(file, budget);
             let is_error = |finding: &crate::diagnostic::Diagnostic| {
                 finding.severity == crate::diagnostic::Severity::Error
@@ -267,8 +270,9 @@ impl Evaluator<'_> {
                 namespace
             }
         };
-        let code = reading(self, |budget| {
-            let ResolvedTree { module, resolution } = tree(self, file, is_expression, budget)?;
+        let code = with_parse_budget(self, |budget| {
+            let ResolvedTree { module, resolution } =
+                parse_and_resolve(self, file, is_expression, budget)?;
             let code = match &module.body[..] {
                 [
                     Stmt {
@@ -283,15 +287,15 @@ impl Evaluator<'_> {
             release(module, resolution, budget);
             Ok(code)
         })?;
-        let mut worked = || self.worked(VARIABLE);
+        let mut worked = || self.charge(VARIABLE);
         match is_main {
-            true => code.refers.forget(&mut worked)?,
+            true => code.refs.forget(&mut worked)?,
             false => {
                 let own = namespace.own_cells();
-                code.refers.check(own, &before, true, &mut worked)?;
-                code.refers.set_home(globals, &mut worked)?;
+                code.refs.check(own, &before, true, &mut worked)?;
+                code.refs.set_home(globals, &mut worked)?;
                 core.note_namespace(&namespace);
-                core.note(&Value::Dict(globals.clone()));
+                core.gc_track(&Value::Dict(globals.clone()));
             }
         }
         Ok(code)
@@ -301,14 +305,14 @@ impl Evaluator<'_> {
     fn code_at(&self, whole: &Rc<Code>, wanted: &Code) -> R<Option<Rc<Code>>> {
         let mut left = vec![whole.clone()];
         while let Some(code) = left.pop() {
-            self.worked(VARIABLE)?;
+            self.charge(VARIABLE)?;
             let is_it = code.span == wanted.span
                 && code.qualname == wanted.qualname
                 && code.free_names.len() == wanted.free_names.len();
             if is_it {
                 return Ok(Some(code));
             }
-            left.extend(code.refers.codes.iter().cloned());
+            left.extend(code.refs.codes.iter().cloned());
         }
         Ok(None)
     }

@@ -11,7 +11,10 @@ use std::sync::Arc;
 
 use super::Args;
 use super::compile::code_text;
-use super::reading::{ResolvedTree, TEXT_NAME, reading, release, source_file, source_text, tree};
+use super::reading::{
+    ResolvedTree, TEXT_NAME, parse_and_resolve, release, source_file, source_text,
+    with_parse_budget,
+};
 use crate::ast::{Stmt, StmtKind};
 use crate::diagnostic::Severity;
 use crate::errors::ExceptionKind;
@@ -36,8 +39,8 @@ pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 fn run_expression(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &EvalScope) -> R {
-    let code = reading(ev, |budget| {
-        let ResolvedTree { module, resolution } = tree(ev, file, true, budget)?;
+    let code = with_parse_budget(ev, |budget| {
+        let ResolvedTree { module, resolution } = parse_and_resolve(ev, file, true, budget)?;
         let [
             Stmt {
                 kind: StmtKind::Expr(expr),
@@ -125,16 +128,20 @@ fn cells_for_exec(
 
 /// Runs the code of a function as `exec` and `eval` do, without arguments.
 fn run_code(ev: &Evaluator<'_>, code: &Rc<Code>, closure: Box<[Rc<CellVar>]>) -> R {
-    ev.call_function(&Function::plain(code.clone(), closure), &mut [], &[])
+    ev.call_function(
+        &Function::without_defaults(code.clone(), closure),
+        &mut [],
+        &[],
+    )
 }
 
 fn run_statements(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &EvalScope) -> R<()> {
-    let code = reading(ev, |budget| {
-        let ResolvedTree { module, resolution } = tree(ev, file, false, budget)?;
+    let code = with_parse_budget(ev, |budget| {
+        let ResolvedTree { module, resolution } = parse_and_resolve(ev, file, false, budget)?;
         for name in &resolution.bindings {
             if scope.is_separate && scope.mapping.is_none() {
-                budget.worked(VARIABLE);
-                scope.namespace.own_cell(ev.core.symbols.take(name));
+                budget.charge(VARIABLE);
+                scope.namespace.own_cell(ev.core.symbols.intern_used(name));
             }
         }
         let (core, namespace) = (&ev.core, &scope.namespace);
@@ -174,7 +181,7 @@ pub(crate) fn run_in(
         }
     };
     let is_separate = namespace.is_of_text();
-    let is_expression = reading(ev, |budget| {
+    let is_expression = with_parse_budget(ev, |budget| {
         let (_, parsed) = parse_expression(&file, budget);
         let is_right = parsed
             .diagnostics
@@ -183,11 +190,12 @@ pub(crate) fn run_in(
         parsed.module.release(budget);
         Ok(is_right)
     })?;
-    let code = reading(ev, |budget| {
-        let ResolvedTree { module, resolution } = tree(ev, &file, is_expression, budget)?;
+    let code = with_parse_budget(ev, |budget| {
+        let ResolvedTree { module, resolution } =
+            parse_and_resolve(ev, &file, is_expression, budget)?;
         if is_separate {
             for name in &resolution.bindings {
-                namespace.own_cell(ev.core.symbols.take(name));
+                namespace.own_cell(ev.core.symbols.intern_used(name));
             }
         }
         let core = &ev.core;
@@ -240,19 +248,19 @@ struct EvalScope {
 impl EvalScope {
     /// What the code refers to is listed exactly, or not at all.
     fn check(&self, ev: &Evaluator<'_>, code: &Code) -> R<()> {
-        let mut worked = || ev.worked(VARIABLE);
+        let mut worked = || ev.charge(VARIABLE);
         match self.is_separate {
-            true => code.refers.check(
+            true => code.refs.check(
                 self.namespace.own_cells(),
                 &self.before,
                 self.namespace.shown().is_some(),
                 &mut worked,
             )?,
             // The variables are those of the text around.
-            false => code.refers.forget(&mut worked)?,
+            false => code.refs.forget(&mut worked)?,
         }
         if let Some(home) = &self.home {
-            code.refers.set_home(home, &mut worked)?;
+            code.refs.set_home(home, &mut worked)?;
         }
         Ok(())
     }
@@ -261,14 +269,18 @@ impl EvalScope {
         let result = if self.is_separate {
             ev.run_text(&code, &self.namespace, self.mapping.as_ref())
         } else {
-            ev.call_function(&Function::plain(code, Box::default()), &mut [], &[])
+            ev.call_function(
+                &Function::without_defaults(code, Box::default()),
+                &mut [],
+                &[],
+            )
         };
         if self.is_separate {
             // Functions of the text refer to its variables, which may refer to them.
             ev.core.note_namespace(&self.namespace);
         }
         if let Some(home) = &self.home {
-            ev.core.note(&Value::Dict(home.clone()));
+            ev.core.gc_track(&Value::Dict(home.clone()));
         }
         result
     }
@@ -322,7 +334,7 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, is_eval: bool) -> R<EvalPlan> {
     if is_eval {
         check_locals()?;
     }
-    let globals = match given(1).map(|value| (ev.plain(value), value)) {
+    let globals = match given(1).map(|value| (ev.unwrap_builtin(value), value)) {
         None => None,
         Some((Value::Dict(dict), _)) => Some(dict),
         Some((_, value)) => {
@@ -369,7 +381,7 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, is_eval: bool) -> R<EvalPlan> {
 /// Whether a value can be asked for the values of names.
 fn is_mapping(ev: &Evaluator<'_>, value: &Value) -> bool {
     matches!(
-        ev.plain(value),
+        ev.unwrap_builtin(value),
         Value::Dict(_) | Value::List(_) | Value::Tuple(_) | Value::Str(_)
     ) || ev.core.types.of(value).lookup(known::GETITEM).is_some()
 }
@@ -385,7 +397,7 @@ fn text_scope(
     let caller = args.caller.as_ref();
     let running = caller.and_then(|frame| ev.text_namespace(frame));
     // A text sees what the code that evaluates it sees: in a text or a function of one its variables.
-    let home = globals.or_else(|| caller.and_then(|frame| frame.function.code.refers.home()));
+    let home = globals.or_else(|| caller.and_then(|frame| frame.function.code.refs.home()));
     let mut before = HashMap::new();
     let mut namespace = match (&home, running) {
         (Some(dict), _) => {
@@ -446,16 +458,16 @@ pub(super) fn dictionary_namespace(
 ) -> R<Rc<Namespace>> {
     let namespace = ev.core.new_namespace(None);
     namespace.set_in_dictionary();
-    namespace.show_in(dict.clone(), &ev.core.symbols);
+    namespace.attach_dict(dict.clone(), &ev.core.symbols);
     if let Some(own) = ev.builtins_in(dict)
         && !Rc::ptr_eq(&own, &ev.builtins_dict())
     {
         let builtins = ev.core.new_namespace(None);
-        builtins.show_in(own, &ev.core.symbols);
+        builtins.attach_dict(own, &ev.core.symbols);
         namespace.set_builtins(builtins);
     }
     for variable in dict.variables() {
-        ev.worked(VARIABLE)?;
+        ev.charge(VARIABLE)?;
         before.insert(Rc::as_ptr(&variable), Rc::strong_count(&variable) - 1);
     }
     Ok(namespace)
@@ -473,8 +485,8 @@ impl Evaluator<'_> {
     /// What unbound names mean in a text with these globals: what `__builtins__` there has, a dictionary or a module.
     pub fn builtins_in(&self, globals: &Dict) -> Option<Rc<Dict>> {
         match globals.get_str("__builtins__")? {
-            Value::Module(module) => Some(self.shown(&module.namespace)),
-            other => match self.plain(&other) {
+            Value::Module(module) => Some(self.namespace_dict(&module.namespace)),
+            other => match self.unwrap_builtin(&other) {
                 Value::Dict(dict) => Some(dict),
                 _ => None,
             },

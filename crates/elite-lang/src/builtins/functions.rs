@@ -6,13 +6,13 @@ use super::{Args, Builtin};
 use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::generator::{GeneratorInput, StepResult};
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{Evaluator, InterpreterState};
 use crate::value::symbol::{TempSymbol, known};
 use crate::value::{Class, Iter, R, Symbol, Value};
 
 /// Items that are added up at once.
-const SHORT: usize = 4096;
+const SUM_INLINE_MAX: usize = 4096;
 
 /// Puts the builtin functions in place.
 pub fn install(core: &Rc<InterpreterState>) {
@@ -21,9 +21,9 @@ pub fn install(core: &Rc<InterpreterState>) {
         ("any", "iterable /", any),
         ("ascii", "obj /", |ev, args| {
             let text = ev.repr_value(&args[0])?;
-            match ev.plain(&text) {
+            match ev.unwrap_builtin(&text) {
                 Value::Str(plain) if !plain.is_ascii() => {
-                    ev.string(ev.escaped_beyond_ascii(plain.as_str())?)
+                    ev.new_str(ev.escaped_beyond_ascii(plain.as_str())?)
                 }
                 _ => Ok(text),
             }
@@ -73,8 +73,8 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let option = |name: Symbol, default: &str| -> R<String> {
         match args.keyword(name) {
             None | Some(Value::None) => Ok(default.to_owned()),
-            Some(value) => match ev.plain(value) {
-                Value::Str(text) => ev.copied_text(text.as_str()),
+            Some(value) => match ev.unwrap_builtin(value) {
+                Value::Str(text) => ev.copy_text(text.as_str()),
                 other => {
                     let (name, type_name) =
                         (ev.core.symbols.name(name), ev.core.types.name_of(&other));
@@ -93,7 +93,7 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     }
     let (sep, end) = (option(known::SEP, " ")?, option(known::END, "\n")?);
     let file = match args.keyword(known::FILE) {
-        None | Some(Value::None) => redirected(ev),
+        None | Some(Value::None) => redirected_stdout(ev),
         Some(file) => Some(file.clone()),
     };
     if let Some(file) = file {
@@ -138,7 +138,7 @@ fn print_into(ev: &Evaluator<'_>, file: &Value, args: &Args<'_>, sep: Value, end
 }
 
 /// What a program has put in the place of `sys.stdout`.
-fn redirected(ev: &Evaluator<'_>) -> Option<Value> {
+fn redirected_stdout(ev: &Evaluator<'_>) -> Option<Value> {
     let modules = ev.core.modules.borrow();
     let sys = modules.iter().find(|module| &*module.name == "sys")?;
     let get = |name| sys.namespace.get(ev.core.symbols.intern(name));
@@ -148,7 +148,7 @@ fn redirected(ev: &Evaluator<'_>) -> Option<Value> {
 
 fn all(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let iterator = ev.iter(&args[0])?;
-    while let Some(value) = ev.step(&iterator)? {
+    while let Some(value) = ev.next_at_safepoint(&iterator)? {
         if !ev.truth(&value)? {
             return Ok(Value::Bool(false));
         }
@@ -158,7 +158,7 @@ fn all(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn any(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let iterator = ev.iter(&args[0])?;
-    while let Some(value) = ev.step(&iterator)? {
+    while let Some(value) = ev.next_at_safepoint(&iterator)? {
         if ev.truth(&value)? {
             return Ok(Value::Bool(true));
         }
@@ -172,8 +172,8 @@ fn callable(_: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 /// The symbol of an attribute name given as a value.
 fn attribute_name<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<TempSymbol<'e>> {
-    match ev.plain(name) {
-        Value::Str(text) => ev.ask_name(text.as_str()),
+    match ev.unwrap_builtin(name) {
+        Value::Str(text) => ev.temp_symbol(text.as_str()),
         _ => {
             let type_name = ev.core.types.name_of(name);
             let text = format!("attribute name must be string, not '{type_name}'");
@@ -184,7 +184,7 @@ fn attribute_name<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<TempSymbol<'e>> 
 
 fn getattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let name = attribute_name(ev, &args[1])?;
-    match args[2].given() {
+    match args[2].if_given() {
         None => ev.attribute(&args[0], *name),
         Some(default) => {
             let found = ev.attribute_or_none(&args[0], *name)?;
@@ -211,10 +211,10 @@ fn delattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let spec = match args[1].given() {
+    let spec = match args[1].if_given() {
         None => String::new(),
-        Some(given) => match ev.plain(given) {
-            Value::Str(text) => ev.copied_text(text.as_str())?,
+        Some(given) => match ev.unwrap_builtin(given) {
+            Value::Str(text) => ev.copy_text(text.as_str())?,
             _ => {
                 let name = ev.core.types.name_of_argument(given);
                 return Err(ev.type_error(format!("format() argument 2 must be str, not {name}")));
@@ -251,9 +251,9 @@ impl Evaluator<'_> {
                 }
                 self.is_plain_instance(value, class)
             }
-            Value::Tuple(tuple) => self.recurse(|| {
+            Value::Tuple(tuple) => self.with_native_depth(|| {
                 for class in tuple.items() {
-                    self.worked(VALUE)?;
+                    self.charge(WORK_PER_VALUE)?;
                     if self.is_instance(value, class)? {
                         return Ok(true);
                     }
@@ -293,7 +293,7 @@ impl Evaluator<'_> {
 
     /// The tuple that an instance of a class derived from it is.
     fn tuple_of(&self, value: &Value) -> Option<Value> {
-        Some(self.plain(value)).filter(|plain| matches!(plain, Value::Tuple(_)))
+        Some(self.unwrap_builtin(value)).filter(|plain| matches!(plain, Value::Tuple(_)))
     }
 
     /// Whether an object says that it has bases, so that it counts as a class of which nothing is an instance.
@@ -324,9 +324,9 @@ impl Evaluator<'_> {
                 }
                 Ok(class.is_subclass_of(other))
             }
-            Value::Tuple(tuple) => self.recurse(|| {
+            Value::Tuple(tuple) => self.with_native_depth(|| {
                 for other in tuple.items() {
-                    self.worked(VALUE)?;
+                    self.charge(WORK_PER_VALUE)?;
                     if self.is_subclass(class, other)? {
                         return Ok(true);
                     }
@@ -366,7 +366,7 @@ fn issubclass(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn iter(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    match args[1].given() {
+    match args[1].if_given() {
         None => ev.iter(&args[0]),
         Some(sentinel) => {
             if !ev.truth(&callable(ev, &mut [args[0].clone()])?)? {
@@ -399,7 +399,7 @@ fn next(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 return Err(not_an_iterator(ev, other));
             }
             // The exception of the script's own `__next__`, or of what an iterator calls, is kept with its value.
-            match (ev.next_with_end(other), args[1].given()) {
+            match (ev.next_with_end(other), args[1].if_given()) {
                 (Ok(value), _) => value.ok_or(Value::None),
                 (Err(raised), Some(default))
                     if ev.is_kind(&raised, ExceptionKind::StopIteration) =>
@@ -410,7 +410,7 @@ fn next(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             }
         }
     };
-    match (result, args[1].given()) {
+    match (result, args[1].if_given()) {
         (Ok(value), _) => Ok(value),
         (Err(_), Some(default)) => Ok(default.clone()),
         (Err(value), None) => ev.stop_iteration(value),
@@ -426,18 +426,18 @@ fn not_an_iterator(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
 
 fn sorted(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut items = ev.collect(&args[0])?;
-    let reverse = match args[2].given() {
+    let reverse = match args[2].if_given() {
         Some(value) => ev.c_int(value)? != 0,
         None => false,
     };
-    ev.sort(&mut items, args[1].given(), reverse)?;
+    ev.sort(&mut items, args[1].if_given(), reverse)?;
     Ok(items.into_list())
 }
 
 fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let iterator = ev.iter(&args[0])?;
-    let mut total = args[1].given().cloned().unwrap_or(Value::Int(0));
-    let wrong = match ev.plain(&total) {
+    let mut total = args[1].if_given().cloned().unwrap_or(Value::Int(0));
+    let wrong = match ev.unwrap_builtin(&total) {
         Value::Str(_) => Some("sum() can't sum strings [use ''.join(seq) instead]"),
         Value::Bytes(_) => Some("sum() can't sum bytes [use b''.join(seq) instead]"),
         Value::ByteArray(_) => Some("sum() can't sum bytearray [use b''.join(seq) instead]"),
@@ -449,7 +449,7 @@ fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if let Some(sum) = sum_of_numbers(ev, &args[0], &total)? {
         return Ok(sum);
     }
-    while let Some(value) = ev.step(&iterator)? {
+    while let Some(value) = ev.next_at_safepoint(&iterator)? {
         total = match crate::ops::arith::fast(crate::ast::BinaryOp::Add, &total, &value) {
             Some(total) => total,
             None => ev.binary(crate::ast::BinaryOp::Add, &total, &value)?,
@@ -468,13 +468,13 @@ fn sum_of_numbers(ev: &Evaluator<'_>, items: &Value, start: &Value) -> R<Option<
         Some(total)
     };
     let (sum, length) = match items {
-        Value::List(list) if list.len() <= SHORT => (sum(&list.borrow()), list.len()),
-        Value::Tuple(tuple) if tuple.items().len() <= SHORT => {
+        Value::List(list) if list.len() <= SUM_INLINE_MAX => (sum(&list.borrow()), list.len()),
+        Value::Tuple(tuple) if tuple.items().len() <= SUM_INLINE_MAX => {
             (sum(tuple.items()), tuple.items().len())
         }
         _ => return Ok(None),
     };
-    ev.worked(length * VALUE)?;
+    ev.charge(length * WORK_PER_VALUE)?;
     Ok(sum)
 }
 
@@ -522,7 +522,7 @@ fn extreme(ev: &Evaluator<'_>, args: &mut Args<'_>, name: &str, better: CompareO
     match &*args.positional {
         [iterable] => {
             let iterator = ev.iter(iterable)?;
-            while let Some(value) = ev.step(&iterator)? {
+            while let Some(value) = ev.next_at_safepoint(&iterator)? {
                 consider(value)?;
             }
         }
@@ -534,7 +534,7 @@ fn extreme(ev: &Evaluator<'_>, args: &mut Args<'_>, name: &str, better: CompareO
                 return Err(ev.type_error(text));
             }
             for value in values {
-                ev.worked(VALUE)?;
+                ev.charge(WORK_PER_VALUE)?;
                 consider(value.clone())?;
             }
         }

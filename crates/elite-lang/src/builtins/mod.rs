@@ -38,12 +38,12 @@ pub struct Builtin {
     /// What it does.
     pub body: BuiltinBody,
     /// It may put its arguments into its receiver, which then may become part of a cycle.
-    pub fills: bool,
+    pub stores_args: bool,
     /// What it answers at once.
-    pub quick: Option<FastPath>,
+    pub fast_path: Option<FastPath>,
     /// What a method of a builtin sequence adds or repeats by, and whether its receiver stands on the right. As methods
     /// these refuse what they cannot take; as operators they leave it to the other operand.
-    pub joins: Option<(BinaryOp, bool)>,
+    pub sequence_op: Option<(BinaryOp, bool)>,
     /// Of methods: CPython's type has a slot for it, not an entry in its table of methods.
     pub is_slot: bool,
 }
@@ -53,7 +53,7 @@ pub type BoundFn = fn(&Evaluator<'_>, &mut [Value]) -> R;
 /// A function that looks at its arguments itself.
 pub type RawFn = fn(&Evaluator<'_>, &mut Args<'_>) -> R;
 
-/// A function with data of its own, which holds no values: those it gets as `held`. Values do not go from thread to
+/// A function with data of its own, which holds no values: those it gets as `captured`. Values do not go from thread to
 /// thread, so a closure that had captured one would not compile.
 pub type ClosureFn = dyn Fn(&Evaluator<'_>, &[Value], &mut Args<'_>) -> R + Send;
 
@@ -109,9 +109,9 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Bound(body),
-            fills: false,
-            quick: quick::find(None, None, name),
-            joins: None,
+            stores_args: false,
+            fast_path: quick::find(None, None, name),
+            sequence_op: None,
             is_slot: false,
         }))
     }
@@ -130,9 +130,9 @@ impl Builtin {
             module: Some(module.clone()),
             signature: Signature::parse(signature, &core.symbols),
             body: BuiltinBody::Bound(body),
-            fills: false,
-            quick: quick::find(None, Some(module), name),
-            joins: None,
+            stores_args: false,
+            fast_path: quick::find(None, Some(module), name),
+            sequence_op: None,
             is_slot: false,
         }))
     }
@@ -146,15 +146,15 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Raw(body),
-            fills: false,
-            quick: quick::find(None, None, name),
-            joins: None,
+            stores_args: false,
+            fast_path: quick::find(None, None, name),
+            sequence_op: None,
             is_slot: false,
         }))
     }
 
-    /// A function with data of its own. Values that are part of it are `held`, where dropping and the search for cycles
-    /// find them; the closure can capture none.
+    /// A function with data of its own. Values that are part of it are `captured`, where dropping and the search for
+    /// cycles find them; the closure can capture none.
     pub fn closure(
         name: &'static str,
         held: Vec<Value>,
@@ -171,15 +171,15 @@ impl Builtin {
             module: None,
             signature,
             body,
-            fills: false,
-            quick: None,
-            joins: None,
+            stores_args: false,
+            fast_path: None,
+            sequence_op: None,
             is_slot: false,
         }))
     }
 
     /// The values that are part of it.
-    pub fn held(&self) -> &[Value] {
+    pub fn captured(&self) -> &[Value] {
         match &self.body {
             BuiltinBody::Closure { held, .. } => held,
             _ => &[],
@@ -195,9 +195,9 @@ impl Builtin {
             module: None,
             signature,
             body: BuiltinBody::Native(native),
-            fills: false,
-            quick: None,
-            joins: None,
+            stores_args: false,
+            fast_path: None,
+            sequence_op: None,
             is_slot: false,
         }))
     }
@@ -206,7 +206,7 @@ impl Builtin {
 impl Drop for Builtin {
     fn drop(&mut self) {
         if let BuiltinBody::Closure { held, .. } = &mut self.body {
-            trash::dismantle(held);
+            trash::drop_values(held);
         }
     }
 }
@@ -387,7 +387,7 @@ const NAMES: &[&str] = &[
 
 /// Whether every program finds this name defined.
 pub fn is_builtin_name(name: &str) -> bool {
-    NAMES.binary_search(&name).is_ok() || crate::stdlib::PRESENT.contains(&name)
+    NAMES.binary_search(&name).is_ok() || crate::stdlib::IMPLICIT_MODULES.contains(&name)
 }
 
 /// All names that every program finds defined.

@@ -17,15 +17,15 @@ pub fn install(core: &Rc<InterpreterState>) {
     let bound: &[(&'static str, &str, super::BoundFn)] = &[
         ("abs", "x /", abs),
         ("bin", "number /", |ev, args| {
-            ev.string(prefixed(&ev.to_int(&args[0])?, 'b', "0b", ev)?)
+            ev.new_str(prefixed(&ev.to_int(&args[0])?, 'b', "0b", ev)?)
         }),
         ("chr", "i /", chr),
         ("divmod", "x y /", divmod),
         ("hex", "number /", |ev, args| {
-            ev.string(prefixed(&ev.to_int(&args[0])?, 'x', "0x", ev)?)
+            ev.new_str(prefixed(&ev.to_int(&args[0])?, 'x', "0x", ev)?)
         }),
         ("oct", "number /", |ev, args| {
-            ev.string(prefixed(&ev.to_int(&args[0])?, 'o', "0o", ev)?)
+            ev.new_str(prefixed(&ev.to_int(&args[0])?, 'o', "0o", ev)?)
         }),
         ("ord", "c /", ord),
         ("pow", "base exp mod?", pow),
@@ -73,7 +73,7 @@ fn chr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn ord(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let length = match ev.plain(&args[0]) {
+    let length = match ev.unwrap_builtin(&args[0]) {
         Value::Str(text) if text.len() == 1 => {
             let c = text.as_str().chars().next().unwrap_or('\0');
             return Ok(Value::Int(i64::from(code_of(c))));
@@ -110,7 +110,7 @@ fn divmod(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 pub fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let modulus = match args[2].given() {
+    let modulus = match args[2].if_given() {
         None | Some(Value::None) => return ev.binary(BinaryOp::Pow, &args[0], &args[1]),
         Some(modulus) => modulus,
     };
@@ -125,7 +125,8 @@ pub fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     for kind in asked.into_iter().flatten() {
         match kind {
             PowerKind::Int => {
-                let ints = [&args[0], &args[1], modulus].map(|arg| Int::of(&ev.plain(arg)));
+                let ints =
+                    [&args[0], &args[1], modulus].map(|arg| Int::of(&ev.unwrap_builtin(arg)));
                 if let [Some(base), Some(exponent), Some(modulus)] = ints {
                     return power_modulo(ev, &base, &exponent, &modulus);
                 }
@@ -134,7 +135,11 @@ pub fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 let text = "pow() 3rd argument not allowed unless all arguments are integers";
                 return Err(ev.type_error(text));
             }
-            PowerKind::Complex if args[..2].iter().all(|arg| is_number(&ev.plain(arg))) => {
+            PowerKind::Complex
+                if args[..2]
+                    .iter()
+                    .all(|arg| is_number(&ev.unwrap_builtin(arg))) =>
+            {
                 return Err(ev.value_error("complex modulo"));
             }
             PowerKind::Own if first == PowerKind::Own => {
@@ -181,7 +186,7 @@ impl PowerKind {
                 return PowerKind::Own;
             }
         }
-        match ev.plain(arg) {
+        match ev.unwrap_builtin(arg) {
             Value::Float(_) => PowerKind::Float,
             Value::Complex(_) => PowerKind::Complex,
             plain if Int::of(&plain).is_some() => PowerKind::Int,
@@ -211,7 +216,7 @@ fn power_modulo(ev: &Evaluator<'_>, base: &Int, exponent: &Int, modulus: &Int) -
 }
 
 fn round(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let digits = args[1].given().filter(|digits| !digits.is_none());
+    let digits = args[1].if_given().filter(|digits| !digits.is_none());
     match (&args[0], digits) {
         (Value::Float(float), None) => {
             if float.is_nan() {

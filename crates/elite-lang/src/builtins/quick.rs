@@ -33,13 +33,13 @@ macro_rules! quick {
     ($answer:expr) => {
         FastPath(|ev, args| {
             let answer: fn(&Evaluator<'_>, &[&Value]) -> Option<Value> = $answer;
-            PairOf::of(answer(ev, args))
+            PairOf::pack(answer(ev, args))
         })
     };
 }
 
 /// Longest list whose items are moved up at once, and longest name that is looked for.
-const SHORT: usize = 64;
+const FAST_LEN_MAX: usize = 64;
 
 /// The quick answers of a builtin: a method of a type, a function of a module, or a global one.
 pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<FastPath> {
@@ -103,10 +103,10 @@ impl Builtin {
     #[inline]
     pub fn quick_of(callee: &Value) -> Option<FastPath> {
         match callee {
-            Value::Builtin(builtin) => builtin.quick,
+            Value::Builtin(builtin) => builtin.fast_path,
             Value::Class(class) if !class.is_script && class.metaclass().is_none() => {
                 match &*class.constructor.borrow() {
-                    Value::Builtin(builtin) => builtin.quick,
+                    Value::Builtin(builtin) => builtin.fast_path,
                     _ => None,
                 }
             }
@@ -221,7 +221,7 @@ fn get(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
         [Value::Dict(dict), key, default] => (dict, *key, *default),
         _ => return None,
     };
-    let found = dict.get_at_once(quick_hash(key)?, key)?;
+    let found = dict.get_fast(quick_hash(key)?, key)?;
     Some(found.unwrap_or_else(|| default.clone()))
 }
 
@@ -230,12 +230,12 @@ fn attribute(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     let [receiver @ Value::Instance(instance), Value::Str(name)] = args else {
         return None;
     };
-    if instance.in_dict.get() || name.is_empty() || name.as_str().len() > SHORT {
+    if instance.in_dict.get() || name.is_empty() || name.as_str().len() > FAST_LEN_MAX {
         return None;
     }
     let name = ev.core.symbols.find_text(name)?;
     let class = &instance.class;
-    match ev.core.hints.about(class, name)? {
+    match ev.core.lookup_cache.about(class, name)? {
         CachedLookup::Slot(slot) => instance.slot(slot as usize),
         CachedLookup::Method(location) => Some(Value::BoundMethod(Rc::new(BoundMethod {
             receiver: (*receiver).clone(),
@@ -258,9 +258,9 @@ fn add(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     match set.find(hash, item) {
         KeySearch::At(_) => Some(Value::None),
         KeySearch::Nowhere
-            if (set.noted.get() || !item.holds_values())
+            if (set.noted.get() || !item.can_hold_values())
                 && set.growth(1) == 0
-                && !set.grows_far() =>
+                && !set.needs_incremental_rehash() =>
         {
             set.append(hash, (*item).clone());
             Some(Value::None)
@@ -273,7 +273,7 @@ fn add(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
 #[inline]
 pub fn contains(container: &Value, item: &Value) -> Option<bool> {
     let found = match container {
-        Value::Dict(dict) => return dict.has_at_once(quick_hash(item)?, item),
+        Value::Dict(dict) => return dict.contains_fast(quick_hash(item)?, item),
         Value::Set(set) | Value::FrozenSet(set) => set.find(quick_hash(item)?, item),
         _ => return None,
     };
@@ -289,7 +289,7 @@ fn append(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     let [Value::List(list), item] = args else {
         return None;
     };
-    if item.holds_values() && !list.noted.get() {
+    if item.can_hold_values() && !list.gc_tracked.get() {
         return None;
     }
     list.push_within((*item).clone()).then_some(Value::None)
@@ -311,7 +311,7 @@ fn take(list: &List, index: i64) -> Option<Value> {
             index
         };
         let place = usize::try_from(from_start).ok()?;
-        (place < items.len() && items.len() - place <= SHORT).then(|| items.remove(place))
+        (place < items.len() && items.len() - place <= FAST_LEN_MAX).then(|| items.remove(place))
     })
 }
 

@@ -14,12 +14,15 @@ use crate::source::SourceFile;
 use crate::value::{R, Raised, Value};
 
 /// Longest text that is evaluated, in bytes.
-const TEXT_MAX: usize = 1 << 20;
+const EVAL_SOURCE_BYTES_MAX: usize = 1 << 20;
 
 /// Runs `work`, which reads a text of any length: on a deep stack, with pauses in which others have their turn.
-pub(crate) fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&WorkBudget<'_>) -> R<T>) -> R<T> {
+pub(crate) fn with_parse_budget<T>(
+    ev: &Evaluator<'_>,
+    work: impl FnOnce(&WorkBudget<'_>) -> R<T>,
+) -> R<T> {
     let ended = RefCell::new(None);
-    let pause = |units: usize| match ev.worked(units) {
+    let pause = |units: usize| match ev.charge(units) {
         Ok(()) => true,
         Err(raised) => {
             *ended.borrow_mut() = Some(raised);
@@ -42,7 +45,7 @@ pub(crate) struct ResolvedTree {
 }
 
 /// Reads a text; that of an expression becomes the only statement of a module.
-pub(crate) fn tree(
+pub(crate) fn parse_and_resolve(
     ev: &Evaluator<'_>,
     file: &Arc<SourceFile>,
     is_expression: bool,
@@ -60,12 +63,12 @@ pub(crate) fn tree(
         }
         false => parse_within(file, budget),
     };
-    if let Some(raised) = refusal(ev, file, &parsed.diagnostics) {
+    if let Some(raised) = syntax_error(ev, file, &parsed.diagnostics) {
         parsed.module.release(budget);
         return Err(raised);
     }
     let resolution = resolve_within(&parsed.module, &KnownNames::default(), budget);
-    let refused = refusal(ev, file, &resolution.diagnostics);
+    let refused = syntax_error(ev, file, &resolution.diagnostics);
     let refused = match refused {
         Some(raised) => Err(raised),
         None => ev.check_allocation(parsed.bytes),
@@ -93,14 +96,14 @@ pub(super) fn source_text(
     function: &str,
     wanted: &str,
 ) -> R<String> {
-    let check = |bytes: usize| match bytes > TEXT_MAX {
+    let check = |bytes: usize| match bytes > EVAL_SOURCE_BYTES_MAX {
         true => Err(ev.value_error(format!(
-            "{function}() text of {bytes} bytes, {TEXT_MAX} are allowed"
+            "{function}() text of {bytes} bytes, {EVAL_SOURCE_BYTES_MAX} are allowed"
         ))),
         // The text is kept beside the file that is made of it.
         false => ev.check_allocation(2 * bytes),
     };
-    let text = match ev.plain(source) {
+    let text = match ev.unwrap_builtin(source) {
         Value::Str(text) => {
             check(text.as_str().len())?;
             let mut copy = String::new();
@@ -110,7 +113,7 @@ pub(super) fn source_text(
         other => match ev.bytes_like(&other) {
             Some(data) => {
                 check(data.len())?;
-                ev.lossy_text(&data)?
+                ev.decode_utf8_lossy(&data)?
             }
             None => {
                 let text = format!("{function}() arg 1 must be a string, bytes or {wanted} object");
@@ -131,11 +134,15 @@ pub(super) fn source_text(
 pub(super) const TEXT_NAME: &str = "<string>";
 
 pub(super) fn source_file(ev: &Evaluator<'_>, name: &str, text: String) -> R<Arc<SourceFile>> {
-    SourceFile::by_pieces(name.into(), text, |bytes| ev.worked(bytes * 2))
+    SourceFile::by_pieces(name.into(), text, |bytes| ev.charge(bytes * 2))
 }
 
 /// The first error of a text as a `SyntaxError`.
-fn refusal(ev: &Evaluator<'_>, file: &SourceFile, diagnostics: &[Diagnostic]) -> Option<Raised> {
+fn syntax_error(
+    ev: &Evaluator<'_>,
+    file: &SourceFile,
+    diagnostics: &[Diagnostic],
+) -> Option<Raised> {
     let error = diagnostics
         .iter()
         .find(|diagnostic| diagnostic.severity == Severity::Error)?;

@@ -9,23 +9,23 @@ use std::marker::PhantomData;
 use crate::value::R;
 
 /// Lengths from which on runs are shorter than the whole.
-const SHORT: usize = 64;
+const MIN_RUN_LIMIT: usize = 64;
 /// How often one side has to win before a merge gallops, at first, and how much galloping has to find to go on.
-const GALLOP: usize = 7;
+const MIN_GALLOP: usize = 7;
 
 /// Sorts by `less`. After an error the items stand where they had come to.
 pub(super) fn sort<T: Copy>(items: &mut [T], less: impl FnMut(&T, &T) -> R<bool>) -> R<()> {
     let mut merges = MergeState {
         less,
         pending: Vec::new(),
-        gallop: GALLOP,
+        gallop: MIN_GALLOP,
         items: PhantomData,
     };
     let (length, least) = (items.len(), least_run(items.len()));
     let mut start = 0;
     while start < length && length > 1 {
         let count = merges.run(&mut items[start..], least)?;
-        merges.settle(items, start, count)?;
+        merges.push_run(items, start, count)?;
         start += count;
     }
     merges.finish(items)
@@ -34,7 +34,7 @@ pub(super) fn sort<T: Copy>(items: &mut [T], less: impl FnMut(&T, &T) -> R<bool>
 /// How long runs are made at least: for longer lists 32 to 64, so that their number is little less than a power of two.
 fn least_run(mut length: usize) -> usize {
     let mut odd = 0;
-    while length >= SHORT {
+    while length >= MIN_RUN_LIMIT {
         odd |= length & 1;
         length >>= 1;
     }
@@ -87,7 +87,7 @@ impl<T: Copy, L: FnMut(&T, &T) -> R<bool>> MergeState<T, L> {
     }
 
     /// Takes in a new run, after the merges that come before it.
-    fn settle(&mut self, items: &mut [T], start: usize, count: usize) -> R<()> {
+    fn push_run(&mut self, items: &mut [T], start: usize, count: usize) -> R<()> {
         if let Some(last) = self.pending.last() {
             let power = power(last.start, last.count, count, items.len());
             while let [.., before, _] = &self.pending[..]
@@ -182,7 +182,7 @@ impl<T: Copy, L: FnMut(&T, &T) -> R<bool>> MergeState<T, L> {
                 if merge.take(false, of_second) || merge.take(true, 1) {
                     return Ok(());
                 }
-                if of_first < GALLOP && of_second < GALLOP {
+                if of_first < MIN_GALLOP && of_second < MIN_GALLOP {
                     break;
                 }
             }

@@ -6,14 +6,14 @@ use super::types::descriptor::hidden_names;
 use super::{Args, Builtin};
 use crate::errors::ExceptionKind;
 use crate::eval::code::Code;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::run::with_slots;
 use crate::eval::stmt::layout;
 use crate::eval::{Evaluator, Frame, InterpreterState};
-use crate::ops::dict::NAME;
+use crate::ops::dict::WORK_PER_NAME;
 use crate::ops::hash::{Equality, quick_equal};
 use crate::value::class::BuiltinBase;
-use crate::value::dict::SOME;
+use crate::value::dict::REHASH_CHUNK;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
 use crate::value::{Dict, Function, Module, R, Symbol, Value, ValueVec};
@@ -54,7 +54,7 @@ pub fn install(core: &Rc<InterpreterState>) {
             .set(core.symbols.intern(name), Builtin::raw(name, *body));
     }
     core.builtins
-        .set(known::NAME, core.symbols.value(known::MAIN));
+        .set(known::NAME, core.symbols.to_value(known::MAIN));
     core.builtins.set(known::DOC, Value::None);
     for (name, namespace) in [("__main__", &core.globals), ("builtins", &core.builtins)] {
         let module = Rc::new(Module {
@@ -83,7 +83,7 @@ fn import(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let Some(name) = argument(0, "name") else {
         return Err(ev.type_error("__import__() missing required argument 'name' (pos 1)"));
     };
-    let Value::Str(name) = ev.plain(&name) else {
+    let Value::Str(name) = ev.unwrap_builtin(&name) else {
         return Err(ev.type_error("module name must be a string"));
     };
     let level = match argument(4, "level") {
@@ -118,14 +118,14 @@ impl Evaluator<'_> {
         if globals.shown().is_none() {
             let dict = Rc::new(Dict::new());
             let own = [
-                ("__name__", self.core.symbols.value(known::MAIN)),
+                ("__name__", self.core.symbols.to_value(known::MAIN)),
                 ("__doc__", Value::None),
                 ("__builtins__", self.builtins_module()),
             ];
             for (name, value) in &own {
                 dict.set_str(name, value.clone());
             }
-            globals.show_in(dict.clone(), &self.core.symbols);
+            globals.attach_dict(dict.clone(), &self.core.symbols);
             // A name that the program mentions has a variable of its own, which was not bound yet.
             for (name, value) in own {
                 if dict.get_str(name).is_none() {
@@ -133,12 +133,12 @@ impl Evaluator<'_> {
                 }
             }
         }
-        self.shown(globals)
+        self.namespace_dict(globals)
     }
 
     /// The builtins as the dictionary that scripts have of them.
     pub fn builtins_dict(&self) -> Rc<Dict> {
-        self.shown(&self.core.builtins)
+        self.namespace_dict(&self.core.builtins)
     }
 
     /// The module `builtins`.
@@ -148,12 +148,12 @@ impl Evaluator<'_> {
     }
 
     /// The dictionary of a namespace.
-    pub fn shown(&self, namespace: &Namespace) -> Rc<Dict> {
+    pub fn namespace_dict(&self, namespace: &Namespace) -> Rc<Dict> {
         match namespace.shown() {
             Some(dict) => dict,
             None => {
                 let dict = Rc::new(Dict::new());
-                namespace.show_in(dict.clone(), &self.core.symbols);
+                namespace.attach_dict(dict.clone(), &self.core.symbols);
                 dict
             }
         }
@@ -161,12 +161,12 @@ impl Evaluator<'_> {
 
     /// The global variables of some code: those of its text, of its module, or of the program.
     pub fn globals_of(&self, code: &Code) -> Rc<Dict> {
-        if let Some(home) = code.refers.home() {
+        if let Some(home) = code.refs.home() {
             return home;
         }
         match code.module.as_ref().and_then(std::rc::Weak::upgrade) {
             Some(namespace) if !Rc::ptr_eq(&namespace, &self.core.globals) => {
-                self.shown(&namespace)
+                self.namespace_dict(&namespace)
             }
             _ => self.globals_dict(),
         }
@@ -180,10 +180,10 @@ impl Evaluator<'_> {
         mapping: Option<&Value>,
     ) -> R {
         self.core
-            .texts
+            .eval_stack
             .borrow_mut()
             .push((code.clone(), namespace.clone()));
-        let function = Function::plain(code.clone(), Box::default());
+        let function = Function::without_defaults(code.clone(), Box::default());
         let result = with_slots(code.slots, |slots| {
             if let (Some(slot), Some(mapping)) = (slots.last_mut(), mapping) {
                 *slot = mapping.clone();
@@ -191,7 +191,7 @@ impl Evaluator<'_> {
             self.run(&function, slots)
         });
         // Not simply the last one: another thread may be evaluating a text, too.
-        let mut texts = self.core.texts.borrow_mut();
+        let mut texts = self.core.eval_stack.borrow_mut();
         let place = texts.iter().rposition(|(other, _)| Rc::ptr_eq(other, code));
         let over = place.map(|place| texts.remove(place));
         drop(texts);
@@ -203,7 +203,7 @@ impl Evaluator<'_> {
     /// The namespace of the text that the code of `frame` is from, if it is not that of the globals and the text still
     /// runs.
     pub fn text_namespace(&self, frame: &Frame<'_>) -> Option<Rc<Namespace>> {
-        let texts = self.core.texts.borrow();
+        let texts = self.core.eval_stack.borrow();
         let names = &frame.function.code.names;
         let mut running = texts.iter().rev();
         let (_, namespace) = running.find(|(code, _)| Rc::ptr_eq(&code.names, names))?;
@@ -258,9 +258,9 @@ fn locals_here(ev: &Evaluator<'_>, args: &Args<'_>) -> R {
             Some(namespace) if namespace.shown().is_none() => {
                 let dict = Dict::new();
                 for name in ev.bound_names(&namespace)? {
-                    ev.worked(NAME)?;
+                    ev.charge(WORK_PER_NAME)?;
                     if let Some(value) = namespace.get(name) {
-                        ev.dict_set(&dict, ev.core.symbols.value(name), value)?;
+                        ev.dict_set(&dict, ev.core.symbols.to_value(name), value)?;
                     }
                 }
                 Rc::new(dict)
@@ -270,7 +270,7 @@ fn locals_here(ev: &Evaluator<'_>, args: &Args<'_>) -> R {
     }
     let dict = Dict::new();
     for (name, value) in ev.frame_variables(frame) {
-        dict.set_interned(ev.core.symbols.value(name), value);
+        dict.set_interned(ev.core.symbols.to_value(name), value);
     }
     Ok(Value::Dict(Rc::new(dict)))
 }
@@ -347,7 +347,7 @@ fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     };
     ev.sort(&mut names, None, false)?;
     // There may be hundreds of thousands.
-    let mut once = ValueVec::from(ev.room_for(names.len())?);
+    let mut once = ValueVec::from(ev.try_with_capacity(names.len())?);
     for name in names {
         if !once
             .last()
@@ -355,7 +355,7 @@ fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         {
             once.push(name);
         }
-        ev.worked(2 * VALUE)?;
+        ev.charge(2 * WORK_PER_VALUE)?;
     }
     Ok(once.into_list())
 }
@@ -365,29 +365,29 @@ pub fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<ValueVec> {
     let symbols = &ev.core.symbols;
     let mut names = ValueVec::default();
     match object {
-        Value::Instance(instance) => match instance.shown_dict() {
+        Value::Instance(instance) => match instance.dict_if_any() {
             Some(dict) => {
-                for (_, name, _) in ev.entries(&dict)? {
+                for (_, name, _) in ev.collect_entries(&dict)? {
                     ev.grow(&mut *names, 1)?;
                     names.push(name);
-                    ev.worked(VALUE)?;
+                    ev.charge(WORK_PER_VALUE)?;
                 }
             }
             None => names.extend(instance.entries(symbols).into_iter().map(|(name, _)| name)),
         },
         Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
             let dict = ev.wrapped_dict(wrapped)?;
-            for (_, name, _) in ev.entries(&dict)? {
+            for (_, name, _) in ev.collect_entries(&dict)? {
                 ev.grow(&mut *names, 1)?;
                 names.push(name);
-                ev.worked(VALUE)?;
+                ev.charge(WORK_PER_VALUE)?;
             }
         }
         Value::Module(module) => {
             for name in ev.bound_names(&module.namespace)? {
                 ev.grow(&mut *names, 1)?;
-                names.push(symbols.value(name));
-                ev.worked(VALUE)?;
+                names.push(symbols.to_value(name));
+                ev.charge(WORK_PER_VALUE)?;
             }
         }
         _ => {}
@@ -405,31 +405,33 @@ pub fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<ValueVec> {
         Value::Class(class) => class,
         other => ev.core.types.of(other),
     };
-    for class in class.line() {
+    for class in class.mro() {
         names.extend(hidden_names(&class).map(Value::str));
         if !class.is_script && layout::has_dict(&class) {
-            names.push(symbols.value(known::DICT));
+            names.push(symbols.to_value(known::DICT));
         }
         if class.is_script {
-            let added = ev.added_parts(&class)?;
+            let added = ev.member_descriptors(&class)?;
             ev.grow(&mut *names, added.len())?;
-            names.extend(added.iter().map(|(name, _)| symbols.value(*name)));
+            names.extend(added.iter().map(|(name, _)| symbols.to_value(*name)));
         }
         if std::ptr::eq(&*class, &*ev.core.types.object) {
             let natural = ev.core.types.natural.own_attrs();
             let natural = natural.names().iter().copied();
             let all = natural.chain([known::CLASS, known::DOC]);
-            names.extend(all.map(|name| symbols.value(name)));
+            names.extend(all.map(|name| symbols.to_value(name)));
         }
         let (mut from, mut more) = (0, true);
         while more {
             let mut some = ValueVec::default();
-            more = class.own_attrs().some(from, SOME, &mut some);
-            from += SOME;
+            more = class
+                .own_attrs()
+                .entries_chunk(from, REHASH_CHUNK, &mut some);
+            from += REHASH_CHUNK;
             ev.grow(&mut *names, some.len())?;
             for (name, _) in some {
-                names.push(symbols.value(name));
-                ev.worked(NAME)?;
+                names.push(symbols.to_value(name));
+                ev.charge(WORK_PER_NAME)?;
             }
         }
     }

@@ -11,15 +11,15 @@ use crate::eval::Evaluator;
 use crate::value::{Str, Value};
 
 /// Longest text, in bytes, that is answered about here.
-const SHORT: usize = 64;
+const FAST_TEXT_MAX: usize = 64;
 /// Most texts that are joined here.
-const PARTS: usize = 16;
+const JOIN_ITEMS_MAX: usize = 16;
 
 /// A short text of ASCII.
 #[inline]
 fn short(value: &Value) -> Option<&str> {
     match value {
-        Value::Str(text) if text.is_ascii() && text.len() <= SHORT => Some(text.as_str()),
+        Value::Str(text) if text.is_ascii() && text.len() <= FAST_TEXT_MAX => Some(text.as_str()),
         _ => None,
     }
 }
@@ -29,27 +29,27 @@ fn is_blank(c: char) -> bool {
 }
 
 /// A text as a value; of one character, or none, there is one already.
-fn made(ev: &Evaluator<'_>, text: &str) -> Value {
+fn str_value(ev: &Evaluator<'_>, text: &str) -> Value {
     match text.as_bytes() {
         [] => ev.core.empty_str.clone(),
         [byte] => match ev.core.ascii.get(usize::from(*byte)) {
             Some(value) => value.clone(),
             None => Value::str(text),
         },
-        _ => Value::Str(Rc::new(Str::counted(text, text.len()))),
+        _ => Value::Str(Rc::new(Str::with_char_count(text, text.len()))),
     }
 }
 
 /// The same for a text of ASCII that is taken over.
 fn made_whole(ev: &Evaluator<'_>, text: CompactString) -> Value {
     match text.len() {
-        0 | 1 => made(ev, &text),
-        length => Value::Str(Rc::new(Str::counted(text, length))),
+        0 | 1 => str_value(ev, &text),
+        length => Value::Str(Rc::new(Str::with_char_count(text, length))),
     }
 }
 
 /// A text made of that of the receiver; the receiver itself where nothing has changed.
-fn changed(
+fn replace_receiver_text(
     ev: &Evaluator<'_>,
     args: &[&Value],
     change: impl FnOnce(&str) -> &str,
@@ -59,32 +59,32 @@ fn changed(
     let result = change(text);
     Some(match result.len() == text.len() {
         true => (*value).clone(),
-        false => made(ev, result),
+        false => str_value(ev, result),
     })
 }
 
 pub(super) fn strip(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
-    changed(ev, args, |text| text.trim_matches(is_blank))
+    replace_receiver_text(ev, args, |text| text.trim_matches(is_blank))
 }
 
 pub(super) fn lstrip(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
-    changed(ev, args, |text| text.trim_start_matches(is_blank))
+    replace_receiver_text(ev, args, |text| text.trim_start_matches(is_blank))
 }
 
 pub(super) fn rstrip(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
-    changed(ev, args, |text| text.trim_end_matches(is_blank))
+    replace_receiver_text(ev, args, |text| text.trim_end_matches(is_blank))
 }
 
 pub(super) fn lower(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     match args {
-        [value] => Some(made(ev, &short(value)?.to_ascii_lowercase())),
+        [value] => Some(str_value(ev, &short(value)?.to_ascii_lowercase())),
         _ => None,
     }
 }
 
 pub(super) fn upper(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     match args {
-        [value] => Some(made(ev, &short(value)?.to_ascii_uppercase())),
+        [value] => Some(str_value(ev, &short(value)?.to_ascii_uppercase())),
         _ => None,
     }
 }
@@ -152,7 +152,7 @@ fn find_short(text: &str, part: &str) -> Option<usize> {
 }
 
 pub(super) fn split(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
-    let value = |part: &str| made(ev, part);
+    let value = |part: &str| str_value(ev, part);
     let parts: Vec<Value> = match args {
         [text] => {
             let parts = short(text)?.split(is_blank);
@@ -169,7 +169,7 @@ pub(super) fn split(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
 
 pub(super) fn join(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     let joined = |separator: &str, parts: &[Value]| {
-        if parts.len() > PARTS {
+        if parts.len() > JOIN_ITEMS_MAX {
             return None;
         }
         // The only text there is is that itself.
@@ -205,7 +205,7 @@ pub fn str(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
         [Value::Int(int)] => {
             let text = int.to_compact_string();
             let length = text.len();
-            Some(Value::Str(Rc::new(Str::counted(text, length))))
+            Some(Value::Str(Rc::new(Str::with_char_count(text, length))))
         }
         [text @ Value::Str(_)] => Some((*text).clone()),
         _ => None,

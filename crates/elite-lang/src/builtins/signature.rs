@@ -83,7 +83,7 @@ impl Signature {
     }
 
     /// How a function with this signature is called, for people.
-    pub fn shown(&self, name: &str, symbols: &Symbols) -> String {
+    pub fn to_call_text(&self, name: &str, symbols: &Symbols) -> String {
         let last = self.params.len().saturating_sub(1);
         let parts = self.params.iter().enumerate().map(|(index, param)| {
             let text = symbols.name(param.name);
@@ -154,7 +154,7 @@ impl Evaluator<'_> {
             *place = std::mem::take(arg);
         }
         if signature.var_args {
-            bound[signature.len() - 1] = Value::tuple(self.taken(&mut args[given..])?);
+            bound[signature.len() - 1] = Value::tuple(self.take_all(&mut args[given..])?);
         }
         // An argument that is missing is named first, then what is given twice, then what is unknown.
         let (mut twice, mut unknown) = (None, None);

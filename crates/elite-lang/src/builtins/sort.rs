@@ -6,17 +6,17 @@ use std::rc::Rc;
 use super::{Builtin, runs};
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{STRIDE, many};
-use crate::eval::pace::VALUE;
+use crate::eval::bulk::{BULK_CHUNK, bulk_work};
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::instance::InstancePayload;
 use crate::value::surrogate::may_have_surrogates;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Symbol, Value, ValueVec};
 
 /// Items that are sorted, merged or moved between two safepoints.
-const SOME: usize = if cfg!(debug_assertions) { 256 } else { 4096 };
+const SORT_CHUNK: usize = if cfg!(debug_assertions) { 256 } else { 4096 };
 /// Longer texts are compared in pieces.
-const TEXT_MAX: usize = 256;
+const COMPARE_INLINE_BYTES_MAX: usize = 256;
 /// Longer tuples are compared item by item.
 const COLUMNS_MAX: usize = 16;
 
@@ -40,7 +40,7 @@ impl Evaluator<'_> {
             return self.sort_integers(items, reverse);
         }
         // Reversed twice, so that equal items keep their order.
-        let (order, result) = match self.ranked(by)? {
+        let (order, result) = match self.rank_all(by)? {
             Some(ranked) => (self.in_order(ranked, by, reverse)?, Ok(())),
             None => {
                 let mut order: Vec<u32> = (0..by.len() as u32).collect();
@@ -59,7 +59,7 @@ impl Evaluator<'_> {
                 number
             }];
             sorted.push(items[at as usize].clone());
-            self.worked(VALUE)?;
+            self.charge(WORK_PER_VALUE)?;
         }
         // The items as they were go bit by bit.
         std::mem::swap(items, &mut sorted);
@@ -67,23 +67,23 @@ impl Evaluator<'_> {
     }
 
     fn all_values(&self, values: &[Value], test: impl Fn(&Value) -> bool) -> R<bool> {
-        for some in values.chunks(SOME) {
+        for some in values.chunks(SORT_CHUNK) {
             if !some.iter().all(&test) {
                 return Ok(false);
             }
-            self.worked(some.len() * VALUE / 2)?;
+            self.charge(some.len() * WORK_PER_VALUE / 2)?;
         }
         Ok(true)
     }
 
     fn sort_integers(&self, items: &mut [Value], reverse: bool) -> R<()> {
         let mut numbers: Vec<i64> = Vec::with_capacity(items.len());
-        for some in items.chunks(SOME) {
+        for some in items.chunks(SORT_CHUNK) {
             numbers.extend(some.iter().map(integer));
-            self.worked(some.len() * VALUE / 2)?;
+            self.charge(some.len() * WORK_PER_VALUE / 2)?;
         }
-        let numbers = self.sorted(numbers, i64::cmp)?;
-        for (some, first) in items.chunks_mut(SOME).zip((0..).step_by(SOME)) {
+        let numbers = self.merge_sort(numbers, i64::cmp)?;
+        for (some, first) in items.chunks_mut(SORT_CHUNK).zip((0..).step_by(SORT_CHUNK)) {
             for (item, number) in some.iter_mut().zip(first..) {
                 let number = if reverse {
                     numbers.len() - 1 - number
@@ -92,18 +92,22 @@ impl Evaluator<'_> {
                 };
                 *item = Value::Int(numbers[number]);
             }
-            self.worked(some.len() * VALUE / 2)?;
+            self.charge(some.len() * WORK_PER_VALUE / 2)?;
         }
         Ok(())
     }
 
     /// Sorts what can be compared without running code of the script, in pieces that are merged.
-    fn sorted<T: Copy>(&self, mut items: Vec<T>, order: impl Fn(&T, &T) -> Ordering) -> R<Vec<T>> {
-        for some in items.chunks_mut(SOME) {
+    fn merge_sort<T: Copy>(
+        &self,
+        mut items: Vec<T>,
+        order: impl Fn(&T, &T) -> Ordering,
+    ) -> R<Vec<T>> {
+        for some in items.chunks_mut(SORT_CHUNK) {
             some.sort_unstable_by(&order);
-            self.worked(some.len() * SOME.ilog2() as usize * 2)?;
+            self.charge(some.len() * SORT_CHUNK.ilog2() as usize * 2)?;
         }
-        let mut width = SOME;
+        let mut width = SORT_CHUNK;
         let mut merged: Vec<T> = Vec::new();
         while width < items.len() {
             merged.clear();
@@ -115,7 +119,7 @@ impl Evaluator<'_> {
                     _ => true,
                 };
                 while !apart(low, high) {
-                    for _ in 0..SOME.min(low.len() + high.len()) {
+                    for _ in 0..SORT_CHUNK.min(low.len() + high.len()) {
                         let (Some(a), Some(b)) = (low.first(), high.first()) else {
                             break;
                         };
@@ -127,11 +131,11 @@ impl Evaluator<'_> {
                             low = &low[1..];
                         }
                     }
-                    self.worked(SOME * VALUE / 2)?;
+                    self.charge(SORT_CHUNK * WORK_PER_VALUE / 2)?;
                 }
-                for some in low.chunks(SOME).chain(high.chunks(SOME)) {
+                for some in low.chunks(SORT_CHUNK).chain(high.chunks(SORT_CHUNK)) {
                     merged.extend_from_slice(some);
-                    self.worked(some.len())?;
+                    self.charge(some.len())?;
                 }
             }
             std::mem::swap(&mut items, &mut merged);
@@ -142,9 +146,9 @@ impl Evaluator<'_> {
 
     /// Ranks of all values, if no comparison of two of them needs script code, fails or takes long; and whether the
     /// ranks alone are their order.
-    fn ranked(&self, values: &[Value]) -> R<Option<(Vec<RankedItem>, bool)>> {
+    fn rank_all(&self, values: &[Value]) -> R<Option<(Vec<RankedItem>, bool)>> {
         let is_short_text = |value: &Value| match value {
-            Value::Str(text) if text.as_str().len() <= TEXT_MAX => {
+            Value::Str(text) if text.as_str().len() <= COMPARE_INLINE_BYTES_MAX => {
                 // Surrogates lie elsewhere than where they are in the order.
                 text.is_ascii() || !may_have_surrogates(text.as_str())
             }
@@ -163,11 +167,11 @@ impl Evaluator<'_> {
             _ => return Ok(None),
         };
         let mut ranked = Vec::with_capacity(values.len());
-        for some in values.chunks(SOME) {
+        for some in values.chunks(SORT_CHUNK) {
             let places = ranked.len() as u32..;
             let ranks = some.iter().map(rank).zip(places);
             ranked.extend(ranks.map(|(rank, place)| RankedItem { rank, place }));
-            self.worked(some.len() * VALUE)?;
+            self.charge(some.len() * WORK_PER_VALUE)?;
         }
         Ok(Some((ranked, exact)))
     }
@@ -185,9 +189,9 @@ impl Evaluator<'_> {
             if reverse { order.reverse() } else { order }
         };
         let ranked = if exact {
-            self.sorted(ranked, |a, b| a.rank.cmp(&b.rank).then_with(|| tie(a, b)))?
+            self.merge_sort(ranked, |a, b| a.rank.cmp(&b.rank).then_with(|| tie(a, b)))?
         } else {
-            self.sorted(ranked, |a, b| {
+            self.merge_sort(ranked, |a, b| {
                 let by_value = || {
                     let (a, b) = (&values[a.place as usize], &values[b.place as usize]);
                     quick_order(a, b, 0).unwrap_or(Ordering::Equal)
@@ -197,9 +201,9 @@ impl Evaluator<'_> {
             })?
         };
         let mut places = Vec::with_capacity(ranked.len());
-        for some in ranked.chunks(SOME) {
+        for some in ranked.chunks(SORT_CHUNK) {
             places.extend(some.iter().map(|ranked| ranked.place));
-            self.worked(some.len())?;
+            self.charge(some.len())?;
         }
         Ok(places)
     }
@@ -208,14 +212,14 @@ impl Evaluator<'_> {
     fn sort_by_comparing(&self, places: &mut [u32], by: &[Value]) -> R<()> {
         runs::sort(places, |a, b| {
             let (a, b) = (&by[*a as usize], &by[*b as usize]);
-            self.worked(2 * VALUE)?;
+            self.charge(2 * WORK_PER_VALUE)?;
             if let (Value::Str(a), Value::Str(b)) = (a, b)
                 && !may_have_surrogates(a.as_str())
                 && !may_have_surrogates(b.as_str())
             {
                 let (a, b) = (a.as_str().as_bytes(), b.as_str().as_bytes());
-                self.worked(many(a.len().min(b.len()).min(STRIDE)))?;
-                return Ok(self.order_of_bytes(a, b)?.is_lt());
+                self.charge(bulk_work(a.len().min(b.len()).min(BULK_CHUNK)))?;
+                return Ok(self.cmp_bytes(a, b)?.is_lt());
             }
             match quick_order(a, b, 0) {
                 Some(order) if !matches!(a, Value::Str(_)) => Ok(order == Ordering::Less),
@@ -236,7 +240,7 @@ impl Evaluator<'_> {
                 let ([compare], [a, b]) = (held, &*args.positional) else {
                     return Err(ev.type_error(format!("{name}() takes one argument")));
                 };
-                let (Some(a), Some(b)) = (compared(ev, a), compared(ev, b)) else {
+                let (Some(a), Some(b)) = (cmp_key_value(ev, a), cmp_key_value(ev, b)) else {
                     return Err(ev.type_error("other argument must be K instance"));
                 };
                 let order = ev.call(compare, &mut [a, b], &[])?;
@@ -246,7 +250,7 @@ impl Evaluator<'_> {
         }
         let class = self.make_class(KEY, &[], attrs)?;
         class.set(known::MODULE, Value::str("functools"));
-        class.in_c.set(true);
+        class.is_c_type.set(true);
         let held = vec![Value::Class(class)];
         Ok(Builtin::closure("cmp_to_key", held, |ev, held, args| {
             let ([Value::Class(class)], [value]) = (held, &*args.positional) else {
@@ -271,7 +275,7 @@ const COMPARISONS: &[(&str, Symbol, CompareOp)] = &[
 ];
 
 /// What a key of `cmp_to_key` stands for.
-fn compared(ev: &Evaluator<'_>, key: &Value) -> Option<Value> {
+fn cmp_key_value(ev: &Evaluator<'_>, key: &Value) -> Option<Value> {
     match key {
         Value::Instance(instance) if *instance.class.name() == *KEY => {
             let symbols = &ev.core.symbols;
@@ -292,7 +296,7 @@ struct RankedItem {
     place: u32,
 }
 
-/// The rank of a value of which `ranked` approves.
+/// The rank of a value of which `rank_all` approves.
 fn rank(value: &Value) -> i64 {
     match value {
         Value::Int(int) => *int,
@@ -325,7 +329,7 @@ fn is_simple_float(value: &Value) -> bool {
 fn is_simple_row(value: &Value) -> bool {
     let is_simple = |item: &Value| match item {
         Value::Int(_) => true,
-        Value::Str(text) => text.as_str().len() <= TEXT_MAX,
+        Value::Str(text) => text.as_str().len() <= COMPARE_INLINE_BYTES_MAX,
         Value::Float(float) => !float.is_nan(),
         _ => false,
     };
@@ -358,7 +362,7 @@ fn quick_order(a: &Value, b: &Value, depth: u32) -> Option<Ordering> {
         (Value::Float(a), Value::Float(b)) => a.partial_cmp(b),
         (Value::Str(a), Value::Str(b)) => {
             let (a, b) = (a.as_str(), b.as_str());
-            (a.len().min(b.len()) <= STRIDE / COLUMNS_MAX).then(|| a.cmp(b))
+            (a.len().min(b.len()) <= BULK_CHUNK / COLUMNS_MAX).then(|| a.cmp(b))
         }
         (Value::Tuple(a), Value::Tuple(b)) if depth < 2 => {
             if Rc::ptr_eq(a, b) {

@@ -53,7 +53,7 @@ pub struct EvalHandle(Rc<RefCell<Option<EvaluationOutcome>>>);
 
 impl EvalHandle {
     /// One that has ended already.
-    pub fn ended(result: Result<Option<Value>, String>) -> Self {
+    pub fn ready(result: Result<Option<Value>, String>) -> Self {
         let outcome = result.map(|value| (value, Vec::new()));
         Self(Rc::new(RefCell::new(Some(outcome))))
     }
@@ -99,7 +99,7 @@ impl PausedProgram<'_> {
             Some(_) => {
                 drop(script);
                 if self.core.newest_thread() == newest + 1 {
-                    self.core.forget_threads_after(newest);
+                    self.core.reset_thread_counter(newest);
                 }
                 let ended = outcome.borrow_mut().take();
                 return match ended {
@@ -125,14 +125,14 @@ impl PausedProgram<'_> {
 
     /// The text that a program's own `__repr__` gives.
     pub(super) fn repr_of(&self, value: &Value, slices: u32) -> Option<String> {
-        self.aside(slices, {
+        self.run_detached(slices, {
             let value = value.clone();
             move |ev| ev.repr(&value).map(|text| text.to_string())
         })
     }
 
-    /// Runs `work` on a script thread of its own; None if it fails, waits or takes too long.
-    fn aside<T: 'static>(
+    /// Runs `work_since_yield` on a script thread of its own; None if it fails, waits or takes too long.
+    fn run_detached<T: 'static>(
         &self,
         slices: u32,
         work: impl FnOnce(&crate::eval::Evaluator<'_>) -> R<T> + 'static,
@@ -148,7 +148,7 @@ impl PausedProgram<'_> {
         self.run_aside(&mut script, slices);
         drop(script);
         if self.core.newest_thread() == newest + 1 {
-            self.core.forget_threads_after(newest);
+            self.core.reset_thread_counter(newest);
         }
         outcome.take()
     }
@@ -157,7 +157,7 @@ impl PausedProgram<'_> {
     fn run_aside(&self, script: &mut ScriptThread, slices: u32) -> Option<ResumeOutcome> {
         let (core, debugger) = (self.core, self.debugger);
         let outer = debugger.is_silent.replace(true);
-        let (fuel, work) = (core.fuel_in_hand(), core.work.get());
+        let (fuel, work) = (core.remaining_fuel(), core.work_since_yield.get());
         let mut ended = None;
         for _ in 0..slices {
             match script.resume(Resume::Continue, FUEL) {
@@ -168,10 +168,10 @@ impl PausedProgram<'_> {
                 }
             }
         }
-        core.work.set(work);
+        core.work_since_yield.set(work);
         core.set_fuel(fuel);
         if self.top.is_some() {
-            core.memory_watch();
+            core.arm_memory_alarm();
         }
         debugger.is_silent.set(outer);
         ended

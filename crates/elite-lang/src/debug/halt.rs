@@ -29,9 +29,9 @@ pub struct StackFrame {
     /// The statement it stands in.
     pub site: Rc<StatementSite>,
     /// The count of that statement.
-    pub tick: u64,
+    pub statement_number: u64,
     /// The count of the statement of this call before it, 0 if there was none.
-    pub before: u64,
+    pub previous_number: u64,
     /// The count of its first statement.
     pub first: u64,
     /// Calls within calls.
@@ -64,7 +64,7 @@ impl std::error::Error for SetVariableError {}
 
 impl<'h> PausedProgram<'h> {
     /// A program of which no thread runs.
-    pub(crate) fn between(core: &'h Rc<InterpreterState>, debugger: &'h Debugger) -> Self {
+    pub(crate) fn without_thread(core: &'h Rc<InterpreterState>, debugger: &'h Debugger) -> Self {
         PausedProgram {
             core,
             debugger,
@@ -73,8 +73,8 @@ impl<'h> PausedProgram<'h> {
     }
 
     /// Statements so far.
-    pub fn ticks(&self) -> u64 {
-        self.debugger.ticks.get()
+    pub fn statement_count(&self) -> u64 {
+        self.debugger.statement_count.get()
     }
 
     /// Simulated time, s, as the program sees it.
@@ -92,8 +92,8 @@ impl<'h> PausedProgram<'h> {
         let call = |level: &CallRecord| StackFrame {
             function: level.function.qualname(),
             site: level.site.clone(),
-            tick: level.tick,
-            before: level.before,
+            statement_number: level.tick,
+            previous_number: level.before,
             first: level.first,
             depth: level.depth,
         };
@@ -235,7 +235,7 @@ impl<'h> PausedProgram<'h> {
         }
         match &self.top {
             Some(top) if self.is_top(thread, index) => {
-                let left = top.slots.change(|own| match own.get_mut(slot) {
+                let left = top.slots.with_mut(|own| match own.get_mut(slot) {
                     Some(place) => Ok(std::mem::replace(place, value)),
                     None => Err(value),
                 });

@@ -30,7 +30,7 @@ pub fn places(file: &Arc<SourceFile>) -> Vec<BreakpointLocation> {
 }
 
 /// Whether a statement is something that is executed, so that a program can stand before it.
-pub(crate) fn is_place(statement: &Stmt) -> bool {
+pub(crate) fn is_executable(statement: &Stmt) -> bool {
     match &statement.kind {
         StmtKind::Global(_) | StmtKind::Nonlocal(_) => false,
         StmtKind::Expr(expr) => !matches!(expr.kind, ExprKind::Constant(_)),
@@ -47,7 +47,7 @@ fn collect(file: &SourceFile, body: &[Stmt], places: &mut Vec<BreakpointLocation
                 column: position.column,
             });
         };
-        if is_place(statement) {
+        if is_executable(statement) {
             add(statement.span.start);
         }
         if let StmtKind::If { branches, .. } = &statement.kind {

@@ -6,7 +6,7 @@ use crate::eval::InterpreterState;
 use crate::value::Value;
 
 /// Longest text of a value, in characters.
-const TEXT_MAX: usize = 300;
+const PREVIEW_CHARS_MAX: usize = 300;
 /// Elements of a container that its text names.
 const ELEMENTS_SHOWN: usize = 20;
 /// Containers within containers whose texts are written out.
@@ -206,7 +206,7 @@ impl PausedProgram<'_> {
                     text.push_str(", ");
                 }
                 text.push_str(&self.text(&item, depth + 1));
-                if text.len() > 4 * TEXT_MAX {
+                if text.len() > 4 * PREVIEW_CHARS_MAX {
                     text.push('…');
                     return text;
                 }
@@ -250,7 +250,7 @@ impl PausedProgram<'_> {
                     text.push_str(&self.text(&key, depth + 1));
                     text.push_str(": ");
                     text.push_str(&self.text(&value, depth + 1));
-                    if text.len() > 4 * TEXT_MAX {
+                    if text.len() > 4 * PREVIEW_CHARS_MAX {
                         return text + "…";
                     }
                 }
@@ -259,8 +259,8 @@ impl PausedProgram<'_> {
                 }
                 text + "}"
             }
-            Value::Str(string) if string.as_str().len() > 2 * TEXT_MAX => {
-                let start: String = string.as_str().chars().take(TEXT_MAX).collect();
+            Value::Str(string) if string.as_str().len() > 2 * PREVIEW_CHARS_MAX => {
+                let start: String = string.as_str().chars().take(PREVIEW_CHARS_MAX).collect();
                 format!("{start:?}…")
             }
             other => {
@@ -285,7 +285,7 @@ fn sizes(core: &InterpreterState, value: &Value) -> (usize, usize) {
 }
 
 fn cut(text: String) -> String {
-    match text.char_indices().nth(TEXT_MAX) {
+    match text.char_indices().nth(PREVIEW_CHARS_MAX) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text,
     }

@@ -58,13 +58,13 @@ pub struct CodeRefs {
     /// The list is known to be right.
     is_exact: Cell<bool>,
     /// The dictionary that the text had its global variables from: what it evaluates later sees them there.
-    home: ScriptCell<Option<Rc<Dict>>>,
+    globals_dict: ScriptCell<Option<Rc<Dict>>>,
 }
 
 impl CodeRefs {
     /// Whether the search for cycles learns anything here.
-    pub fn are_followed(&self) -> bool {
-        self.is_exact.get() || self.home.borrow().is_some()
+    pub fn is_traced(&self) -> bool {
+        self.is_exact.get() || self.globals_dict.borrow().is_some()
     }
 
     /// Runs `each` on the references there are, those of the body included.
@@ -90,7 +90,7 @@ impl CodeRefs {
     /// Compares the list with what a new text really refers to; `own` are the variables of its new namespace. If parts
     /// of the body were made in vain, the list is no good, and the search for cycles leaves such variables alone.
     /// `before` are the references there were to each of them already, `is_shown` says that new ones are in a
-    /// dictionary, too. `worked` is called for each piece of work.
+    /// dictionary, too. `charge` is called for each piece of work.
     pub fn check(
         &self,
         own: Vec<Rc<CellVar>>,
@@ -125,7 +125,7 @@ impl CodeRefs {
         let mut left = vec![self];
         while let Some(refers) = left.pop() {
             each(refers)?;
-            left.extend(refers.codes.iter().map(|code| &code.refers));
+            left.extend(refers.codes.iter().map(|code| &code.refs));
         }
         Ok(())
     }
@@ -164,13 +164,13 @@ impl CodeRefs {
 
     /// The dictionary that the text had its global variables from.
     pub fn home(&self) -> Option<Rc<Dict>> {
-        self.home.get()
+        self.globals_dict.get()
     }
 
     /// Notes it, for all code within, too.
     pub fn set_home(&self, home: &Rc<Dict>, worked: &mut dyn FnMut() -> R<()>) -> R<()> {
         self.walk(&mut |refers| {
-            refers.home.put(Some(home.clone()));
+            refers.globals_dict.put(Some(home.clone()));
             worked()
         })
     }
@@ -178,7 +178,7 @@ impl CodeRefs {
 
 impl Drop for CodeRefs {
     fn drop(&mut self) {
-        trash::leave_nodes(&mut self.codes);
+        trash::drop_or_defer_nodes(&mut self.codes);
     }
 }
 
@@ -211,7 +211,7 @@ pub struct Code {
     /// How calls enter it, and natives with values.
     pub entries: EntryPoints,
     /// What the body refers to beyond itself.
-    pub refers: CodeRefs,
+    pub refs: CodeRefs,
     /// The names in it and in the rest of the text.
     pub names: Rc<SourceSymbols>,
     /// The global variables it refers to.
@@ -234,7 +234,7 @@ impl Drop for Code {
     /// Code in code in code is taken apart one after the other, and what is deep in itself on a deep stack.
     fn drop(&mut self) {
         // The body refers to them as well, and does not end them.
-        let codes = std::mem::take(&mut self.refers.codes);
+        let codes = std::mem::take(&mut self.refs.codes);
         let body = std::mem::replace(&mut self.body, Body::Steps(NodeList::default()));
         match self.stack_bytes > DEEP {
             true => drop_tree(body),
@@ -259,7 +259,7 @@ fn drop_within(mut codes: Vec<Rc<Code>>) {
     }
     let _outermost = CodeDropGuard;
     loop {
-        trash::leave_nodes(&mut codes);
+        trash::drop_or_defer_nodes(&mut codes);
         drop(codes);
         match WITHIN.try_with(|within| within.borrow_mut().pop()) {
             Ok(Some(next)) => codes = next,
@@ -408,7 +408,7 @@ impl Block {
                 flow if self.guards.is_empty() => return flow,
                 flow => {
                     let at = self.statements.len() - lines.len() - 1;
-                    return self.exec_after(at, PairOf::of(flow), ev, f).whole();
+                    return self.exec_after(at, PairOf::pack(flow), ev, f).whole();
                 }
             }
         }
@@ -424,7 +424,7 @@ impl Block {
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
     ) -> PairOf<Flow> {
-        PairOf::of(match self.handle(at, flow.whole(), ev, f) {
+        PairOf::pack(match self.handle(at, flow.whole(), ev, f) {
             Ok(next) => self.exec_from(next, ev, f),
             Err(flow) => flow,
         })
@@ -435,7 +435,7 @@ impl Block {
         let is_long = self.statements.len() > LONG;
         while let Some(line) = self.statements.get(at) {
             let worked = match is_long {
-                true => ev.worked(STATEMENT),
+                true => ev.charge(STATEMENT),
                 false => Ok(()),
             };
             let flow = match worked {

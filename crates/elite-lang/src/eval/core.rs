@@ -24,13 +24,13 @@ use crate::value::weak::WeakList;
 use crate::value::{CellVar, Dict, Function, Instance, Module, R, ScriptCell, Value};
 
 /// Safepoints between two looks at the memory in use.
-pub(super) const SLICE: u32 = 4096;
+pub(super) const FUEL_SLICE: u32 = 4096;
 /// From this size on a task has held so much that what it has left on the shelves is given back when it ends.
 const LARGE: usize = 1 << 20;
 /// How much a task has to let go of before its shelves are cleared.
-const GIVEN_BACK: usize = 4 << 20;
+const PURGE_AFTER_DROP: usize = 4 << 20;
 /// A task that holds no more keeps what it frees: it will want it again.
-const KEPT: usize = 64 << 20;
+const PURGE_MIN: usize = 64 << 20;
 /// Containers of one script's data that may be nested in a native operation (comparison, `repr`) at once.
 pub const NATIVE_DEPTH_MAX: u32 = 500;
 
@@ -43,7 +43,7 @@ pub struct InterpreterState {
     /// Names.
     pub symbols: Rc<Symbols>,
     /// What is known about attributes that are asked for by a text.
-    pub hints: LookupCache,
+    pub lookup_cache: LookupCache,
     /// Builtin types and exceptions.
     pub types: Types,
     /// Builtin functions, types and natives of the embedder.
@@ -51,7 +51,7 @@ pub struct InterpreterState {
     /// `__name__` of the builtins, which texts find in dictionaries without one.
     pub name_of_builtins: Rc<CellVar>,
     /// How many classes have been registered with abstract ones.
-    pub registered: Cell<usize>,
+    pub abc_registrations: Cell<usize>,
     /// Global variables of the task.
     pub globals: Rc<Namespace>,
     /// Imported modules.
@@ -67,18 +67,18 @@ pub struct InterpreterState {
     /// The empty tuple.
     pub empty_tuple: Value,
     /// Safepoints left for the slices after the present one.
-    pub fuel_left: Cell<u32>,
-    fuel_kept: Cell<Option<u32>>,
+    pub fuel_after_slice: Cell<u32>,
+    saved_fuel: Cell<Option<u32>>,
     /// Work of natives since one gave way.
-    pub work: Cell<usize>,
+    pub work_since_yield: Cell<usize>,
     /// Calls within calls.
     pub depth: Cell<u32>,
     /// The exception whose handler steps the generator that runs.
-    pub handled_outside: ScriptCell<Option<Rc<Instance>>>,
+    pub outer_handled_exception: ScriptCell<Option<Rc<Instance>>>,
     /// Nesting of native operations on data.
     pub native_depth: Cell<u32>,
     /// The containers whose texts are being made.
-    pub shown: ReprStack,
+    pub repr_stack: ReprStack,
     /// The line being executed.
     pub line: Cell<u32>,
     /// The node of the pendant's task that is being executed.
@@ -97,19 +97,19 @@ pub struct InterpreterState {
     /// Bytes beyond the limit that a task which has been refused memory may use, until it holds less.
     memory_reserve: Cell<usize>,
     /// Texts being evaluated with variables of their own, innermost last: their code and their namespace.
-    pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
+    pub eval_stack: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
     pub namespaces: WeakList<Namespace>,
     /// Names in code, text by text, and functions that have attributes: what a sweep of names looks at.
     pub text_names: WeakList<SourceSymbols>,
-    pub named_functions: WeakList<Function>,
+    pub functions_with_attrs: WeakList<Function>,
     /// A sweep of names is under way.
     pub sweeping: Cell<bool>,
     /// Classes being made, whose names nothing is called by yet: none are given up meanwhile.
-    pub names_held: Cell<u32>,
+    pub sweep_pauses: Cell<u32>,
     /// Library modules being loaded, one within another; meanwhile the thread is not interrupted, so that no other one
     /// finds a module half made.
-    pub loading: Cell<u32>,
+    pub module_load_depth: Cell<u32>,
     /// What statements run by natives have defined.
     pub injected: RefCell<InjectedNames>,
     /// Executions of the lines of programs, where they are counted.
@@ -117,9 +117,9 @@ pub struct InterpreterState {
     /// Who watches statements, where somebody does.
     pub(crate) debugger: RefCell<Option<Rc<Debugger>>>,
     /// What generators that were given up still have to do.
-    pub last_acts: PendingFinalizers,
+    pub pending_finalizers: PendingFinalizers,
     /// What modules of the library keep.
-    pub kept: ModuleState,
+    pub module_state: ModuleState,
     /// Possible parts of reference cycles.
     pub cycles: CycleCollector,
     /// Calls that the main thread makes as soon as it goes on (handlers of signals).
@@ -140,7 +140,7 @@ const INTERRUPTS_MAX: usize = 64;
 impl InterpreterState {
     /// A core with Python's builtins.
     pub fn new(host: Rc<dyn Host>, limits: Limits) -> Rc<Self> {
-        let memory_base = memory::held();
+        let memory_base = memory::live_bytes();
         let symbols = Rc::new(Symbols::default());
         let types = Types::new(&symbols);
         let ascii = (0..128u8)
@@ -151,7 +151,7 @@ impl InterpreterState {
             limits,
             types,
             builtins: Rc::default(),
-            registered: Cell::new(0),
+            abc_registrations: Cell::new(0),
             name_of_builtins: CellVar::new(Value::str("builtins")),
             globals: Rc::default(),
             modules: RefCell::default(),
@@ -160,13 +160,13 @@ impl InterpreterState {
             ascii,
             empty_str: Value::str(""),
             empty_tuple: Value::tuple(Vec::new()),
-            fuel_left: Cell::new(0),
-            fuel_kept: Cell::new(None),
-            work: Cell::new(0),
+            fuel_after_slice: Cell::new(0),
+            saved_fuel: Cell::new(None),
+            work_since_yield: Cell::new(0),
             depth: Cell::new(0),
-            handled_outside: ScriptCell::default(),
+            outer_handled_exception: ScriptCell::default(),
             native_depth: Cell::new(0),
-            shown: ReprStack::default(),
+            repr_stack: ReprStack::default(),
             line: Cell::new(0),
             nodes: TaskNodes::default(),
             thread: Cell::new(0),
@@ -176,15 +176,15 @@ impl InterpreterState {
             memory_peak: Cell::new(0),
             memory_reserve: Cell::new(0),
             memory_was_large: Cell::new(false),
-            texts: RefCell::default(),
+            eval_stack: RefCell::default(),
             namespaces: WeakList::default(),
             text_names: WeakList::default(),
-            named_functions: WeakList::default(),
+            functions_with_attrs: WeakList::default(),
             sweeping: Cell::new(false),
-            names_held: Cell::new(0),
-            loading: Cell::new(0),
-            last_acts: PendingFinalizers::default(),
-            kept: ModuleState::default(),
+            sweep_pauses: Cell::new(0),
+            module_load_depth: Cell::new(0),
+            pending_finalizers: PendingFinalizers::default(),
+            module_state: ModuleState::default(),
             cycles: CycleCollector::default(),
             injected: RefCell::default(),
             counters: RefCell::default(),
@@ -192,7 +192,7 @@ impl InterpreterState {
             interrupts: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
-            hints: LookupCache::default(),
+            lookup_cache: LookupCache::default(),
         });
         crate::builtins::install(&core);
         core
@@ -210,13 +210,13 @@ impl InterpreterState {
     }
 
     /// Gives the numbers of threads that were nobody's but a debugger's back, so that they leave no trace.
-    pub fn forget_threads_after(&self, number: u64) {
+    pub fn reset_thread_counter(&self, number: u64) {
         self.next_thread.set(number);
     }
 
     /// Safepoints that the running thread may still pass in its slice.
-    pub fn fuel_in_hand(&self) -> u32 {
-        memory::fuel().saturating_add(self.fuel_left.get())
+    pub fn remaining_fuel(&self) -> u32 {
+        memory::fuel().saturating_add(self.fuel_after_slice.get())
     }
 
     /// Whether the main program's thread is running.
@@ -244,31 +244,31 @@ impl InterpreterState {
 
     /// Gives the running thread fuel.
     pub fn set_fuel(&self, fuel: u32) {
-        let slice = fuel.min(SLICE);
+        let slice = fuel.min(FUEL_SLICE);
         memory::set_fuel(slice);
-        self.fuel_left.set(fuel - slice);
+        self.fuel_after_slice.set(fuel - slice);
     }
 
     /// Takes away as much fuel as a slice has.
-    pub fn spend_fuel(&self) {
+    pub fn deduct_fuel_slice(&self) {
         let fuel = memory::fuel();
-        let left = self.fuel_left.get();
-        memory::set_fuel(fuel.saturating_sub(SLICE));
-        self.fuel_left
-            .set(left.saturating_sub(SLICE.saturating_sub(fuel)));
+        let left = self.fuel_after_slice.get();
+        memory::set_fuel(fuel.saturating_sub(FUEL_SLICE));
+        self.fuel_after_slice
+            .set(left.saturating_sub(FUEL_SLICE.saturating_sub(fuel)));
     }
 
     /// Takes the next slice of fuel; false if all is used up.
     pub fn refuel(&self) -> bool {
         if self.stopping.get() != StopState::No && !self.host.unwinding_goes_on() {
-            self.fuel_left.set(0);
+            self.fuel_after_slice.set(0);
         }
-        let left = self.fuel_left.get();
+        let left = self.fuel_after_slice.get();
         if left > 0 {
             self.set_fuel(left);
         }
-        if left == 0 && self.loading.get() > 0 {
-            self.set_fuel(SLICE);
+        if left == 0 && self.module_load_depth.get() > 0 {
+            self.set_fuel(FUEL_SLICE);
             return true;
         }
         left > 0
@@ -276,14 +276,14 @@ impl InterpreterState {
 
     /// The thread is suspended for a search: what fuel it has is kept for when it goes on, so that whose turn it is
     /// never depends on how much memory is held.
-    pub fn keep_fuel(&self) {
-        let left = memory::fuel().saturating_add(self.fuel_left.get());
-        self.fuel_kept.set(Some(left));
+    pub fn save_fuel(&self) {
+        let left = memory::fuel().saturating_add(self.fuel_after_slice.get());
+        self.saved_fuel.set(Some(left));
     }
 
     /// What fuel a thread has kept that was suspended for a search.
-    pub fn take_kept_fuel(&self) -> Option<u32> {
-        self.fuel_kept.take()
+    pub fn take_saved_fuel(&self) -> Option<u32> {
+        self.saved_fuel.take()
     }
 
     /// Makes `state` that of the running thread; returns the one before.
@@ -308,9 +308,9 @@ impl InterpreterState {
 
     /// Watches the memory from now on: the safepoint after a search for cycles is due, or after the limit is crossed,
     /// looks at it. While more is held than that, so does the one after each further part of the limit.
-    pub fn memory_watch(&self) {
+    pub fn arm_memory_alarm(&self) {
         let (used, limit) = (self.memory_used(), self.memory_limit());
-        let due = self.memory_search_due();
+        let due = self.gc_threshold_bytes();
         let next = match used {
             used if used < due => due.min(limit),
             used if used < limit => limit.min(used.saturating_add(limit / 32)),
@@ -322,7 +322,7 @@ impl InterpreterState {
 
     /// Looks at how much is held. Pages whose blocks have all been freed are the system's again at once, but for those
     /// that blocks on the shelves are part of.
-    pub fn memory_look(&self) {
+    pub fn update_memory_peak(&self) {
         let (used, peak) = (self.memory_used(), self.memory_peak.get());
         if used > LARGE {
             self.memory_was_large.set(true);
@@ -331,8 +331,8 @@ impl InterpreterState {
         if used.saturating_add(reserve_of(limit)) < limit {
             self.memory_reserve.set(0);
         }
-        let is_much = peak > KEPT.min(limit / 2);
-        if is_much && peak.saturating_sub(used) > GIVEN_BACK.min(limit / 8) {
+        let is_much = peak > PURGE_MIN.min(limit / 2);
+        if is_much && peak.saturating_sub(used) > PURGE_AFTER_DROP.min(limit / 8) {
             memory::clear_shelves();
             self.memory_peak.set(used);
         } else if used > peak {
@@ -341,18 +341,18 @@ impl InterpreterState {
     }
 
     /// The task has asked for more than it may hold.
-    pub fn memory_was_refused(&self) {
+    pub fn note_memory_refusal(&self) {
         self.memory_was_large.set(true);
     }
 
     /// A task that has just been told that it holds too much may use a little more, to say so and to let go: otherwise
     /// whoever handles the exception would meet the next one. A few times over, then there is nothing left.
-    pub fn memory_open_reserve(&self) {
+    pub fn grant_memory_reserve(&self) {
         let limit = self.limits.memory_bytes;
         let beyond = self.memory_used().saturating_sub(limit);
         let reserve = beyond.saturating_add(reserve_of(limit)).min(limit / 8);
         self.memory_reserve.set(reserve);
-        self.memory_watch();
+        self.arm_memory_alarm();
     }
 
     /// Bytes the task may hold now.
@@ -367,7 +367,7 @@ impl InterpreterState {
     }
 
     /// No longer watches it.
-    pub fn memory_unwatch(&self) {
+    pub fn disarm_memory_alarm(&self) {
         memory::set_alarm(isize::MAX);
         memory::take_alarm();
     }
@@ -375,13 +375,13 @@ impl InterpreterState {
     /// Bytes the task holds: what its OS thread has come to hold since the interpreter was made.
     #[inline]
     pub fn memory_used(&self) -> usize {
-        (memory::held() - self.memory_base).max(0) as usize
+        (memory::live_bytes() - self.memory_base).max(0) as usize
     }
 
     /// The same with what lies ready for the next small requests.
     #[inline]
-    pub fn memory_taken(&self) -> usize {
-        (memory::taken() - self.memory_base).max(0) as usize
+    pub fn memory_with_free_lists(&self) -> usize {
+        (memory::allocated_bytes() - self.memory_base).max(0) as usize
     }
 
     /// Bytes that may still be held.
@@ -391,7 +391,7 @@ impl InterpreterState {
 
     /// A namespace that is taken apart when the interpreter ends.
     pub fn new_namespace(&self, parent: Option<Rc<Namespace>>) -> Rc<Namespace> {
-        let namespace = Rc::new(parent.map_or_else(Namespace::default, Namespace::in_front_of));
+        let namespace = Rc::new(parent.map_or_else(Namespace::default, Namespace::child_of));
         self.namespaces.push(&namespace);
         namespace
     }
@@ -412,7 +412,7 @@ impl InterpreterState {
     }
 
     /// Breaks the cycles through globals, modules and classes.
-    pub fn dismantle(&self) {
+    pub fn break_all_cycles(&self) {
         let debugger = self.debugger.take();
         if let Some(debugger) = debugger {
             debugger.dismantle();
@@ -420,7 +420,7 @@ impl InterpreterState {
         self.globals.dismantle();
         self.interrupts.take();
         self.break_cycles();
-        self.last_acts.catch_up(self);
+        self.pending_finalizers.run_pending(self);
         let injected = self.injected.take();
         injected.dismantle();
         for namespace in self.namespaces.take() {
@@ -437,15 +437,15 @@ impl InterpreterState {
 }
 
 /// Work to look at a value that holds others.
-const LEVEL: usize = 4 * super::pace::VALUE;
+const LEVEL: usize = 4 * super::pace::WORK_PER_VALUE;
 
 impl super::Evaluator<'_> {
     /// Runs a native operation that may come back to itself through a script's data (comparison, `repr`, looking for a
     /// class in tuples), within the depth and the stack there is, and counts its work: what holds something twice holds
     /// millions of it thirty levels deep. Every such operation goes through here; nothing may be borrowed.
     #[inline]
-    pub fn recurse<T>(&self, inner: impl FnOnce() -> R<T>) -> R<T> {
-        self.worked(LEVEL)?;
+    pub fn with_native_depth<T>(&self, inner: impl FnOnce() -> R<T>) -> R<T> {
+        self.charge(LEVEL)?;
         self.deeper(inner)
     }
 

@@ -82,7 +82,7 @@ pub enum StackKind {
 }
 
 impl StackPool {
-    fn shelf(&self, kind: StackKind) -> (&RefCell<Vec<DefaultStack>>, usize) {
+    fn free_stacks(&self, kind: StackKind) -> (&RefCell<Vec<DefaultStack>>, usize) {
         match kind {
             StackKind::Thread => (&self.threads, THREAD_STACK),
             StackKind::Generator => (&self.generators, GENERATOR_STACK),
@@ -92,11 +92,11 @@ impl StackPool {
 
     /// A stack, or None if the system has no more.
     pub fn take(&self, kind: StackKind) -> Option<DefaultStack> {
-        let (shelf, size) = self.shelf(kind);
+        let (shelf, size) = self.free_stacks(kind);
         let pooled = shelf.borrow_mut().pop();
         pooled.or_else(|| {
             let stack = DefaultStack::new(size).ok()?;
-            memory::hold(StackPool::cost(kind));
+            memory::add_external(StackPool::cost(kind));
             Some(stack)
         })
     }
@@ -112,13 +112,13 @@ impl StackPool {
     }
 
     /// Takes a stack back.
-    pub fn give(&self, kind: StackKind, stack: DefaultStack) {
-        let mut shelf = self.shelf(kind).0.borrow_mut();
+    pub fn put_back(&self, kind: StackKind, stack: DefaultStack) {
+        let mut shelf = self.free_stacks(kind).0.borrow_mut();
         if shelf.len() < POOL_MAX {
             shelf.push(stack);
         } else {
             drop(stack);
-            memory::let_go(StackPool::cost(kind));
+            memory::remove_external(StackPool::cost(kind));
         }
     }
 }
@@ -127,8 +127,8 @@ impl StackPool {
     /// Gives the stacks that are not in use back to the system.
     pub fn clear(&self) {
         for kind in [StackKind::Thread, StackKind::Generator, StackKind::Segment] {
-            let kept = self.shelf(kind).0.take();
-            memory::let_go(kept.len() * StackPool::cost(kind));
+            let kept = self.free_stacks(kind).0.take();
+            memory::remove_external(kept.len() * StackPool::cost(kind));
         }
     }
 }
@@ -150,7 +150,7 @@ impl Evaluator<'_> {
         if self.core.stopping.get() != StopState::No {
             return self.suspend_while_stopping(request);
         }
-        crate::value::held::nothing_is_open();
+        crate::value::held::assert_no_borrows();
         let line = self.core.line.get();
         let resume = match &self.outlet {
             RequestSink::Thread(yielder) => yielder.suspend(request),
@@ -188,7 +188,7 @@ impl Evaluator<'_> {
             SuspendRequest::OutOfFuel => CleanupLimit::Time,
             _ => CleanupLimit::Wait,
         };
-        if core.stopping.get() == StopState::Unwinding && core.loading.get() == 0 {
+        if core.stopping.get() == StopState::Unwinding && core.module_load_depth.get() == 0 {
             let thread = ThreadId(core.thread.get());
             core.host.unwinding_is_cut(thread, core.line.get(), cut);
         }
@@ -199,8 +199,8 @@ impl Evaluator<'_> {
     }
 
     /// Within a long native operation: other threads have their turn, and the thread may be told to stop.
-    pub fn give_way(&self) -> R<()> {
-        if self.core.loading.get() > 0 || self.core.stopping.get() != StopState::No {
+    pub fn yield_now(&self) -> R<()> {
+        if self.core.module_load_depth.get() > 0 || self.core.stopping.get() != StopState::No {
             return Ok(());
         }
         self.suspend(SuspendRequest::OutOfFuel)
@@ -209,7 +209,7 @@ impl Evaluator<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn out_of_fuel(&self) -> R<()> {
-        let alarmed = self.look_around()?;
+        let alarmed = self.run_safepoint_duties()?;
         if alarmed || memory::fuel() > 0 || self.core.refuel() {
             return Ok(());
         }
@@ -218,24 +218,24 @@ impl Evaluator<'_> {
 
     /// What is due from time to time: the look at the memory, last acts, a search for circles. Whether more memory is
     /// held than before, and not the fuel has run out.
-    pub(super) fn look_around(&self) -> R<bool> {
-        trash::drop_some();
-        self.core.memory_look();
+    pub(super) fn run_safepoint_duties(&self) -> R<bool> {
+        trash::run_deferred_drops();
+        self.core.update_memory_peak();
         self.sweep_names_if_due()?;
-        self.core.last_acts.catch_up(&self.core);
+        self.core.pending_finalizers.run_pending(&self.core);
         let alarmed = memory::take_alarm();
         // While a module is loaded no search begins: the module must not be seen half loaded, and it makes little.
         if self.core.stopping.get() == StopState::No
-            && self.core.loading.get() == 0
-            && !self.core.is_searching()
-            && self.core.begin_search_if_due()
-            && !self.core.search_slice()
+            && self.core.module_load_depth.get() == 0
+            && !self.core.is_gc_running()
+            && self.core.start_gc_if_due()
+            && !self.core.run_gc_slice()
         {
             // The driver goes on with the search before it resumes this thread, which then has the fuel it has now.
-            self.core.keep_fuel();
+            self.core.save_fuel();
             self.suspend(SuspendRequest::OutOfFuel)?;
         }
-        self.core.memory_watch();
+        self.core.arm_memory_alarm();
         self.check_memory()?;
         Ok(alarmed)
     }
@@ -294,7 +294,7 @@ impl Evaluator<'_> {
         let result = on_stack(&mut stack, inner);
         self.stack_limit.set(outer);
         if pooled {
-            self.core.stacks.give(StackKind::Segment, stack);
+            self.core.stacks.put_back(StackKind::Segment, stack);
         }
         result
     }

@@ -38,7 +38,7 @@ impl CoverageCounters {
     }
 
     /// What was counted so far: of a line the statement that was executed most.
-    pub fn all(&self) -> BTreeMap<String, LineCounts> {
+    pub fn totals(&self) -> BTreeMap<String, LineCounts> {
         let mut all = BTreeMap::new();
         for (text, lines) in &*self.texts.borrow() {
             let counts: &mut LineCounts = all.entry(text.clone()).or_default();

@@ -12,7 +12,7 @@ use super::steps::{GeneratorFrame, GeneratorStep};
 use super::{Evaluator, Frame, InterpreterState};
 use crate::errors::ExceptionKind;
 use crate::limits::memory;
-use crate::value::held::nothing_is_open;
+use crate::value::held::assert_no_borrows;
 use crate::value::symbol::known;
 use crate::value::{Function, R, Raised, ScriptCell, Value, trash};
 
@@ -55,7 +55,7 @@ pub struct Generator {
     /// Where it stands, if it has no stack of its own; taken out while it runs.
     standing: ScriptCell<Option<Box<GeneratorFrame>>>,
     /// While it is suspended with a stack of its own.
-    seen: ScriptCell<SuspendedFrame>,
+    suspended_frame: ScriptCell<SuspendedFrame>,
     /// `__name__` and `__qualname__`, if a script has changed them.
     names: ScriptCell<Option<Box<[Option<Value>; 2]>>>,
     /// A search for cycles has found it in use.
@@ -77,7 +77,7 @@ struct InitialSlots(Vec<Value>);
 
 impl Drop for InitialSlots {
     fn drop(&mut self) {
-        trash::dismantle(&mut self.0);
+        trash::drop_values(&mut self.0);
     }
 }
 
@@ -104,7 +104,7 @@ impl Generator {
             core,
             state: ScriptCell::new(state),
             standing: ScriptCell::new(standing),
-            seen: ScriptCell::default(),
+            suspended_frame: ScriptCell::default(),
             names: ScriptCell::default(),
             old: Cell::new(false),
         }
@@ -128,7 +128,7 @@ impl Generator {
         {
             standing.visit(each);
         }
-        if let Some(seen) = self.seen.try_borrow() {
+        if let Some(seen) = self.suspended_frame.try_borrow() {
             // Each is referred to by its variable and by this list.
             seen.slots.iter().for_each(|value| {
                 each(value);
@@ -176,7 +176,9 @@ impl Generator {
             GeneratorState::Suspended(_) => true,
             GeneratorState::Standing => {
                 let standing = self.standing.borrow();
-                standing.as_ref().is_some_and(|standing| standing.waits())
+                standing
+                    .as_ref()
+                    .is_some_and(|standing| standing.is_at_yield())
             }
             GeneratorState::Fresh(_) | GeneratorState::Running | GeneratorState::Finished => false,
         }
@@ -225,7 +227,7 @@ impl Generator {
         }
         match &*self.standing.borrow() {
             Some(standing) => standing.slots().to_vec(),
-            None => self.seen.borrow().slots.clone(),
+            None => self.suspended_frame.borrow().slots.clone(),
         }
     }
 
@@ -241,7 +243,7 @@ impl Generator {
                 .body
                 .steps()
                 .and_then(|steps| standing.delegate(steps)),
-            None => Some(self.seen.borrow().delegate.clone()),
+            None => Some(self.suspended_frame.borrow().delegate.clone()),
         };
         delegate
             .filter(|value| !value.is_unbound())
@@ -255,7 +257,7 @@ impl Generator {
                 let steps = self.function.code.body.steps();
                 steps.map_or(0, |steps| standing.line(steps))
             }
-            None => self.seen.borrow().line,
+            None => self.suspended_frame.borrow().line,
         }
     }
 
@@ -286,7 +288,9 @@ impl Generator {
             GeneratorState::Fresh(_) => true,
             GeneratorState::Standing => {
                 let standing = self.standing.borrow();
-                standing.as_ref().is_some_and(|standing| !standing.waits())
+                standing
+                    .as_ref()
+                    .is_some_and(|standing| !standing.is_at_yield())
             }
             GeneratorState::Suspended(_) | GeneratorState::Running | GeneratorState::Finished => {
                 false
@@ -309,14 +313,14 @@ impl Generator {
 impl Evaluator<'_> {
     /// Steps a generator to its next `yield` or its end.
     pub fn step_generator(&self, generator: &Generator, input: GeneratorInput) -> R<StepResult> {
-        nothing_is_open();
+        assert_no_borrows();
         if let GeneratorInput::Throw(raised) = &input
             && generator.finish_fresh()
         {
             return Err(raised.clone());
         }
         if let Some(steps) = generator.function.code.body.steps() {
-            return self.step_standing(generator, steps, input);
+            return self.step_frame(generator, steps, input);
         }
         let state = generator.state.replace(GeneratorState::Running);
         let mut coroutine = match state {
@@ -343,14 +347,17 @@ impl Evaluator<'_> {
             return Err(self.recursion_error());
         }
         core.depth.set(depth + 1);
-        drop(generator.seen.take());
+        drop(generator.suspended_frame.take());
         let mut input = input;
-        let (handled, outside) = (self.handled_exception(), core.handled_outside.take());
+        let (handled, outside) = (
+            self.handled_exception(),
+            core.outer_handled_exception.take(),
+        );
         let result = loop {
-            core.handled_outside.put(handled.clone());
+            core.outer_handled_exception.put(handled.clone());
             match coroutine.resume(input) {
                 CoroutineResult::Yield(GeneratorOutput::Yield(value, seen)) => {
-                    generator.seen.put(seen);
+                    generator.suspended_frame.put(seen);
                     generator.state.put(GeneratorState::Suspended(coroutine));
                     break Ok(StepResult::Yielded(value));
                 }
@@ -364,19 +371,19 @@ impl Evaluator<'_> {
                 CoroutineResult::Return(result) => {
                     generator.state.put(GeneratorState::Finished);
                     core.stacks
-                        .give(StackKind::Generator, coroutine.into_stack());
+                        .put_back(StackKind::Generator, coroutine.into_stack());
                     break result.map(StepResult::Returned);
                 }
             }
         };
-        core.handled_outside.put(outside);
+        core.outer_handled_exception.put(outside);
         core.depth.set(depth);
         core.line.set(line);
         result
     }
 
     /// The same for a generator without a stack of its own.
-    fn step_standing(
+    fn step_frame(
         &self,
         generator: &Generator,
         steps: &[GeneratorStep],
@@ -396,7 +403,7 @@ impl Evaluator<'_> {
         };
         core.depth.set(depth + 1);
         let result = self.with_stack(generator.function.code.stack_bytes, || {
-            self.go_on(steps, &mut standing, &generator.function, input)
+            self.resume_steps(steps, &mut standing, &generator.function, input)
         });
         generator.standing.put(Some(standing));
         if !matches!(result, Ok(StepResult::Yielded(_))) {
@@ -445,8 +452,8 @@ impl Generator {
             return;
         }
         if let GeneratorState::Suspended(coroutine) = self.state.replace(GeneratorState::Finished) {
-            drop(self.seen.take());
-            self.core.last_acts.unwind(&self.core, coroutine);
+            drop(self.suspended_frame.take());
+            self.core.pending_finalizers.unwind(&self.core, coroutine);
         }
     }
 }
@@ -461,12 +468,12 @@ pub struct PendingFinalizers {
 
 impl PendingFinalizers {
     /// From now on they wait (or, `false`, are done at once); what it was before.
-    pub fn hold_back(&self, on: bool) -> bool {
+    pub fn set_suspended(&self, on: bool) -> bool {
         self.held_back.replace(on)
     }
 
     /// Does what has waited.
-    pub fn catch_up(&self, core: &InterpreterState) {
+    pub fn run_pending(&self, core: &InterpreterState) {
         while let Some(coroutine) = self.next() {
             self.unwind(core, coroutine);
         }
@@ -483,7 +490,7 @@ impl PendingFinalizers {
         if self.held_back.get() {
             return self.waiting.borrow_mut().push(coroutine);
         }
-        nothing_is_open();
+        assert_no_borrows();
         let saved = (
             memory::fuel(),
             core.stopping.get(),
@@ -513,7 +520,7 @@ impl PendingFinalizers {
             input = GeneratorInput::Throw(Raised::Stop);
         }
         core.stacks
-            .give(StackKind::Generator, coroutine.into_stack());
+            .put_back(StackKind::Generator, coroutine.into_stack());
         // What a generator within a stopping thread has used is used; all else goes on as if nothing had happened.
         if saved.1 == StopState::No {
             memory::set_fuel(saved.0);

@@ -65,12 +65,12 @@ pub trait ExprNode: Sized {
         ev.truth(&value)
     }
 
-    /// Whether `at_hand` is worth asking.
-    const IS_AT_HAND: bool = false;
+    /// Whether `try_load` is worth asking.
+    const HAS_TRY_LOAD: bool = false;
 
     /// A copy of its value, if that only has to be looked at where it lies.
     #[inline(always)]
-    fn at_hand(&self, _: &Frame<'_>) -> Option<Value> {
+    fn try_load(&self, _: &Frame<'_>) -> Option<Value> {
         None
     }
 }
@@ -85,7 +85,7 @@ pub trait DynExpr {
 
 impl<E: ExprNode> DynExpr for E {
     fn eval_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
-        PairOf::of(self.eval(ev, f))
+        PairOf::pack(self.eval(ev, f))
     }
 
     fn truth_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Truth {
@@ -134,7 +134,7 @@ pub trait DynStmt {
 
 impl<S: StmtNode> DynStmt for S {
     fn exec_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
-        PairOf::of(self.exec(ev, f))
+        PairOf::pack(self.exec(ev, f))
     }
 }
 
@@ -210,7 +210,7 @@ impl<'y> Evaluator<'y> {
     /// Passed at every loop back-edge and call: counts fuel, and lets the driver in when it is used up.
     #[inline]
     pub fn safepoint(&self) -> R<()> {
-        if memory::burn() {
+        if memory::consume_fuel() {
             return Ok(());
         }
         self.out_of_fuel()
@@ -219,7 +219,7 @@ impl<'y> Evaluator<'y> {
     /// The exception whose handler is running.
     pub fn handled_exception(&self) -> Option<Rc<Instance>> {
         match (self.handled.get(), &self.outlet) {
-            (None, RequestSink::Generator(_)) => self.core.handled_outside.get(),
+            (None, RequestSink::Generator(_)) => self.core.outer_handled_exception.get(),
             (handled, _) => handled,
         }
     }
@@ -245,12 +245,12 @@ impl<'y> Evaluator<'y> {
 /// Adds the place of an operation to whatever it raises.
 pub(crate) trait TraceExt<T> {
     /// See `Evaluator::trace`.
-    fn at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T>;
+    fn trace_at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T>;
 }
 
 impl<T> TraceExt<T> for R<T> {
     #[inline]
-    fn at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T> {
+    fn trace_at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T> {
         match self {
             Ok(value) => Ok(value),
             Err(raised) => Err(ev.trace(f, span, raised)),

@@ -7,7 +7,7 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::bulk::EACH;
+use super::bulk::WORK_PER_BYTE;
 use super::code::SourceSymbols;
 use super::{Evaluator, InterpreterState};
 use crate::value::by_symbol::SymbolSet;
@@ -16,14 +16,14 @@ use crate::value::symbol::TempSymbol;
 use crate::value::{Function, R, Symbol};
 
 /// Names that are looked at at once, and the work for one.
-const PIECE: usize = 1024;
-const NAME: usize = 48;
+const SWEEP_CHUNK: usize = 1024;
+const WORK_PER_SYMBOL: usize = 48;
 /// Longest name of an attribute, a keyword argument or a class that is made up at run time, in bytes.
 pub const LENGTH_MAX: usize = 64 << 10;
 /// Names up to this length, in bytes, are not counted as work of their own.
-const SHORT: usize = 256;
+const UNCHARGED_NAME_MAX: usize = 256;
 /// Work for a class.
-const CLASS: usize = 512;
+const WORK_PER_CLASS: usize = 512;
 
 impl InterpreterState {
     /// Where the names in the code of a new text are noted.
@@ -45,15 +45,15 @@ impl Drop for SweepPause<'_> {
 
 impl Evaluator<'_> {
     /// The symbol for a name that a program has made up, to look for what is called by it.
-    pub fn ask_name(&self, name: &str) -> R<TempSymbol<'_>> {
+    pub fn temp_symbol(&self, name: &str) -> R<TempSymbol<'_>> {
         self.check_name(name)?;
-        Ok(self.core.symbols.ask(name))
+        Ok(self.core.symbols.intern_temp(name))
     }
 
     /// The symbol for a name that a program has made up, to call something by it.
-    pub fn take_name(&self, name: &str) -> R<Symbol> {
+    pub fn intern_name(&self, name: &str) -> R<Symbol> {
         self.check_name(name)?;
-        Ok(self.core.symbols.take(name))
+        Ok(self.core.symbols.intern_used(name))
     }
 
     /// Refuses a name that is too long to be one: names are looked up, kept and repeated in messages without a pause.
@@ -65,14 +65,14 @@ impl Evaluator<'_> {
             )));
         }
         match name.len() {
-            0..SHORT => Ok(()),
-            long => self.worked(long * EACH),
+            0..UNCHARGED_NAME_MAX => Ok(()),
+            long => self.charge(long * WORK_PER_BYTE),
         }
     }
 
     /// Keeps all names as long as the result lives: for who has taken some that nothing is called by yet.
-    pub fn hold_names(&self) -> SweepPause<'_> {
-        let held = &self.core.names_held;
+    pub fn pause_sweep(&self) -> SweepPause<'_> {
+        let held = &self.core.sweep_pauses;
         held.set(held.get() + 1);
         SweepPause(held)
     }
@@ -97,34 +97,34 @@ impl Evaluator<'_> {
                 self.0.sweeping.set(false);
             }
         }
-        if self.core.names_held.get() > 0 || self.core.sweeping.replace(true) {
+        if self.core.sweep_pauses.get() > 0 || self.core.sweeping.replace(true) {
             return Ok(());
         }
         let _over = SweepGuard(&self.core);
-        self.swept()
+        self.sweep_all()
     }
 
     /// Goes through something in pieces: `some` does one from a number on and says whether there is more.
-    fn by_pieces(&self, mut some: impl FnMut(usize) -> bool) -> R<()> {
+    fn in_chunks(&self, mut some: impl FnMut(usize) -> bool) -> R<()> {
         let mut from = 0;
         while some(from) {
-            from += PIECE;
-            self.worked(PIECE * NAME)?;
+            from += SWEEP_CHUNK;
+            self.charge(SWEEP_CHUNK * WORK_PER_SYMBOL)?;
         }
-        self.worked(NAME)
+        self.charge(WORK_PER_SYMBOL)
     }
 
     fn forget_unused(&self, namespace: &Namespace) -> R<()> {
         let mut next = Some(0);
         while let Some(from) = next {
-            next = namespace.forget_some_unused(from, PIECE);
-            self.worked(PIECE * NAME)?;
+            next = namespace.purge_unused_chunk(from, SWEEP_CHUNK);
+            self.charge(SWEEP_CHUNK * WORK_PER_SYMBOL)?;
         }
         namespace.end_forgetting();
         Ok(())
     }
 
-    fn swept(&self) -> R<()> {
+    fn sweep_all(&self) -> R<()> {
         let core = &self.core;
         let mut used = SymbolSet::default();
         let modules = core.modules.borrow().clone();
@@ -135,21 +135,21 @@ impl Evaluator<'_> {
             .collect();
         let builtins = &core.builtins;
         self.forget_unused(builtins)?;
-        self.by_pieces(|from| builtins.add_some_names_to(&mut used, from, PIECE))?;
+        self.in_chunks(|from| builtins.add_names_chunk(&mut used, from, SWEEP_CHUNK))?;
         for namespace in namespaces {
             self.forget_unused(&namespace)?;
-            self.by_pieces(|from| namespace.add_some_names_to(&mut used, from, PIECE))?;
+            self.in_chunks(|from| namespace.add_names_chunk(&mut used, from, SWEEP_CHUNK))?;
         }
         let texts: Vec<Rc<SourceSymbols>> = core.text_names.alive().into_iter().collect();
         for text in texts {
-            self.by_pieces(|from| text.add_some_to(&mut used, from, PIECE))?;
+            self.in_chunks(|from| text.add_some_to(&mut used, from, SWEEP_CHUNK))?;
         }
-        let functions: Vec<Rc<Function>> = core.named_functions.alive().into_iter().collect();
+        let functions: Vec<Rc<Function>> = core.functions_with_attrs.alive().into_iter().collect();
         for function in functions {
-            self.by_pieces(|from| {
+            self.in_chunks(|from| {
                 let attrs = function.attrs.borrow();
                 let names = attrs.as_ref().map_or(&[][..], |attrs| attrs.names());
-                let end = names.len().min(from + PIECE);
+                let end = names.len().min(from + SWEEP_CHUNK);
                 used.extend(names.get(from..end).unwrap_or_default().iter().copied());
                 end < names.len()
             })?;
@@ -159,18 +159,18 @@ impl Evaluator<'_> {
         let mut left = vec![core.types.object.clone()];
         while let Some(class) = left.pop() {
             if seen.insert(Rc::as_ptr(&class)) {
-                self.by_pieces(|from| class.add_some_names_to(&mut used, from, PIECE))?;
+                self.in_chunks(|from| class.add_some_names_to(&mut used, from, SWEEP_CHUNK))?;
                 let mut before = usize::MAX;
                 while before > 0 {
-                    before = class.some_subclasses(before, PIECE, &mut left);
-                    self.worked(CLASS)?;
+                    before = class.some_subclasses(before, SWEEP_CHUNK, &mut left);
+                    self.charge(WORK_PER_CLASS)?;
                 }
             }
-            self.worked(CLASS)?;
+            self.charge(WORK_PER_CLASS)?;
         }
         let symbols = &core.symbols;
         symbols.begin_sweep();
-        self.by_pieces(|from| symbols.sweep_some(&used, from, PIECE))?;
+        self.in_chunks(|from| symbols.sweep_some(&used, from, SWEEP_CHUNK))?;
         symbols.end_sweep();
         Ok(())
     }

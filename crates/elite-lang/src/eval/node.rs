@@ -60,19 +60,19 @@ pub struct NodeId(u32);
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NodeCursor {
     /// The node of the last directive it passed.
-    passed: NodeId,
+    last_entered: NodeId,
     /// The node that is shown.
     shown: NodeId,
     /// The node that is shown when the motion that follows has ended.
-    due: NodeId,
+    after_motion: NodeId,
 }
 
 impl NodeCursor {
     /// The place of a thread that is started here.
-    pub fn inherited(self) -> Self {
+    pub fn for_new_thread(self) -> Self {
         NodeCursor {
-            shown: self.passed,
-            due: NodeId::default(),
+            shown: self.last_entered,
+            after_motion: NodeId::default(),
             ..self
         }
     }
@@ -111,13 +111,13 @@ impl TaskNodes {
     }
 
     /// The node that is shown for a thread.
-    pub fn shown(&self, state: NodeCursor) -> Option<TaskNode> {
+    pub fn shown_node(&self, state: NodeCursor) -> Option<TaskNode> {
         self.node(state.shown)
     }
 
     /// The node that the running thread passed last, also one that is only shown later.
     pub fn passed(&self) -> Option<TaskNode> {
-        self.node(self.state.get().passed)
+        self.node(self.state.get().last_entered)
     }
 
     /// The place of the running thread.
@@ -132,11 +132,11 @@ impl TaskNodes {
 
     /// The running thread passes a directive, in this line.
     #[inline]
-    fn pass(&self, id: NodeId, after: bool, line: u32) {
+    fn enter(&self, id: NodeId, after: bool, line: u32) {
         let mut state = self.state.get();
-        state.passed = id;
+        state.last_entered = id;
         if after {
-            state.due = id;
+            state.after_motion = id;
         } else if state.shown != id {
             state.shown = id;
             self.note(id, line);
@@ -145,9 +145,9 @@ impl TaskNodes {
     }
 
     /// The motion that followed the latest directive with "after" has ended, or has failed: then it shows nothing.
-    pub fn motion_ended(&self, failed: bool, line: u32) {
+    pub fn on_motion_end(&self, failed: bool, line: u32) {
         let mut state = self.state.get();
-        let due = std::mem::take(&mut state.due);
+        let due = std::mem::take(&mut state.after_motion);
         if due != NodeId::default() && due != state.shown && !failed {
             state.shown = due;
             self.note(due, line);
@@ -165,7 +165,7 @@ impl TaskNodes {
     }
 
     /// What the thread that was resumed last has passed since, in order.
-    pub fn take_passages(&self) -> Vec<NodeChange> {
+    pub fn take_node_changes(&self) -> Vec<NodeChange> {
         let mut passages = self.passages.borrow_mut();
         let passed = passages.drain(..);
         passed
@@ -190,7 +190,7 @@ impl EnterTaskNode {
     #[inline]
     fn run(self, ev: &Evaluator<'_>) {
         let core = &ev.core;
-        core.nodes.pass(self.node, self.after, core.line.get());
+        core.nodes.enter(self.node, self.after, core.line.get());
     }
 }
 

@@ -6,59 +6,59 @@
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::bulk::{STRIDE, many};
-use super::pace::WORK_MAX;
+use super::bulk::{BULK_CHUNK, bulk_work};
+use super::pace::YIELD_BUDGET;
 use super::{Evaluator, InterpreterState};
 use crate::value::bytes::BytesRef;
 use crate::value::{ByteArray, List, R, Raised, ScriptCell, trash};
 
 /// What a short text costs with its place in a list, and while the list grows.
-const PIECE: usize = 112;
+const TEXT_ITEM_BYTES: usize = 112;
 /// Buffers below this size in bytes double, as `Vec` does by itself.
-const DOUBLES: usize = 1 << 20;
+const DOUBLING_MAX: usize = 1 << 20;
 
 /// A buffer that can be asked to grow.
 pub trait GrowableBuffer {
     /// Size of one entry.
-    const ENTRY: usize;
+    const ENTRY_SIZE: usize;
     /// Entries in it, and room for entries.
-    fn extent(&self) -> (usize, usize);
+    fn len_and_capacity(&self) -> (usize, usize);
     /// Takes room for `more` entries beyond its length; whether there was any to be had.
-    fn take_room(&mut self, more: usize) -> bool;
+    fn grow_by(&mut self, more: usize) -> bool;
 }
 
 impl<T> GrowableBuffer for Vec<T> {
-    const ENTRY: usize = size_of::<T>();
+    const ENTRY_SIZE: usize = size_of::<T>();
 
-    fn extent(&self) -> (usize, usize) {
+    fn len_and_capacity(&self) -> (usize, usize) {
         (self.len(), self.capacity())
     }
 
-    fn take_room(&mut self, more: usize) -> bool {
+    fn grow_by(&mut self, more: usize) -> bool {
         self.try_reserve_exact(more).is_ok()
     }
 }
 
 impl<T> GrowableBuffer for VecDeque<T> {
-    const ENTRY: usize = size_of::<T>();
+    const ENTRY_SIZE: usize = size_of::<T>();
 
-    fn extent(&self) -> (usize, usize) {
+    fn len_and_capacity(&self) -> (usize, usize) {
         (self.len(), self.capacity())
     }
 
-    fn take_room(&mut self, more: usize) -> bool {
+    fn grow_by(&mut self, more: usize) -> bool {
         self.try_reserve_exact(more).is_ok()
     }
 }
 
 impl GrowableBuffer for String {
-    const ENTRY: usize = 1;
+    const ENTRY_SIZE: usize = 1;
 
-    fn extent(&self) -> (usize, usize) {
+    fn len_and_capacity(&self) -> (usize, usize) {
         (self.len(), self.capacity())
     }
 
-    fn take_room(&mut self, more: usize) -> bool {
+    fn grow_by(&mut self, more: usize) -> bool {
         self.try_reserve_exact(more).is_ok()
     }
 }
@@ -66,13 +66,13 @@ impl GrowableBuffer for String {
 /// Entries by which a buffer has to grow for `more` of them; None if they fit as it is.
 #[inline]
 fn growth<B: GrowableBuffer>(buffer: &B, more: usize) -> Option<usize> {
-    let (length, room) = buffer.extent();
+    let (length, room) = buffer.len_and_capacity();
     let needed = length.saturating_add(more);
     if needed <= room {
         return None;
     }
-    let spare = match length.saturating_mul(B::ENTRY) {
-        0..DOUBLES => length,
+    let spare = match length.saturating_mul(B::ENTRY_SIZE) {
+        0..DOUBLING_MAX => length,
         _ => length / 8,
     };
     Some(more.max(spare).max(4))
@@ -91,19 +91,19 @@ impl Evaluator<'_> {
     #[cold]
     #[inline(never)]
     fn grow_by<B: GrowableBuffer>(&self, buffer: &mut B, more: usize, by: usize) -> R<()> {
-        let by = self.affordable::<B>(more, by)?;
-        match buffer.take_room(by) {
+        let by = self.capped_growth::<B>(more, by)?;
+        match buffer.grow_by(by) {
             true => Ok(()),
             false => Err(self.refused_by_system()),
         }
     }
 
     /// `by` if the account has that much, otherwise `more`; an exception if that is too much, too.
-    fn affordable<B: GrowableBuffer>(&self, more: usize, by: usize) -> R<usize> {
-        if self.core.memory_allows(by.saturating_mul(B::ENTRY)) {
+    fn capped_growth<B: GrowableBuffer>(&self, more: usize, by: usize) -> R<usize> {
+        if self.core.fits_memory(by.saturating_mul(B::ENTRY_SIZE)) {
             return Ok(by);
         }
-        self.check_allocation(more.saturating_mul(B::ENTRY))?;
+        self.check_allocation(more.saturating_mul(B::ENTRY_SIZE))?;
         Ok(more)
     }
 
@@ -111,8 +111,8 @@ impl Evaluator<'_> {
     pub fn grow_held<B: GrowableBuffer>(&self, held: &ScriptCell<B>, more: usize) -> R<()> {
         let by = growth(&*held.borrow(), more);
         let Some(by) = by else { return Ok(()) };
-        let by = self.affordable::<B>(more, by)?;
-        match held.change(|buffer| buffer.take_room(by)) {
+        let by = self.capped_growth::<B>(more, by)?;
+        match held.with_mut(|buffer| buffer.grow_by(by)) {
             true => Ok(()),
             false => Err(self.refused_by_system()),
         }
@@ -131,8 +131,8 @@ impl Evaluator<'_> {
     #[cold]
     #[inline(never)]
     fn grow_list_by(&self, list: &List, more: usize, by: usize) -> R<()> {
-        let by = self.affordable::<Vec<crate::value::Value>>(more, by)?;
-        let done = list.change(|items| items.take_room(by));
+        let by = self.capped_growth::<Vec<crate::value::Value>>(more, by)?;
+        let done = list.change(|items| items.grow_by(by));
         match done {
             true => Ok(()),
             false => Err(self.refused_by_system()),
@@ -147,8 +147,8 @@ impl Evaluator<'_> {
         }
         let by = growth(&*bytes.borrow_whole(), more);
         let Some(by) = by else { return Ok(()) };
-        let by = self.affordable::<Vec<u8>>(more, by)?;
-        match bytes.append(|data| data.take_room(by)) {
+        let by = self.capped_growth::<Vec<u8>>(more, by)?;
+        match bytes.append(|data| data.grow_by(by)) {
             true => Ok(()),
             false => Err(self.refused_by_system()),
         }
@@ -158,17 +158,17 @@ impl Evaluator<'_> {
     #[cold]
     fn unshare(&self, bytes: &ByteArray) -> R<()> {
         let before = bytes.snapshot();
-        let copy = self.copied_bytes(&before)?;
-        bytes.put_copy(&before, copy);
+        let copy = self.copy_bytes(&before)?;
+        bytes.replace_if_unchanged(&before, copy);
         Ok(())
     }
 
     /// Appends to a bytearray.
     pub fn extend_bytes(&self, bytes: &ByteArray, more: BytesRef) -> R<()> {
-        if more.len() <= STRIDE && !bytes.is_shared() {
+        if more.len() <= BULK_CHUNK && !bytes.is_shared() {
             self.grow_bytes(bytes, more.len())?;
             bytes.append(|data| data.extend_from_slice(&more));
-            return self.worked(many(more.len()));
+            return self.charge(bulk_work(more.len()));
         }
         // It may be its own bytes that are appended: the copy is made of both at once.
         let before = bytes.snapshot();
@@ -187,26 +187,26 @@ impl Evaluator<'_> {
             return Ok(());
         }
         drop(before);
-        for piece in more.chunks(STRIDE) {
+        for piece in more.chunks(BULK_CHUNK) {
             self.grow_bytes(bytes, piece.len())?;
             bytes.append(|data| data.extend_from_slice(piece));
-            self.worked(many(piece.len()))?;
+            self.charge(bulk_work(piece.len()))?;
         }
         Ok(())
     }
 
     /// Asks for `pieces` values of their own that a text or the like of `bytes` bytes is taken apart into. `pieces`
     /// counts them; it is only asked if there is no room for as many as there could be at most.
-    pub fn ask_for_pieces(&self, bytes: usize, pieces: impl FnOnce() -> usize) -> R<()> {
-        let cost = |pieces: usize| pieces.saturating_mul(PIECE).saturating_add(bytes);
-        if self.core.memory_allows(cost(bytes.saturating_add(1))) {
+    pub fn check_split_allocation(&self, bytes: usize, pieces: impl FnOnce() -> usize) -> R<()> {
+        let cost = |pieces: usize| pieces.saturating_mul(TEXT_ITEM_BYTES).saturating_add(bytes);
+        if self.core.fits_memory(cost(bytes.saturating_add(1))) {
             return Ok(());
         }
         self.check_allocation(cost(pieces()))
     }
 
     /// A buffer with room for `entries`.
-    pub fn room_for<T>(&self, entries: usize) -> R<Vec<T>> {
+    pub fn try_with_capacity<T>(&self, entries: usize) -> R<Vec<T>> {
         self.check_allocation(entries.saturating_mul(size_of::<T>()))?;
         let mut buffer = Vec::new();
         match buffer.try_reserve_exact(entries) {
@@ -223,16 +223,16 @@ impl Evaluator<'_> {
     /// Raises `MemoryError` if `bytes` more would be too much.
     #[inline]
     pub fn check_allocation(&self, bytes: usize) -> R<()> {
-        if self.core.memory_allows(bytes) {
+        if self.core.fits_memory(bytes) {
             return Ok(());
         }
-        self.free_circles_for(bytes)
+        self.reclaim_for(bytes)
     }
 
     /// The same, where others may have their turn: what was left to be dropped goes first then, bit by bit.
-    pub fn clear_for(&self, bytes: usize) -> R<()> {
-        while !self.core.memory_allows(bytes) && trash::drop_some() {
-            self.worked(WORK_MAX)?;
+    pub fn check_after_deferred_drops(&self, bytes: usize) -> R<()> {
+        while !self.core.fits_memory(bytes) && trash::run_deferred_drops() {
+            self.charge(YIELD_BUDGET)?;
         }
         self.check_allocation(bytes)
     }
@@ -240,24 +240,24 @@ impl Evaluator<'_> {
     /// Frees the circles that nothing refers to any more; `MemoryError` if `bytes` more are still too much then.
     #[cold]
     #[inline(never)]
-    fn free_circles_for(&self, bytes: usize) -> R<()> {
-        self.core.memory_was_refused();
-        while !self.core.memory_allows(bytes) && trash::drop_some() {}
-        if self.core.memory_allows(bytes) {
+    fn reclaim_for(&self, bytes: usize) -> R<()> {
+        self.core.note_memory_refusal();
+        while !self.core.fits_memory(bytes) && trash::run_deferred_drops() {}
+        if self.core.fits_memory(bytes) {
             return Ok(());
         }
         if bytes <= self.core.limits.memory_bytes {
             // The caller may be a native in the midst of its work.
-            let outer = self.core.last_acts.hold_back(true);
-            self.core.collect(bytes);
-            self.core.last_acts.hold_back(outer);
+            let outer = self.core.pending_finalizers.set_suspended(true);
+            self.core.gc_until_fits(bytes);
+            self.core.pending_finalizers.set_suspended(outer);
             self.core.stacks.clear();
         }
-        self.core.memory_watch();
-        match self.core.memory_allows(bytes) {
+        self.core.arm_memory_alarm();
+        match self.core.fits_memory(bytes) {
             true => Ok(()),
             false => {
-                self.core.memory_open_reserve();
+                self.core.grant_memory_reserve();
                 Err(self.memory_limit_error())
             }
         }
@@ -280,9 +280,9 @@ impl Evaluator<'_> {
 impl InterpreterState {
     /// Whether `more` bytes fit the limit.
     #[inline]
-    pub fn memory_allows(&self, more: usize) -> bool {
+    pub fn fits_memory(&self, more: usize) -> bool {
         let fits = |used: usize| used.saturating_add(more) <= self.memory_limit();
         // The first is a little more, and found out at once.
-        fits(self.memory_taken()) || fits(self.memory_used())
+        fits(self.memory_with_free_lists()) || fits(self.memory_used())
     }
 }

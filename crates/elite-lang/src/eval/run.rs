@@ -6,10 +6,10 @@ use std::rc::Rc;
 use super::as_c::ArgumentMismatch;
 use super::code::{Code, CodeKind};
 use super::generator::Generator;
-use super::pace::VALUE;
+use super::pace::WORK_PER_VALUE;
 use super::words::PairOf;
 use super::{Evaluator, Frame};
-use crate::value::held::nothing_is_open;
+use crate::value::held::assert_no_borrows;
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
 
 /// Slots on the native stack.
@@ -33,7 +33,7 @@ impl<const N: usize> Drop for StackSlots<N> {
     #[inline(always)]
     fn drop(&mut self) {
         for slot in self.0.iter_mut() {
-            std::mem::take(slot).discard();
+            std::mem::take(slot).drop_inline();
         }
     }
 }
@@ -58,7 +58,7 @@ impl Evaluator<'_> {
         if code.kind == CodeKind::Generator {
             return Ok(self.make_generator(function, slots));
         }
-        nothing_is_open();
+        assert_no_borrows();
         let core = &*self.core;
         let depth = core.depth.get();
         if depth >= core.limits.call_depth {
@@ -73,7 +73,7 @@ impl Evaluator<'_> {
         let result = if self.stack_left() >= code.stack_bytes {
             code.body.run(self, &mut Frame { slots, function })
         } else {
-            self.run_deeper(function, slots)
+            self.run_on_segment(function, slots)
         };
         // The outermost function of a thread leaves the line in which it ended.
         if depth > 0 {
@@ -86,7 +86,7 @@ impl Evaluator<'_> {
     /// Runs a body on a further segment of stack.
     #[cold]
     #[inline(never)]
-    pub fn run_deeper(&self, function: &Rc<Function>, slots: &mut [Value]) -> R {
+    pub fn run_on_segment(&self, function: &Rc<Function>, slots: &mut [Value]) -> R {
         let code = &*function.code;
         self.with_stack(code.stack_bytes, || {
             code.body.run(self, &mut Frame { slots, function })
@@ -112,7 +112,7 @@ impl Evaluator<'_> {
         keywords: &[(Symbol, Value)],
     ) -> R {
         match keywords {
-            [] => (function.code.entries.given)(function, PairOf::of(Value::Unbound), args, self)
+            [] => (function.code.entries.given)(function, PairOf::pack(Value::Unbound), args, self)
                 .whole(),
             _ => self.call_bound(function, args, keywords),
         }
@@ -121,7 +121,7 @@ impl Evaluator<'_> {
     /// The same without keywords and with one more argument before the others.
     #[inline]
     pub fn call_method(&self, function: &Rc<Function>, first: Value, args: &mut [Value]) -> R {
-        (function.code.entries.given)(function, PairOf::of(first), args, self).whole()
+        (function.code.entries.given)(function, PairOf::pack(first), args, self).whole()
     }
 
     /// Calls a script function of any kind, its arguments bound as Python does.
@@ -153,12 +153,12 @@ impl Evaluator<'_> {
             *slot = std::mem::take(arg);
         }
         if let Some(star) = params.star {
-            slots[star] = Value::tuple(self.taken(&mut args[given..])?);
+            slots[star] = Value::tuple(self.take_all(&mut args[given..])?);
         }
         let mut more = params.double_star.map(|_| Dict::new());
         for (name, value) in keywords {
             // Each is looked up, and most of many are entered in a dictionary.
-            self.worked(4 * VALUE)?;
+            self.charge(4 * WORK_PER_VALUE)?;
             match params.by_name(*name) {
                 Some(index) => {
                     let slot = &mut slots[index];
@@ -170,7 +170,7 @@ impl Evaluator<'_> {
                 }
                 None => match &mut more {
                     Some(dict) => {
-                        self.dict_set(dict, self.core.symbols.value(*name), value.clone())?;
+                        self.dict_set(dict, self.core.symbols.to_value(*name), value.clone())?;
                     }
                     None => {
                         let error = self.unexpected_keyword(function, *name, args.len(), keywords);

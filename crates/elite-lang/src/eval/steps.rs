@@ -31,15 +31,15 @@ pub enum GeneratorStep {
     /// Goes on elsewhere.
     Jump(StepIndex),
     /// Goes on elsewhere unless the test holds.
-    Unless {
+    JumpUnless {
         line: u32,
         test: BoxExpr,
         otherwise: StepIndex,
     },
     /// The end of a turn of a loop: a safepoint, then its next turn.
-    Turn { line: u32, head: StepIndex },
+    LoopBack { line: u32, head: StepIndex },
     /// Begins a `for` loop.
-    Begin {
+    BeginFor {
         line: u32,
         iterable: BoxExpr,
         span: Span,
@@ -51,7 +51,7 @@ pub enum GeneratorStep {
         end: StepIndex,
     },
     /// Leaves the innermost `for` loop before its end.
-    Leave,
+    EndFor,
     /// `sent = yield value`
     Yield {
         line: u32,
@@ -75,9 +75,9 @@ pub struct GeneratorFrame {
     slots: Vec<Value>,
     /// The `for` loops and `yield from`s it is in, innermost last.
     walks: Vec<LoopCursor>,
-    at: usize,
+    index: usize,
     /// It stands at the `yield` there, which has handed its value out.
-    waits: bool,
+    is_at_yield: bool,
 }
 
 impl GeneratorFrame {
@@ -86,8 +86,8 @@ impl GeneratorFrame {
         GeneratorFrame {
             slots,
             walks: Vec::new(),
-            at: 0,
-            waits: false,
+            index: 0,
+            is_at_yield: false,
         }
     }
 
@@ -100,8 +100,8 @@ impl GeneratorFrame {
     }
 
     /// Whether it stands at a `yield`.
-    pub fn waits(&self) -> bool {
-        self.waits
+    pub fn is_at_yield(&self) -> bool {
+        self.is_at_yield
     }
 
     /// The variables.
@@ -111,7 +111,7 @@ impl GeneratorFrame {
 
     /// What it delegates to, if it stands at a `yield from`.
     pub fn delegate(&self, steps: &[GeneratorStep]) -> Option<Value> {
-        let at = steps.get(self.at).filter(|_| self.waits);
+        let at = steps.get(self.index).filter(|_| self.is_at_yield);
         match (at, self.walks.last()) {
             (Some(GeneratorStep::Delegate { .. }), Some(LoopCursor::Iterator(iterator))) => {
                 Some(iterator.clone())
@@ -122,7 +122,7 @@ impl GeneratorFrame {
 
     /// The line of the `yield` it stands at; 0 at the beginning.
     pub fn line(&self, steps: &[GeneratorStep]) -> u32 {
-        match steps.get(self.at).filter(|_| self.waits) {
+        match steps.get(self.index).filter(|_| self.is_at_yield) {
             Some(GeneratorStep::Yield { line, .. } | GeneratorStep::Delegate { line, .. }) => *line,
             _ => 0,
         }
@@ -137,13 +137,13 @@ impl Drop for GeneratorFrame {
             LoopCursor::Iterator(iterator) => Some(iterator),
             _ => None,
         }));
-        trash::dismantle(&mut values);
+        trash::drop_values(&mut values);
     }
 }
 
 impl Evaluator<'_> {
     /// Goes on to the next `yield` or the end.
-    pub(super) fn go_on(
+    pub(super) fn resume_steps(
         &self,
         steps: &[GeneratorStep],
         standing: &mut GeneratorFrame,
@@ -153,8 +153,8 @@ impl Evaluator<'_> {
         let GeneratorFrame {
             slots,
             walks,
-            at,
-            waits,
+            index: at,
+            is_at_yield: waits,
         } = standing;
         let f = &mut Frame { slots, function };
         let line = &self.core.line;
@@ -184,7 +184,10 @@ impl Evaluator<'_> {
                     let Some(LoopCursor::Iterator(iterator)) = walks.last() else {
                         return Err(Raised::Stop);
                     };
-                    match self.pass_on(iterator, input).at(self, f, *span)? {
+                    match self
+                        .forward_input(iterator, input)
+                        .trace_at(self, f, *span)?
+                    {
                         StepResult::Yielded(value) => {
                             *waits = true;
                             return Ok(StepResult::Yielded(value));
@@ -238,7 +241,7 @@ impl Evaluator<'_> {
                     *at = *place as usize;
                     continue;
                 }
-                GeneratorStep::Unless {
+                GeneratorStep::JumpUnless {
                     line: number,
                     test,
                     otherwise,
@@ -249,13 +252,13 @@ impl Evaluator<'_> {
                         continue;
                     }
                 }
-                GeneratorStep::Turn { line: number, head } => {
+                GeneratorStep::LoopBack { line: number, head } => {
                     line.set(*number);
                     self.safepoint()?;
                     *at = *head as usize;
                     continue;
                 }
-                GeneratorStep::Begin {
+                GeneratorStep::BeginFor {
                     line: number,
                     iterable,
                     span,
@@ -275,7 +278,7 @@ impl Evaluator<'_> {
                         continue;
                     }
                 }
-                GeneratorStep::Leave => drop(walks.pop()),
+                GeneratorStep::EndFor => drop(walks.pop()),
                 GeneratorStep::Yield {
                     line: number,
                     value,
@@ -294,8 +297,11 @@ impl Evaluator<'_> {
                 } => {
                     line.set(*number);
                     let iterable = iterable.eval(self, f)?;
-                    let iterator = self.iter(&iterable).at(self, f, *span)?;
-                    match self.step_with(&iterator, Value::None).at(self, f, *span)? {
+                    let iterator = self.iter(&iterable).trace_at(self, f, *span)?;
+                    match self
+                        .step_with(&iterator, Value::None)
+                        .trace_at(self, f, *span)?
+                    {
                         StepResult::Yielded(value) => {
                             walks.push(LoopCursor::Iterator(iterator));
                             *waits = true;
@@ -322,7 +328,7 @@ impl Evaluator<'_> {
     }
 
     /// Hands what a generator was resumed with to the iterator it delegates to.
-    pub fn pass_on(&self, iterator: &Value, input: GeneratorInput) -> R<StepResult> {
+    pub fn forward_input(&self, iterator: &Value, input: GeneratorInput) -> R<StepResult> {
         match input {
             GeneratorInput::Send(sent) => self.step_with(iterator, sent),
             GeneratorInput::Throw(Raised::Stop) | GeneratorInput::Resumed(_) => Err(Raised::Stop),

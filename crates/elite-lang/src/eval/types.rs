@@ -108,7 +108,7 @@ fn exception_group(known: &[Rc<Class>]) -> Rc<Class> {
     let bases = [ExceptionKind::BaseExceptionGroup, ExceptionKind::Exception]
         .map(|kind| known[kind as usize].clone());
     let mut ancestors = bases.to_vec();
-    ancestors.extend(bases[1].ancestors().iter().cloned());
+    ancestors.extend(bases[1].mro_tail().iter().cloned());
     let name = ExceptionKind::ExceptionGroup.name();
     Class::new(name, BuiltinBase::Exception, bases.into(), ancestors, false)
 }
@@ -119,7 +119,7 @@ impl Types {
         let object = Class::new("object", BuiltinBase::Object, Vec::new(), Vec::new(), false);
         let derive = |name: &str, base: BuiltinBase, parent: &Rc<Class>| {
             let mut ancestors = vec![parent.clone()];
-            ancestors.extend(parent.ancestors().iter().cloned());
+            ancestors.extend(parent.mro_tail().iter().cloned());
             Class::new(name, base, vec![parent.clone()], ancestors, false)
         };
         let mut exceptions: Vec<Rc<Class>> = Vec::new();

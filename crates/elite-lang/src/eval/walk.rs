@@ -48,7 +48,7 @@ impl LoopCursor {
             Value::Tuple(tuple) => LoopCursor::Tuple(tuple, 0),
             Value::Str(text) if text.is_ascii() => LoopCursor::Text(text, 0),
             iterator @ (Value::Iter(_) | Value::Generator(_)) => LoopCursor::Iterator(iterator),
-            other => LoopCursor::Iterator(ev.iter(&other).at(ev, f, span)?),
+            other => LoopCursor::Iterator(ev.iter(&other).trace_at(ev, f, span)?),
         })
     }
 
@@ -78,7 +78,7 @@ impl LoopCursor {
                 *index += 1;
                 Ok(byte.and_then(|byte| ev.core.ascii.get(usize::from(*byte)).cloned()))
             }
-            LoopCursor::Iterator(iterator) => ev.next(iterator).at(ev, f, span),
+            LoopCursor::Iterator(iterator) => ev.next(iterator).trace_at(ev, f, span),
         }
     }
 
@@ -91,7 +91,7 @@ impl LoopCursor {
         span: Span,
     ) -> R<Option<LoopItem>> {
         if let LoopCursor::Iterator(Value::Iter(iter)) = self
-            && let Some(pair) = ev.next_pair(iter).at(ev, f, span)?
+            && let Some(pair) = ev.next_pair(iter).trace_at(ev, f, span)?
         {
             return Ok(pair.map(|(first, second)| LoopItem::Two(first, second)));
         }

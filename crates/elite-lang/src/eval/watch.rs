@@ -18,14 +18,14 @@ pub struct DebugStatement {
     /// It has no statements in it.
     pub is_simple: bool,
     /// Something in it may call, so that its variables may be looked at meanwhile.
-    pub keeps: bool,
+    pub records_locals: bool,
 }
 
 impl StmtNode for DebugStatement {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let debugger = &self.debugger;
-        if let Err(raised) = debugger.reach(ev, f, &self.site, self.keeps) {
+        if let Err(raised) = debugger.enter_statement(ev, f, &self.site, self.records_locals) {
             return Flow::Raise(raised);
         }
         let Some(inner) = &self.inner else {
@@ -33,12 +33,12 @@ impl StmtNode for DebugStatement {
         };
         let flow = inner.exec(ev, f);
         if let Flow::Raise(Raised::Exception(exception)) = &flow
-            && let Err(raised) = debugger.raise(ev, f, &self.site, exception)
+            && let Err(raised) = debugger.report_exception(ev, f, &self.site, exception)
         {
             return Flow::Raise(raised);
         }
-        if self.is_simple && self.keeps {
-            debugger.leave(ev);
+        if self.is_simple && self.records_locals {
+            debugger.end_statement(ev);
         }
         flow
     }
@@ -61,15 +61,15 @@ impl ExprNode for DebugCondition {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let debugger = &self.debugger;
         let is_told = match &self.begun_at {
-            Some(site) => debugger.stands_at(ev, site),
+            Some(site) => debugger.is_at(ev, site),
             None => false,
         };
         if !is_told {
-            debugger.reach(ev, f, &self.site, true)?;
+            debugger.enter_statement(ev, f, &self.site, true)?;
         }
         let result = self.then.eval(ev, f);
         if let Err(Raised::Exception(exception)) = &result {
-            debugger.raise(ev, f, &self.site, exception)?;
+            debugger.report_exception(ev, f, &self.site, exception)?;
         }
         result
     }
@@ -89,8 +89,8 @@ pub struct WatchedTarget {
 
 impl Target for WatchedTarget {
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
-        if !self.debugger.stands_at(ev, &self.begun_at) {
-            self.debugger.reach(ev, f, &self.site, true)?;
+        if !self.debugger.is_at(ev, &self.begun_at) {
+            self.debugger.enter_statement(ev, f, &self.site, true)?;
         }
         self.target.assign(ev, f, value)
     }

@@ -55,7 +55,7 @@ pub struct PairOf<T> {
 impl<T: RegisterPair> PairOf<T> {
     /// Packs it.
     #[inline(always)]
-    pub fn of(whole: T) -> Self {
+    pub fn pack(whole: T) -> Self {
         let whole = ManuallyDrop::new(whole);
         // SAFETY: the sizes are the same, and words that may be uninitialised take any bytes; the original is not
         // dropped.
@@ -68,7 +68,7 @@ impl<T: RegisterPair> PairOf<T> {
     /// Unpacks it.
     #[inline(always)]
     pub fn whole(self) -> T {
-        // SAFETY: the words are those of a `T`, from `of`, and there is nobody else who has them.
+        // SAFETY: the words are those of a `T`, from `pack`, and there is nobody else who has them.
         #[allow(unsafe_code)]
         unsafe {
             transmute_copy(&self)
@@ -79,17 +79,17 @@ impl<T: RegisterPair> PairOf<T> {
 /// The end of a statement whose last step drops `old`. Nothing is left to be done after the drop of an object, so that
 /// the statement needs no stack for it.
 #[inline(always)]
-pub fn next_without(old: Value) -> Flow {
-    match old.last() {
+pub fn next_dropping(old: Value) -> Flow {
+    match old.into_last() {
         None => Flow::Next,
-        Some(last) => next_after(PairOf::of(last)).whole(),
+        Some(last) => next_after(PairOf::pack(last)).whole(),
     }
 }
 
 #[inline(never)]
 fn next_after(last: PairOf<Value>) -> PairOf<Flow> {
     drop(last.whole());
-    PairOf::of(Flow::Next)
+    PairOf::pack(Flow::Next)
 }
 
 /// A truth, or why there is none: two words in registers as it is.

@@ -3,7 +3,7 @@
 use crate::ast::Conversion;
 use crate::builtins::Args;
 use crate::eval::Evaluator;
-use crate::eval::bulk::EACH;
+use crate::eval::bulk::WORK_PER_BYTE;
 use crate::ops::unicode::decimal;
 use crate::value::surrogate::code_of;
 use crate::value::{R, Symbol, Value};
@@ -19,7 +19,7 @@ enum Numbering {
 }
 
 /// Fields within the specification of a field.
-const DEPTH_MAX: u32 = 2;
+const FIELD_DEPTH_MAX: u32 = 2;
 
 /// Where the values of fields come from.
 #[derive(Clone, Copy)]
@@ -81,7 +81,7 @@ impl Evaluator<'_> {
         let mut out = String::new();
         self.grow(&mut out, format.len() + 16)?;
         self.fields(format, source, &mut numbering, 0, &mut out)?;
-        self.string(out)
+        self.new_str(out)
     }
 
     /// A list of what a format is made of: the text before a field, its name, its specification and its conversion;
@@ -90,15 +90,15 @@ impl Evaluator<'_> {
         let mut parts: Vec<Value> = Vec::new();
         let (mut rest, mut text) = (format, String::new());
         while !rest.is_empty() {
-            let brace = self.leading(rest, |c| c != '{' && c != '}')?;
+            let brace = self.prefix_len(rest, |c| c != '{' && c != '}')?;
             self.push_text(&mut text, &rest[..brace])?;
-            self.worked(EACH)?;
+            self.charge(WORK_PER_BYTE)?;
             let here = &rest[brace..];
             let field = self.field_ahead(here)?;
             let [name, spec, conversion] = match &field {
                 Some(field) => [
-                    self.string_of(field.name)?,
-                    self.string_of(field.spec)?,
+                    self.new_str_from(field.name)?,
+                    self.new_str_from(field.spec)?,
                     match field.conversion {
                         Some(c) => Value::str(c.to_string()),
                         None => Value::None,
@@ -115,7 +115,7 @@ impl Evaluator<'_> {
                 }
             }
             self.grow(&mut parts, 1)?;
-            let literal = self.string(std::mem::take(&mut text))?;
+            let literal = self.new_str(std::mem::take(&mut text))?;
             parts.push(Value::tuple(vec![literal, name, spec, conversion]));
         }
         Ok(Value::list(parts))
@@ -128,17 +128,17 @@ impl Evaluator<'_> {
         let (first, mut path) = name.split_at(name.find(['.', '[']).unwrap_or(name.len()));
         let first = match index_of(first).and_then(|index| i64::try_from(index).ok()) {
             Some(index) => Value::Int(index),
-            None => self.string_of(first)?,
+            None => self.new_str_from(first)?,
         };
         let mut steps: Vec<Value> = Vec::new();
         while let Some((step, rest)) = self.path_step(path)? {
             let (is_attribute, key) = match step {
-                PathStep::Attribute(name) => (true, self.string_of(name)?),
+                PathStep::Attribute(name) => (true, self.new_str_from(name)?),
                 PathStep::Item(key) => (false, key),
             };
             self.grow(&mut steps, 1)?;
             steps.push(Value::pair(Value::Bool(is_attribute), key));
-            self.worked(EACH)?;
+            self.charge(WORK_PER_BYTE)?;
             path = rest;
         }
         Ok(Value::pair(first, Value::list(steps)))
@@ -168,14 +168,14 @@ impl Evaluator<'_> {
         depth: u32,
         out: &mut String,
     ) -> R<()> {
-        if depth >= DEPTH_MAX {
+        if depth >= FIELD_DEPTH_MAX {
             return Err(self.value_error("Max string recursion exceeded"));
         }
         let mut rest = format;
         loop {
-            let brace = self.leading(rest, |c| c != '{' && c != '}')?;
+            let brace = self.prefix_len(rest, |c| c != '{' && c != '}')?;
             self.push_text(out, &rest[..brace])?;
-            self.worked(EACH)?;
+            self.charge(WORK_PER_BYTE)?;
             let here = &rest[brace..];
             if here.is_empty() {
                 break;
@@ -305,7 +305,7 @@ impl Evaluator<'_> {
         let mut value = self.first_value(first, args, numbering)?;
         while let Some((step, rest)) = self.path_step(path)? {
             value = match step {
-                PathStep::Attribute(name) => self.attribute(&value, *self.ask_name(name)?)?,
+                PathStep::Attribute(name) => self.attribute(&value, *self.temp_symbol(name)?)?,
                 PathStep::Item(key) => self.item(&value, &key)?,
             };
             path = rest;
@@ -374,7 +374,7 @@ impl Evaluator<'_> {
         if let Some(mapping) = args.mapping {
             return match index {
                 Some(_) => Err(self.value_error("Format string contains positional fields")),
-                None => self.item(mapping, &self.string_of(name)?),
+                None => self.item(mapping, &self.new_str_from(name)?),
             };
         }
         if let Some(index) = index {

@@ -117,7 +117,7 @@ impl FloatText {
 }
 
 /// `f` format of a non-negative number.
-pub fn fixed(value: f64, precision: usize, alternate: bool) -> FloatText {
+pub fn format_fixed(value: f64, precision: usize, alternate: bool) -> FloatText {
     let mut head = String::new();
     let zeros = push_fixed(value, precision, alternate, &mut head);
     FloatText {
@@ -232,7 +232,7 @@ pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) 
             ..digits
         };
     }
-    let digits = fixed(
+    let digits = format_fixed(
         value,
         (precision as i64 - 1 - i64::from(size)).max(0) as usize,
         alternate,
@@ -360,7 +360,7 @@ mod tests {
             for precision in [0, 1, 2, 3, 6, 12, 18, 19] {
                 let general = format!("{value:.precision$}");
                 assert_eq!(
-                    fixed(value, precision, false),
+                    format_fixed(value, precision, false),
                     FloatText::plain(general),
                     "{value:e} {precision}"
                 );

@@ -65,31 +65,31 @@ impl Spec {
         } else if first.is_some_and(is_align) {
             (spec.align, rest) = (first, &text[1..]);
         }
-        spec.sign = match flag(&mut rest, |c| matches!(c, '+' | '-' | ' ')) {
+        spec.sign = match take_flag(&mut rest, |c| matches!(c, '+' | '-' | ' ')) {
             // A sign that is given counts for texts, which take none, even if it is the usual one.
             Some('-') if !numeric => '+',
             given => given.unwrap_or('-'),
         };
-        spec.no_negative_zero = flag(&mut rest, |c| c == 'z').is_some();
-        spec.alternate = flag(&mut rest, |c| c == '#').is_some();
-        if !filled && flag(&mut rest, |c| c == '0').is_some() {
+        spec.no_negative_zero = take_flag(&mut rest, |c| c == 'z').is_some();
+        spec.alternate = take_flag(&mut rest, |c| c == '#').is_some();
+        if !filled && take_flag(&mut rest, |c| c == '0').is_some() {
             spec.fill = '0';
             if numeric {
                 spec.align.get_or_insert('=');
             }
         }
         spec.width = number(&mut rest)?.unwrap_or(0);
-        spec.grouping = flag(&mut rest, |c| matches!(c, ',' | '_'));
+        spec.grouping = take_flag(&mut rest, |c| matches!(c, ',' | '_'));
         if spec.grouping.is_some() && rest.starts_with([',', '_']) {
             return Err("Cannot specify both ',' and '_'.".to_owned());
         }
-        if flag(&mut rest, |c| c == '.').is_some() {
+        if take_flag(&mut rest, |c| c == '.').is_some() {
             spec.precision = number(&mut rest)?;
             if spec.precision.is_none() {
                 return Err("Format specifier missing precision".to_owned());
             }
         }
-        spec.kind = flag(&mut rest, |_| true);
+        spec.kind = take_flag(&mut rest, |_| true);
         if !rest.is_empty() {
             return Err(format!(
                 "Invalid format specifier '{text}' for object of type '{type_name}'"
@@ -106,7 +106,7 @@ impl Spec {
 }
 
 /// Takes the next character of a specification, if it is one that `is` means.
-fn flag(rest: &mut &str, is: impl Fn(char) -> bool) -> Option<char> {
+fn take_flag(rest: &mut &str, is: impl Fn(char) -> bool) -> Option<char> {
     let c = rest.chars().next().filter(|c| is(*c))?;
     *rest = &rest[c.len_utf8()..];
     Some(c)
@@ -193,7 +193,7 @@ fn text(text: &str, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> 
         return ev.push_text(out, text);
     }
     let shown = match spec.precision {
-        Some(precision) => ev.first_chars(text, precision)?,
+        Some(precision) => ev.char_prefix(text, precision)?,
         None => text,
     };
     let align = match spec.align {

@@ -3,7 +3,7 @@
 use super::float::FloatText;
 use super::{Spec, float, pad, unknown_kind};
 use crate::eval::Evaluator;
-use crate::eval::bulk::EACH;
+use crate::eval::bulk::WORK_PER_BYTE;
 use crate::value::R;
 use crate::value::int::Int;
 
@@ -125,7 +125,7 @@ fn radix_digits(int: &Int, kind: char, ev: &Evaluator<'_>) -> R<String> {
         };
         let digit = (low | high) & ((1 << bits) - 1);
         out.push(char::from(digits[digit as usize]));
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
     }
     Ok(out)
 }
@@ -223,15 +223,15 @@ fn real_body(value: f64, spec: &Spec, type_name: &str, ev: &Evaluator<'_>) -> R<
             },
             Some(precision) => float::general(value, precision.max(1), alternate, true),
         },
-        Some('f') => float::fixed(value, precision, alternate),
-        Some('F') => float::fixed(value, precision, alternate).to_uppercase(),
+        Some('f') => float::format_fixed(value, precision, alternate),
+        Some('F') => float::format_fixed(value, precision, alternate).to_uppercase(),
         Some('e') => float::exponent(value, precision, alternate),
         Some('E') => float::exponent(value, precision, alternate).to_uppercase(),
         Some('g' | 'n') => float::general(value, precision.max(1), alternate, false),
         Some('G') => float::general(value, precision.max(1), alternate, false).to_uppercase(),
         Some('%') => FloatText {
             tail: "%".to_owned(),
-            ..float::fixed(value * 100.0, precision, alternate)
+            ..float::format_fixed(value * 100.0, precision, alternate)
         },
         Some(kind) => return Err(unknown_kind(ev, kind, type_name)),
     })
@@ -374,7 +374,7 @@ fn push_grouped(
             out.push(separator);
         }
         out.push(c);
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::{Spec, integer, real, text};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, pieces};
+use crate::eval::bulk::{WORK_PER_BYTE, pieces};
 use crate::value::int::Int;
 use crate::value::surrogate::code_of;
 use crate::value::symbol::known;
@@ -30,7 +30,7 @@ struct PercentArgs<'v> {
     next: usize,
     /// A key has been used: the mapping is no argument of its own any more.
     keyed: bool,
-    /// What the result is, `string` or `bytes`.
+    /// What the result is, `new_str` or `bytes`.
     what: &'static str,
 }
 
@@ -70,7 +70,7 @@ impl<'v> PercentArgs<'v> {
 impl Evaluator<'_> {
     /// The tuple that an instance of a class derived from it is; anything else as it is.
     fn arguments<'v>(&self, args: &'v Value) -> Cow<'v, Value> {
-        match self.plain(args) {
+        match self.unwrap_builtin(args) {
             tuple @ Value::Tuple(_) => Cow::Owned(tuple),
             _ => Cow::Borrowed(args),
         }
@@ -80,7 +80,7 @@ impl Evaluator<'_> {
     /// `str`.
     pub fn percent_value(&self, format: &str, args: &Value) -> R {
         if let (Value::Instance(instance), "%s" | "%r" | "%a") = (args, format)
-            && !matches!(instance.extended(), Some(Value::Tuple(_)))
+            && !matches!(instance.builtin_value(), Some(Value::Tuple(_)))
         {
             return match format {
                 "%s" => self.str_value(args),
@@ -88,7 +88,7 @@ impl Evaluator<'_> {
                 _ => self.ascii_value(args),
             };
         }
-        self.string(self.percent_format(format, args)?)
+        self.new_str(self.percent_format(format, args)?)
     }
 
     /// `format % args`
@@ -109,7 +109,7 @@ impl Evaluator<'_> {
     /// `bytes % args`: the text of a format in Latin-1 is formatted and goes back to bytes.
     pub fn percent_bytes(&self, format: &Value, args: &Value) -> R {
         let data = self.bytes_like(format).unwrap_or_default();
-        let text = self.of_latin1(&data)?;
+        let text = self.decode_latin1(&data)?;
         let mut out = String::new();
         let args = self.arguments(args);
         self.percent(&text, PercentArgs::of(&args, "bytes"), &mut out)?;
@@ -121,7 +121,7 @@ impl Evaluator<'_> {
                     .chars()
                     .map(|c| u8::try_from(c as u32).unwrap_or(b'?')),
             );
-            self.worked(piece.len() * EACH)?;
+            self.charge(piece.len() * WORK_PER_BYTE)?;
         }
         Ok(match format {
             Value::ByteArray(_) => {
@@ -135,7 +135,7 @@ impl Evaluator<'_> {
         let mut rest = format;
         while let Some(percent) = self.find_bytes(rest.as_bytes(), b"%")? {
             self.push_text(out, &rest[..percent])?;
-            self.worked(EACH)?;
+            self.charge(WORK_PER_BYTE)?;
             let at = format.len() - rest.len() + percent;
             rest = self.conversion(&rest[percent + 1..], format, at, &mut source, out)?;
         }
@@ -182,14 +182,14 @@ impl Evaluator<'_> {
                 let bytes = self.to_latin1(&after[..end])?;
                 Value::Bytes(std::rc::Rc::new(Bytes::new(bytes)))
             } else {
-                self.string_of(&after[..end])?
+                self.new_str_from(&after[..end])?
             };
             keyed = Some(self.item(mapping, &key)?);
             rest = &after[end + 1..];
         }
         let mut conversion = PercentSpec::default();
         while let Some(flag) = rest.chars().next() {
-            self.worked(EACH)?;
+            self.charge(WORK_PER_BYTE)?;
             match flag {
                 '-' => conversion.left = true,
                 '+' => conversion.plus = true,
@@ -209,7 +209,7 @@ impl Evaluator<'_> {
             let precision = self.precision(&mut rest, source)?;
             conversion.precision = Some(usize::try_from(precision).unwrap_or(0));
         }
-        rest = &rest[self.leading(rest, |c| matches!(c, 'l' | 'h' | 'L'))?..];
+        rest = &rest[self.prefix_len(rest, |c| matches!(c, 'l' | 'h' | 'L'))?..];
         let kind = rest.chars().next().ok_or_else(incomplete)?;
         rest = &rest[kind.len_utf8()..];
         if kind == '%' && keyed.is_none() && text_after.starts_with('%') {
@@ -289,17 +289,20 @@ impl Evaluator<'_> {
             && instance.class.lookup(known::BYTES).is_some()
         {
             let data = crate::builtins::types::bytes::of_object(self, &value, "bytes")?;
-            return self.string(self.of_latin1(&data)?);
+            return self.new_str(self.decode_latin1(&data)?);
         }
         match self.bytes_like(&value) {
             Some(data) if kind == 'c' && data.len() != 1 => Err(self.type_error(ONE_BYTE)),
-            Some(data) => self.string(self.of_latin1(&data)?),
+            Some(data) => self.new_str(self.decode_latin1(&data)?),
             None if kind == 'c'
-                && matches!(self.plain(&value), Value::Int(0..=255) | Value::Bool(_)) =>
+                && matches!(
+                    self.unwrap_builtin(&value),
+                    Value::Int(0..=255) | Value::Bool(_)
+                ) =>
             {
                 Ok(value)
             }
-            None if kind == 'c' && Int::of(&self.plain(&value)).is_some() => {
+            None if kind == 'c' && Int::of(&self.unwrap_builtin(&value)).is_some() => {
                 let kind = ExceptionKind::OverflowError;
                 Err(self.raise(kind, "%c arg not in range(256)"))
             }
@@ -318,7 +321,7 @@ impl Evaluator<'_> {
 
     /// A width: digits, or `*` for the next argument.
     fn width(&self, rest: &mut &str, source: &mut PercentArgs<'_>) -> R<i64> {
-        if let Some(value) = self.starred(rest, source)? {
+        if let Some(value) = self.take_star_argument(rest, source)? {
             return self.index(&value);
         }
         let width = self.digits(rest)?.try_into();
@@ -327,7 +330,7 @@ impl Evaluator<'_> {
 
     /// A precision, which is an `int` of C.
     fn precision(&self, rest: &mut &str, source: &mut PercentArgs<'_>) -> R<i32> {
-        if let Some(value) = self.starred(rest, source)? {
+        if let Some(value) = self.take_star_argument(rest, source)? {
             return self.c_int(&value);
         }
         let precision = self.digits(rest)?.try_into();
@@ -340,13 +343,17 @@ impl Evaluator<'_> {
     }
 
     /// The next argument, if `*` stands here.
-    fn starred(&self, rest: &mut &str, source: &mut PercentArgs<'_>) -> R<Option<Value>> {
+    fn take_star_argument(
+        &self,
+        rest: &mut &str,
+        source: &mut PercentArgs<'_>,
+    ) -> R<Option<Value>> {
         let Some(after) = rest.strip_prefix('*') else {
             return Ok(None);
         };
         *rest = after;
         let value = self.next_argument(source)?;
-        match Int::of(&self.plain(&value)) {
+        match Int::of(&self.unwrap_builtin(&value)) {
             Some(int) => Ok(Some(int.into_value())),
             None => Err(self.type_error("* wants int")),
         }
@@ -354,10 +361,10 @@ impl Evaluator<'_> {
 
     /// The number that stands here, 0 if there is none; the greatest there is if it is greater.
     fn digits(&self, rest: &mut &str) -> R<u64> {
-        let length = self.leading(rest, |c| c.is_ascii_digit())?;
+        let length = self.prefix_len(rest, |c| c.is_ascii_digit())?;
         let (digits, after) = rest.split_at(length);
         *rest = after;
-        let zeros = self.leading(digits, |c| c == '0')?;
+        let zeros = self.prefix_len(digits, |c| c == '0')?;
         Ok(match digits[zeros..].parse() {
             Ok(number) => number,
             Err(_) if zeros == length => 0,
@@ -412,7 +419,7 @@ impl Evaluator<'_> {
             'a' => text(&self.ascii(value)?, &as_text, self, out),
             'c' => {
                 // A text is taken as it is, also one that is a number, too.
-                let is_text = matches!(self.plain(value), Value::Str(_));
+                let is_text = matches!(self.unwrap_builtin(value), Value::Str(_));
                 let is_object = matches!(value, Value::Instance(_)) && !is_text;
                 let value = match is_object && self.has_index(value) {
                     true => match self.to_int(value) {
@@ -421,7 +428,7 @@ impl Evaluator<'_> {
                         }
                         int => int?.into_value(),
                     },
-                    false => self.plain(value),
+                    false => self.unwrap_builtin(value),
                 };
                 let text_value = match value {
                     Value::Str(text) if text.len() == 1 => text.as_str().to_owned(),
@@ -479,7 +486,7 @@ impl Evaluator<'_> {
         value: &Value,
         out: &mut String,
     ) -> R<()> {
-        let int = match self.plain(value) {
+        let int = match self.unwrap_builtin(value) {
             // What has a way to a number becomes an integer as `int` makes one, from its text at last.
             other if kind == 'd' && Int::of(&other).is_none() && is_number(value) => {
                 let int = crate::builtins::types::int_from(self, value).map_err(|raised| {
@@ -572,7 +579,7 @@ const ONE_BYTE: &str = "%c requires an integer in range(256) or a single byte";
 
 /// Whether an object has items by key; texts are taken as a whole, and where bytes are made so are bytes.
 fn has_items(instance: &Instance, what: &str) -> bool {
-    match instance.extended() {
+    match instance.builtin_value() {
         Some(Value::Dict(_)) => true,
         Some(Value::Str(_)) => false,
         Some(Value::Bytes(_) | Value::ByteArray(_)) if what == "bytes" => false,
@@ -591,7 +598,7 @@ fn is_number(value: &Value) -> bool {
     };
     // A complex number is one, whatever becomes of it; to be turned into one is not enough.
     let has = |name| instance.class.lookup(name).is_some();
-    matches!(instance.extended(), Some(Value::Complex(_)))
+    matches!(instance.builtin_value(), Some(Value::Complex(_)))
         || [known::INT, known::INDEX, known::FLOAT]
             .into_iter()
             .any(has)

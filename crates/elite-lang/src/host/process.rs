@@ -67,7 +67,7 @@ pub trait HostProcess: Debug {
     /// Its number.
     fn number(&self) -> i32;
     /// Its exit code, or minus the signal that ended it; None while it runs.
-    fn ended(&self) -> Option<i32>;
+    fn exit_status(&self) -> Option<i32>;
     /// Sends it a signal; one that has ended gets none.
     fn signal(&self, signal: i32) -> io::Result<()>;
     /// Takes what it has written; empty at the end, `WouldBlock` while there is nothing.

@@ -21,7 +21,7 @@ impl Lexer<'_> {
     pub(super) fn directive(&mut self, depth: u32) {
         if self.directives.len() == self.directives.capacity() {
             let more = self.directives.len() * size_of::<Directive>();
-            self.is_full |= self.budget.used() + more > self.budget.most();
+            self.is_full |= self.budget.used() + more > self.budget.limit();
         }
         let start = self.at;
         self.skip_comment();

@@ -55,8 +55,8 @@ impl Lexer<'_> {
     pub(super) fn start_of_line(&mut self) {
         let start = self.at;
         self.at += self.leading(self.rest(), |c| matches!(c, ' ' | '\t' | '\u{c}'));
-        self.budget.worked(LINE);
-        self.is_full |= self.budget.is_given_up();
+        self.budget.charge(LINE);
+        self.is_full |= self.budget.is_aborted();
         match self.peek() {
             None => return,
             Some('#') => self.skip_comment(),

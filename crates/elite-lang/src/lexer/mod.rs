@@ -16,8 +16,8 @@ use crate::limits::memory::WorkBudget;
 use crate::source::{SourceFile, Span};
 
 /// Work for one character, and bytes of long tokens that are looked at at once.
-const EACH: usize = 8;
-const PIECE: usize = 1 << 10;
+const WORK_PER_CHAR: usize = 8;
+const SCAN_CHUNK: usize = 1 << 10;
 /// Work for one token.
 const TOKEN: usize = 64;
 
@@ -28,14 +28,14 @@ pub struct Tokens {
     /// Errors and warnings.
     pub diagnostics: DiagnosticList,
     /// Offsets at which a line was cut short because a bracket in it is never closed.
-    pub cuts: Vec<u32>,
+    pub unclosed_cuts: Vec<u32>,
     /// The directives, in the order of the text.
     pub directives: Vec<Directive>,
 }
 
 /// What is said of a text whose tokens or tree would take more than `budget`.
 pub(crate) fn too_large(budget: &WorkBudget<'_>) -> Diagnostic {
-    let most = budget.most() >> 20;
+    let most = budget.limit() >> 20;
     let message = format!("the text is too large: to read it would take more than {most} MiB");
     Diagnostic::error("too-large", Span::default(), message)
 }
@@ -107,7 +107,7 @@ impl<'t> Lexer<'t> {
         Tokens {
             tokens: self.tokens,
             diagnostics: self.diagnostics,
-            cuts: self.cuts,
+            unclosed_cuts: self.cuts,
             directives: self.directives,
         }
     }
@@ -120,7 +120,7 @@ impl<'t> Lexer<'t> {
                     return self.give_up();
                 }
                 while self.at < self.end && !self.layout.at_line_start() {
-                    self.paced_token();
+                    self.token_charged();
                     if self.is_full {
                         return self.give_up();
                     }
@@ -140,7 +140,7 @@ impl<'t> Lexer<'t> {
     fn run_expression(&mut self) {
         self.layout.inside_expression();
         while self.at < self.end {
-            self.paced_token();
+            self.token_charged();
             if self.is_full {
                 return self.give_up();
             }
@@ -169,7 +169,7 @@ impl<'t> Lexer<'t> {
         if self.tokens.len() == self.tokens.capacity() {
             // Room is doubled.
             let more = self.tokens.len() * size_of::<Token>();
-            self.is_full |= self.budget.used() + more > self.budget.most();
+            self.is_full |= self.budget.used() + more > self.budget.limit();
         }
         self.tokens.push(Token {
             kind,
@@ -183,22 +183,22 @@ impl<'t> Lexer<'t> {
     }
 
     /// The same as `token`; others have their turn from time to time.
-    fn paced_token(&mut self) {
+    fn token_charged(&mut self) {
         self.token();
-        self.budget.worked(TOKEN);
-        self.is_full |= self.budget.is_given_up();
+        self.budget.charge(TOKEN);
+        self.is_full |= self.budget.is_aborted();
     }
 
     /// Bytes at the beginning of a text whose characters all pass a test.
     fn leading(&self, text: &str, test: impl Fn(char) -> bool) -> usize {
         let mut rest = text;
         while !rest.is_empty() {
-            let (piece, after) = rest.split_at(rest.floor_char_boundary(PIECE));
+            let (piece, after) = rest.split_at(rest.floor_char_boundary(SCAN_CHUNK));
             let kept = piece.trim_start_matches(&test);
             if !kept.is_empty() {
                 return text.len() - after.len() - kept.len();
             }
-            self.budget.worked(piece.len() * EACH);
+            self.budget.charge(piece.len() * WORK_PER_CHAR);
             rest = after;
         }
         text.len()
@@ -298,7 +298,7 @@ impl<'t> Lexer<'t> {
         let delimiter = if triple { &rest[..3] } else { quote };
         let mut at = delimiter.len();
         loop {
-            self.budget.worked(EACH);
+            self.budget.charge(WORK_PER_CHAR);
             let Some(c) = rest[at..].chars().next() else {
                 let kind = if triple {
                     "triple-quoted string"

@@ -82,7 +82,7 @@ fn split(line: &str, offset: usize, column: u32, budget: &WorkBudget<'_>) -> Vec
     let mut at = 0;
     let mut part_start = 0;
     while at <= bytes.len() {
-        budget.worked(BYTE);
+        budget.charge(BYTE);
         match bytes.get(at) {
             Some(b'"' | b'\'') => {
                 at = skip_string(bytes, at);

@@ -6,9 +6,9 @@
 //! since its interpreter was made: numbers, small objects, tables, compiled text, whatever a library allocates on its
 //! behalf. Small blocks that are freed wait on shelves (`shelves`) for the next request of their size.
 //!
-//! Two things are said by hand: memory that does not come from the allocator (`hold`, `let_go`), and memory that
-//! changes its thread. What is made for another thread, or freed on behalf of one, goes through `outside`: otherwise
-//! the account of a task that runs for days would drift.
+//! Two things are said by hand: memory that does not come from the allocator (`add_external`, `remove_external`), and
+//! memory that changes its thread. What is made for another thread, or freed on behalf of one, goes through
+//! `uncounted`: otherwise the account of a task that runs for days would drift.
 //!
 //! The fuel of the running script thread lies here as well: the alarm withholds it, so the next safepoint looks at the
 //! account, however much or little was left, and a loop that only counts fuel costs nothing more.
@@ -30,46 +30,46 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 struct ThreadAccount {
     /// Bytes that this thread has from the system, those on its shelves included; less than nothing if it frees what
     /// others have made.
-    taken: Cell<isize>,
+    allocated: Cell<isize>,
     /// Beyond this the fuel is withheld.
     alarm: Cell<isize>,
     /// Safepoints that may be passed.
     fuel: Cell<u32>,
     /// What was taken from `fuel` by the alarm, until somebody has looked.
-    withheld: Cell<Option<u32>>,
-    /// Big blocks are left to `tidy`.
-    puts_off: Cell<bool>,
+    suspended_fuel: Cell<Option<u32>>,
+    /// Big blocks are left to `unmap_deferred`.
+    defers_unmap: Cell<bool>,
     /// Pages that are to be given back.
-    left: Cell<pages::DeferredUnmap>,
+    unmap_queue: Cell<pages::DeferredUnmap>,
 }
 
 thread_local! {
     static ACCOUNT: ThreadAccount = const {
         ThreadAccount {
-            taken: Cell::new(0),
+            allocated: Cell::new(0),
             alarm: Cell::new(isize::MAX),
             fuel: Cell::new(0),
-            withheld: Cell::new(None),
-            puts_off: Cell::new(false),
-            left: Cell::new(pages::DeferredUnmap::NONE),
+            suspended_fuel: Cell::new(None),
+            defers_unmap: Cell::new(false),
+            unmap_queue: Cell::new(pages::DeferredUnmap::NONE),
         }
     };
 }
 
 /// From this size on a block has pages of its own (`pages`): it grows without being copied, and what is freed of it is
 /// the system's again at once.
-const MAPPED: usize = 1 << 20;
+const MMAP_MIN: usize = 1 << 20;
 
 /// Whether a request is met with pages of its own.
 #[inline(always)]
 fn is_mapped(size: usize, align: usize) -> bool {
-    cfg!(target_os = "linux") && size >= MAPPED && align <= PAGE
+    cfg!(target_os = "linux") && size >= MMAP_MIN && align <= PAGE
 }
 
 /// What a request costs: the size the system rounds it up to.
 #[inline(always)]
 fn cost(size: usize, align: usize) -> isize {
-    let size = if size >= MAPPED {
+    let size = if size >= MMAP_MIN {
         size.saturating_add(PAGE - 1) & !(PAGE - 1)
     } else {
         pages::rounded(size)
@@ -84,8 +84,8 @@ const ALIGN: usize = 16;
 impl ThreadAccount {
     #[inline(always)]
     fn add(&self, bytes: isize) {
-        let taken = self.taken.get() + bytes;
-        self.taken.set(taken);
+        let taken = self.allocated.get() + bytes;
+        self.allocated.set(taken);
         if taken > self.alarm.get() {
             self.raise_alarm();
         }
@@ -95,8 +95,8 @@ impl ThreadAccount {
     #[inline(never)]
     fn raise_alarm(&self) {
         self.alarm.set(isize::MAX);
-        if self.withheld.get().is_none() {
-            self.withheld.set(Some(self.fuel.replace(0)));
+        if self.suspended_fuel.get().is_none() {
+            self.suspended_fuel.set(Some(self.fuel.replace(0)));
         }
     }
 }
@@ -138,7 +138,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         if let Some(size) = SizeClass::of(layout) {
-            let block = shelves::take(size);
+            let block = shelves::pop(size);
             if !block.is_null() {
                 return block;
             }
@@ -223,11 +223,11 @@ unsafe impl GlobalAlloc for CountingAllocator {
 }
 
 /// Bytes of pages that are given back at once: the system takes some milliseconds for ten times as many.
-const AT_ONCE: usize = 4 << 20;
+const UNMAP_CHUNK: usize = 4 << 20;
 
-/// From now on (or no longer, `false`) big blocks are given back bit by bit, by `tidy`.
-pub(crate) fn put_off(on: bool) {
-    let _ = ACCOUNT.try_with(|account| account.puts_off.set(on));
+/// From now on (or no longer, `false`) big blocks are given back bit by bit, by `unmap_deferred`.
+pub(crate) fn set_unmap_deferred(on: bool) {
+    let _ = ACCOUNT.try_with(|account| account.defers_unmap.set(on));
 }
 
 /// Gives back a block of `pages`, or the most of it later.
@@ -237,12 +237,12 @@ pub(crate) fn put_off(on: bool) {
 #[allow(unsafe_code)]
 unsafe fn give_back(block: *mut u8, size: usize) {
     let later = |account: &ThreadAccount| {
-        let is_put_off = size > AT_ONCE && account.puts_off.get();
+        let is_put_off = size > UNMAP_CHUNK && account.defers_unmap.get();
         if is_put_off {
             // SAFETY: the caller's promise.
             account
-                .left
-                .set(unsafe { account.left.get().with(block, size) });
+                .unmap_queue
+                .set(unsafe { account.unmap_queue.get().with(block, size) });
         }
         is_put_off
     };
@@ -290,28 +290,28 @@ impl CountingAllocator {
 }
 
 /// Bytes the allocations of this thread come to; less than nothing if it frees what others have made.
-pub fn held() -> isize {
-    taken() - shelves::cost()
+pub fn live_bytes() -> isize {
+    allocated_bytes() - shelves::cost()
 }
 
 /// The same with what lies on the shelves of this thread, which changes little; found out at once.
-pub(crate) fn taken() -> isize {
-    ACCOUNT.with(|account| account.taken.get())
+pub(crate) fn allocated_bytes() -> isize {
+    ACCOUNT.with(|account| account.allocated.get())
 }
 
 /// Counts memory that does not come from the allocator, or that another thread has made for this one.
-pub(crate) fn hold(bytes: usize) {
+pub(crate) fn add_external(bytes: usize) {
     count(bytes as isize);
 }
 
-/// The end of what was counted with `hold`, or of memory that another thread will free.
-pub(crate) fn let_go(bytes: usize) {
+/// The end of what was counted with `add_external`, or of memory that another thread will free.
+pub(crate) fn remove_external(bytes: usize) {
     count(-(bytes as isize));
 }
 
 /// Runs `work` for others: what it allocates and frees is not counted. For messages to other threads, and for whatever
 /// else is made here and freed elsewhere, or the other way round.
-pub fn outside<T>(work: impl FnOnce() -> T) -> T {
+pub fn uncounted<T>(work: impl FnOnce() -> T) -> T {
     /// Puts the account back, also when `work` unwinds.
     struct RestoreAccount {
         held: isize,
@@ -320,12 +320,12 @@ pub fn outside<T>(work: impl FnOnce() -> T) -> T {
     impl Drop for RestoreAccount {
         fn drop(&mut self) {
             let _ = ACCOUNT.try_with(|account| {
-                account.taken.set(self.held + shelves::cost());
+                account.allocated.set(self.held + shelves::cost());
                 account.alarm.set(self.alarm);
             });
         }
     }
-    let held = held();
+    let held = live_bytes();
     let back = ACCOUNT.with(|account| RestoreAccount {
         held,
         alarm: account.alarm.replace(isize::MAX),
@@ -335,11 +335,11 @@ pub fn outside<T>(work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Runs `work` for others, as `outside` does, and brings a copy of its result in.
-pub fn copied<T: Clone>(work: impl FnOnce() -> T) -> T {
-    let theirs = outside(work);
+/// Runs `work` for others, as `uncounted` does, and brings a copy of its result in.
+pub fn clone_uncounted<T: Clone>(work: impl FnOnce() -> T) -> T {
+    let theirs = uncounted(work);
     let own = theirs.clone();
-    outside(|| drop(theirs));
+    uncounted(|| drop(theirs));
     own
 }
 
@@ -355,15 +355,15 @@ pub(crate) struct WorkBudget<'p> {
 }
 
 /// Work to drop something small, in units of `eval::pace`.
-pub(crate) const DROP: usize = 96;
+pub(crate) const WORK_PER_DROP: usize = 96;
 /// Work after which a pause is asked for.
 const PAUSE_AFTER: usize = 1 << 13;
 
 impl<'p> WorkBudget<'p> {
-    /// `most` bytes more than this thread holds now, and no pauses.
-    pub(crate) fn of(most: usize) -> Self {
+    /// `limit` bytes more than this thread holds now, and no pauses.
+    pub(crate) fn with_limit(most: usize) -> Self {
         WorkBudget {
-            base: Cell::new(held()),
+            base: Cell::new(live_bytes()),
             most,
             work: Cell::new(0),
             pause: None,
@@ -375,59 +375,59 @@ impl<'p> WorkBudget<'p> {
     pub(crate) fn with_pauses(most: usize, pause: &'p dyn Fn(usize) -> bool) -> Self {
         WorkBudget {
             pause: Some(pause),
-            ..WorkBudget::of(most)
+            ..WorkBudget::with_limit(most)
         }
     }
 
     /// Counts work, and pauses when it is time to. Nothing that scripts can reach may be borrowed.
     #[inline]
-    pub(crate) fn worked(&self, units: usize) {
+    pub(crate) fn charge(&self, units: usize) {
         let work = self.work.get() + units;
         self.work.set(work);
         if work >= PAUSE_AFTER {
-            self.rest();
+            self.yield_to_others();
         }
     }
 
     /// Drops many parts of something, with pauses.
     pub(crate) fn drop_each<T>(&self, parts: impl IntoIterator<Item = T>) {
         for part in parts {
-            self.worked(DROP);
+            self.charge(WORK_PER_DROP);
             drop(part);
         }
     }
 
     #[cold]
-    fn rest(&self) {
+    fn yield_to_others(&self) {
         let work = self.work.take();
         if let Some(pause) = self.pause
             && !self.given_up.get()
         {
-            let before = held();
+            let before = live_bytes();
             self.given_up.set(!pause(work));
             // What others have taken meanwhile is not this work's.
-            self.base.set(self.base.get() + held() - before);
+            self.base.set(self.base.get() + live_bytes() - before);
         }
     }
 
     /// Whether a pause has said that this is to end; then only the way out is taken.
-    pub(crate) fn is_given_up(&self) -> bool {
+    pub(crate) fn is_aborted(&self) -> bool {
         self.given_up.get()
     }
 
     /// How much it may be.
-    pub(crate) fn most(&self) -> usize {
+    pub(crate) fn limit(&self) -> usize {
         self.most
     }
 
     /// What has come to be held since.
     pub(crate) fn used(&self) -> usize {
-        usize::try_from(held() - self.base.get()).unwrap_or(0)
+        usize::try_from(live_bytes() - self.base.get()).unwrap_or(0)
     }
 
     /// Whether that is more than it may be, or this is to end anyway.
     pub(crate) fn is_spent(&self) -> bool {
-        self.used() > self.most || self.is_given_up()
+        self.used() > self.most || self.is_aborted()
     }
 }
 
@@ -442,7 +442,7 @@ pub(crate) fn set_alarm(bytes: isize) {
 #[inline]
 pub(crate) fn take_alarm() -> bool {
     ACCOUNT.with(|account| {
-        let Some(fuel) = account.withheld.take() else {
+        let Some(fuel) = account.suspended_fuel.take() else {
             return false;
         };
         account.fuel.set(fuel);
@@ -452,7 +452,7 @@ pub(crate) fn take_alarm() -> bool {
 
 /// Takes one unit of the running script thread's fuel; false if there is none to be had.
 #[inline(always)]
-pub(crate) fn burn() -> bool {
+pub(crate) fn consume_fuel() -> bool {
     ACCOUNT.with(|account| {
         let fuel = account.fuel.get();
         if fuel == 0 {
@@ -465,22 +465,22 @@ pub(crate) fn burn() -> bool {
 
 /// Fuel that is left, withheld or not.
 pub(crate) fn fuel() -> u32 {
-    ACCOUNT.with(|account| account.withheld.get().unwrap_or(account.fuel.get()))
+    ACCOUNT.with(|account| account.suspended_fuel.get().unwrap_or(account.fuel.get()))
 }
 
 /// Sets the fuel; while the alarm stands it stays withheld.
 pub(crate) fn set_fuel(fuel: u32) {
-    ACCOUNT.with(|account| match account.withheld.get() {
-        Some(_) => account.withheld.set(Some(fuel)),
+    ACCOUNT.with(|account| match account.suspended_fuel.get() {
+        Some(_) => account.suspended_fuel.set(Some(fuel)),
         None => account.fuel.set(fuel),
     });
 }
 
-/// Gives back some of what `put_off` has left; whether there is more.
-pub(crate) fn tidy() -> bool {
+/// Gives back some of what `set_unmap_deferred` has left; whether there is more.
+pub(crate) fn unmap_deferred() -> bool {
     let given_back = |account: &ThreadAccount| {
-        let left = account.left.get().without(AT_ONCE);
-        account.left.set(left);
+        let left = account.unmap_queue.get().without(UNMAP_CHUNK);
+        account.unmap_queue.set(left);
         !left.is_empty()
     };
     ACCOUNT.try_with(given_back).unwrap_or(false)
@@ -500,27 +500,31 @@ mod tests {
 
     #[test]
     fn every_allocation_of_a_thread_is_counted_until_it_is_freed() {
-        let before = held();
+        let before = live_bytes();
         let mut buffer: Vec<u8> = Vec::with_capacity(1000);
-        assert_eq!(held() - before, 1024);
+        assert_eq!(live_bytes() - before, 1024);
         buffer.reserve_exact(1 << 20);
-        assert!(held() - before >= 1 << 20, "{}", held() - before);
+        assert!(
+            live_bytes() - before >= 1 << 20,
+            "{}",
+            live_bytes() - before
+        );
         let small: Vec<Box<u8>> = (0..100).map(Box::new).collect();
-        assert!(held() - before >= (1 << 20) + 100 * (8 + 16));
+        assert!(live_bytes() - before >= (1 << 20) + 100 * (8 + 16));
         drop((buffer, small));
-        assert_eq!(held() - before, 0);
+        assert_eq!(live_bytes() - before, 0);
     }
 
     #[test]
     fn blocks_keep_their_contents_from_one_way_of_being_kept_to_the_other() {
-        let before = held();
+        let before = live_bytes();
         let mut block: Vec<u32> = (0..1000).collect();
         for words in [
-            MAPPED / 4,
-            MAPPED,
-            4 * MAPPED,
-            MAPPED / 2,
-            MAPPED / 4 + 1,
+            MMAP_MIN / 4,
+            MMAP_MIN,
+            4 * MMAP_MIN,
+            MMAP_MIN / 2,
+            MMAP_MIN / 4 + 1,
             2000,
             1000,
         ] {
@@ -533,51 +537,57 @@ mod tests {
             assert!(block.iter().copied().eq(0..1000), "{words}");
         }
         drop(block);
-        let zeroed = vec![0_u8; 3 * MAPPED + 5];
+        let zeroed = vec![0_u8; 3 * MMAP_MIN + 5];
         assert!(zeroed.iter().all(|byte| *byte == 0));
         drop(zeroed);
-        assert_eq!(held() - before, 0);
+        assert_eq!(live_bytes() - before, 0);
     }
 
     #[test]
     fn big_blocks_go_back_bit_by_bit() {
-        let before = held();
+        let before = live_bytes();
         let blocks = [
             vec![1_u8; 9 << 20],
             vec![2_u8; (5 << 20) + 1],
             vec![3_u8; 1 << 20],
         ];
-        put_off(true);
+        set_unmap_deferred(true);
         drop(blocks);
-        put_off(false);
-        assert_eq!(held() - before, 0);
+        set_unmap_deferred(false);
+        assert_eq!(live_bytes() - before, 0);
         // Two of them, in pieces of at most four megabytes, the last piece of each smaller.
-        assert!(tidy() && tidy() && tidy() && tidy() && !tidy());
+        assert!(
+            unmap_deferred()
+                && unmap_deferred()
+                && unmap_deferred()
+                && unmap_deferred()
+                && !unmap_deferred()
+        );
     }
 
     #[test]
     fn what_is_done_for_others_leaves_no_trace() {
-        let before = held();
-        let made = outside(|| vec![1_u8; 5000]);
-        assert_eq!(held(), before);
-        outside(|| drop(made));
-        assert_eq!(held(), before);
+        let before = live_bytes();
+        let made = uncounted(|| vec![1_u8; 5000]);
+        assert_eq!(live_bytes(), before);
+        uncounted(|| drop(made));
+        assert_eq!(live_bytes(), before);
     }
 
     #[test]
     fn the_alarm_withholds_the_fuel_until_somebody_looks() {
         set_fuel(7);
-        set_alarm(held() + 10_000);
+        set_alarm(live_bytes() + 10_000);
         let small = vec![0_u8; 5_000];
-        assert!(burn() && !take_alarm());
+        assert!(consume_fuel() && !take_alarm());
         let big = vec![0_u8; 10_000];
-        assert!(!burn());
+        assert!(!consume_fuel());
         assert_eq!(fuel(), 6);
         set_fuel(9);
-        assert!(!burn(), "new fuel stays withheld too");
+        assert!(!consume_fuel(), "new fuel stays withheld too");
         assert!(take_alarm());
         assert_eq!(fuel(), 9);
-        assert!(burn());
+        assert!(consume_fuel());
         drop((small, big));
         set_alarm(isize::MAX);
     }

@@ -14,7 +14,7 @@ use platform::memory::{System, rounded};
 /// Number of small sizes: 16, 32, 48 … bytes.
 const SIZES: usize = 16;
 /// Bytes on one shelf at most.
-const SHELF: usize = 32 << 10;
+const LIST_BYTES_MAX: usize = 32 << 10;
 
 /// One of the small sizes.
 #[derive(Clone, Copy)]
@@ -35,7 +35,7 @@ impl SizeClass {
 
     /// Blocks of this size on a shelf at most.
     const fn most(self) -> usize {
-        SHELF / self.bytes()
+        LIST_BYTES_MAX / self.bytes()
     }
 
     /// What a block costs.
@@ -64,7 +64,7 @@ struct FreeBlock {
 struct FreeList {
     first: Cell<*mut FreeBlock>,
     /// Blocks that may still be put there.
-    room: Cell<usize>,
+    spare_blocks: Cell<usize>,
 }
 
 struct FreeLists([FreeList; SIZES]);
@@ -74,12 +74,12 @@ const fn empty() -> [FreeList; SIZES] {
     let mut shelves = [const {
         FreeList {
             first: Cell::new(null_mut()),
-            room: Cell::new(0),
+            spare_blocks: Cell::new(0),
         }
     }; SIZES];
     let mut index = 0;
     while index < SIZES {
-        shelves[index].room = Cell::new(SizeClass(index).most());
+        shelves[index].spare_blocks = Cell::new(SizeClass(index).most());
         index += 1;
     }
     shelves
@@ -91,7 +91,7 @@ thread_local! {
 
 /// A block of this size; null if none lies there.
 #[inline(always)]
-pub(super) fn take(size: SizeClass) -> *mut u8 {
+pub(super) fn pop(size: SizeClass) -> *mut u8 {
     let taken = SHELVES.try_with(|shelves| {
         let shelf = &shelves.0[size.0];
         let block = shelf.first.get();
@@ -99,7 +99,7 @@ pub(super) fn take(size: SizeClass) -> *mut u8 {
             // SAFETY: what lies on a shelf is a block of its size that nobody uses, whose first word `put` has written.
             #[allow(unsafe_code)]
             shelf.first.set(unsafe { (*block).next });
-            shelf.room.set(shelf.room.get() + 1);
+            shelf.spare_blocks.set(shelf.spare_blocks.get() + 1);
         }
         block
     });
@@ -109,14 +109,14 @@ pub(super) fn take(size: SizeClass) -> *mut u8 {
 /// Takes a block back.
 ///
 /// # Safety
-/// `block` comes from `take` with the same size, or from the system with the layout of the size, and nobody uses it any
+/// `block` comes from `pop` with the same size, or from the system with the layout of the size, and nobody uses it any
 /// more.
 #[inline(always)]
 #[allow(unsafe_code)]
 pub(super) unsafe fn put(block: *mut u8, size: SizeClass) {
     let kept = SHELVES.try_with(|shelves| {
         let shelf = &shelves.0[size.0];
-        let Some(room) = shelf.room.get().checked_sub(1) else {
+        let Some(room) = shelf.spare_blocks.get().checked_sub(1) else {
             return false;
         };
         let block: *mut FreeBlock = block.cast();
@@ -127,21 +127,21 @@ pub(super) unsafe fn put(block: *mut u8, size: SizeClass) {
             });
         }
         shelf.first.set(block);
-        shelf.room.set(room);
+        shelf.spare_blocks.set(room);
         true
     });
     if !matches!(kept, Ok(true)) {
         // SAFETY: the caller's promise; it says where such a block comes from.
-        unsafe { give_back(block, size) };
+        unsafe { release_block(block, size) };
     }
 }
 
 #[cold]
 #[inline(never)]
 #[allow(unsafe_code)]
-unsafe fn give_back(block: *mut u8, size: SizeClass) {
+unsafe fn release_block(block: *mut u8, size: SizeClass) {
     platform::overflow::touch_ahead();
-    super::memory::let_go(size.cost() as usize);
+    super::memory::remove_external(size.cost() as usize);
     // SAFETY: the caller's promise.
     unsafe { System.dealloc(block, size.layout()) };
 }
@@ -150,7 +150,7 @@ unsafe fn give_back(block: *mut u8, size: SizeClass) {
 pub(super) fn cost() -> isize {
     let cost = |shelves: &FreeLists| {
         let each = shelves.0.iter().zip(0..).map(|(shelf, index)| {
-            let blocks = SizeClass(index).most() - shelf.room.get();
+            let blocks = SizeClass(index).most() - shelf.spare_blocks.get();
             blocks as isize * SizeClass(index).cost()
         });
         each.sum()
@@ -167,13 +167,13 @@ impl FreeLists {
     fn clear(&self) {
         for (shelf, index) in self.0.iter().zip(0..) {
             let mut block = shelf.first.replace(null_mut());
-            shelf.room.set(SizeClass(index).most());
+            shelf.spare_blocks.set(SizeClass(index).most());
             while !block.is_null() {
-                // SAFETY: as in `take`; the shelf no longer has any of these blocks.
+                // SAFETY: as in `pop`; the shelf no longer has any of these blocks.
                 #[allow(unsafe_code)]
                 unsafe {
                     let next = (*block).next;
-                    give_back(block.cast(), SizeClass(index));
+                    release_block(block.cast(), SizeClass(index));
                     block = next;
                 }
             }

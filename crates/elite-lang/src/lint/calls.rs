@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use super::visit::{blocks, own_expressions, parts};
 use crate::ast::{Arg, Constant, Expr, ExprKind, Stmt, UnaryOp};
 use crate::diagnostic::Diagnostic;
-use crate::findings::FINDINGS_MAX;
+use crate::findings::DIAGNOSTICS_MAX;
 use crate::resolve::KnownNames;
 use crate::source::Span;
 
@@ -79,14 +79,14 @@ pub(crate) struct CallDiagnostics {
 impl CallDiagnostics {
     fn push(&mut self, name: &str, finding: Diagnostic) {
         let count = self.counts.entry(name.into()).or_default();
-        if *count < FINDINGS_MAX {
+        if *count < DIAGNOSTICS_MAX {
             *count += 1;
             self.kept.push((name.into(), finding));
         }
     }
 
     /// Those about names that the program does not bind.
-    pub(crate) fn without<'s>(
+    pub(crate) fn retained<'s>(
         &'s self,
         is_bound: impl Fn(&str) -> bool + 's,
     ) -> impl Iterator<Item = &'s Diagnostic> {

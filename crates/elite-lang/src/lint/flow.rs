@@ -14,11 +14,11 @@ pub(super) fn check(
     known: &KnownNames,
     found: &mut DiagnosticList,
 ) {
-    within(body, file, known, false, found);
+    check_block(body, file, known, false, found);
 }
 
 /// `may_miss`: the program catches that a module is not there.
-fn within(
+fn check_block(
     body: &[Stmt],
     file: &SourceFile,
     known: &KnownNames,
@@ -29,7 +29,7 @@ fn within(
         return;
     }
     unreachable(body, file, found);
-    each(body, file, known, may_miss, found);
+    check_nested(body, file, known, may_miss, found);
 }
 
 /// The same without what is never reached in `body` itself.
@@ -39,10 +39,10 @@ pub(super) fn check_each(
     known: &KnownNames,
     found: &mut DiagnosticList,
 ) {
-    each(body, file, known, false, found);
+    check_nested(body, file, known, false, found);
 }
 
-fn each(
+fn check_nested(
     body: &[Stmt],
     file: &SourceFile,
     known: &KnownNames,
@@ -59,7 +59,7 @@ fn each(
         let catches = imports::catches(statement);
         for (index, block) in blocks(statement).into_iter().enumerate() {
             // The first block of a `try` is what it guards.
-            within(block, file, known, may_miss || catches && index == 0, found);
+            check_block(block, file, known, may_miss || catches && index == 0, found);
         }
     }
 }

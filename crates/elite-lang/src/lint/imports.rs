@@ -5,7 +5,7 @@ use crate::ast::{Expr, ExprKind, Ident, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
 use crate::findings::{DiagnosticList, quoted};
 use crate::spelling::nearest;
-use crate::stdlib::{is_own, module_names};
+use crate::stdlib::{is_bundled_module, module_names};
 
 /// What a statement imports that is not there.
 pub(super) fn check(statement: &Stmt, found: &mut DiagnosticList) {
@@ -50,7 +50,7 @@ fn module(name: &Ident, can_be_replaced: bool, found: &mut DiagnosticList) {
     // Of dotted names the first part that is missing is told.
     let ends = name.name.match_indices('.').map(|(at, _)| at);
     let mut parts = ends.chain([name.name.len()]).map(|end| &name.name[..end]);
-    let Some(missing) = parts.find(|part| !is_own(part)) else {
+    let Some(missing) = parts.find(|part| !is_bundled_module(part)) else {
         return;
     };
     if found.is_full() {

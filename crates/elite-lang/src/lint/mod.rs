@@ -24,9 +24,9 @@ pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagn
     flow::check(&module.body, file, known, &mut flow);
     let mut made = CallDiagnostics::default();
     calls::check(&module.body, known, &mut made);
-    let bound = bound_natives(module, known, &WorkBudget::of(usize::MAX));
+    let bound = bound_natives(module, known, &WorkBudget::with_limit(usize::MAX));
     if let Some(bound) = bound {
-        for finding in made.without(|name| bound.contains(name)) {
+        for finding in made.retained(|name| bound.contains(name)) {
             calls.push(finding.clone());
         }
     }

@@ -3,7 +3,7 @@
 use crate::value::trash::NodeList;
 use std::rc::Rc;
 
-use super::{FrameInfo, Lower, NODE};
+use super::{FrameInfo, Lower, WORK_PER_NODE};
 use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
 use crate::eval::BoxExpr;
 use crate::eval::code::{Body, Code, CodeKind, Params};
@@ -37,7 +37,7 @@ impl Lower<'_> {
             false => CodeKind::Plain,
         };
         let code = Rc::new(Code {
-            entries: EntryPoints::of(kind, &parts.params, layout.slot_names.len()),
+            entries: EntryPoints::for_code(kind, &parts.params, layout.slot_names.len()),
             name: parts.name.into(),
             qualname: format!("{}{}", self.prefix, parts.name).into(),
             doc: parts.doc,
@@ -57,7 +57,7 @@ impl Lower<'_> {
             names: self.names.clone(),
             module: Some(Rc::downgrade(self.namespace)),
             stack_bytes: parts.extent.stack_bytes,
-            refers: parts.extent.refers,
+            refs: parts.extent.refers,
         });
         self.refers.borrow_mut().codes.push(code.clone());
         code
@@ -71,7 +71,7 @@ impl Lower<'_> {
             .chain(&parameters.keyword_only);
         let names: Box<[_]> = by_name
             .map(|parameter| {
-                self.budget.worked(PARAMETER);
+                self.budget.charge(PARAMETER);
                 self.symbol(&parameter.name.name)
             })
             .collect();
@@ -109,7 +109,7 @@ impl Lower<'_> {
             .chain(result)
             .map(|(name, annotation)| {
                 let text = self.file.slice(annotation.span);
-                let name = self.core.symbols.value(self.symbol(name));
+                let name = self.core.symbols.to_value(self.symbol(name));
                 (name, self.expr(annotation), Value::str(text))
             })
             .collect();
@@ -174,7 +174,8 @@ impl Lower<'_> {
 
     /// A body that is no generator's. A single `return` needs no block, unless somebody looks at single statements.
     fn function_body(&mut self, body: &[Stmt]) -> Body {
-        let is_seen = self.counters.is_some() || self.debugger.is_some() || !self.passes.is_empty();
+        let is_seen =
+            self.counters.is_some() || self.debugger.is_some() || !self.node_directives.is_empty();
         let (doc, rest) = match body {
             [doc, rest @ ..] if docstring(body).is_some() => (Some(doc), rest),
             _ => (None, body),
@@ -182,7 +183,7 @@ impl Lower<'_> {
         if let [statement] = rest
             && let StmtKind::Return(Some(value)) = &statement.kind
             && !is_seen
-            && !self.is_given_up_after(NODE * (1 + usize::from(doc.is_some())))
+            && !self.charge_and_check(WORK_PER_NODE * (1 + usize::from(doc.is_some())))
         {
             let line = self.line(statement.span);
             return Body::Return(line, self.deeper(|lower| lower.expr(value)));

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::{Lower, NODE, WHOLE};
+use super::{ISOLATE_MIN, Lower, WORK_PER_NODE};
 use crate::ast::{
     self, Arg, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart, UnaryOp,
 };
@@ -39,17 +39,17 @@ use crate::value::{CellVar, Symbol, Value};
 
 impl Lower<'_> {
     pub(super) fn expr(&mut self, expr: &ast::Expr) -> BoxExpr {
-        if self.is_given_up_after(NODE) {
+        if self.charge_and_check(WORK_PER_NODE) {
             return Box::new(Const(Value::None));
         }
-        let before = self.made;
+        let before = self.nodes_since_list;
         let node = self.deeper(|lower| lower.expr_here(expr));
-        self.made += 1;
+        self.nodes_since_list += 1;
         // A list that was made meanwhile can be dropped bit by bit, what is around it cannot.
-        if self.made.saturating_sub(before) < WHOLE {
+        if self.nodes_since_list.saturating_sub(before) < ISOLATE_MIN {
             return node;
         }
-        self.made = before;
+        self.nodes_since_list = before;
         self.deepest += 1;
         Box::new(IsolatedExpr([node].into_iter().collect()))
     }
@@ -152,7 +152,7 @@ impl Lower<'_> {
         let name = self.symbol(name);
         GlobalVar {
             cell: self.variable(name),
-            builtin: self.behind(name),
+            builtin: self.fallback_cell(name),
             name,
             span,
         }
@@ -160,14 +160,14 @@ impl Lower<'_> {
 
     /// What a name means while its variable is not bound: the builtin or, in texts with variables of their own, what
     /// the namespace behind has.
-    fn behind(&self, name: Symbol) -> Rc<CellVar> {
+    fn fallback_cell(&self, name: Symbol) -> Rc<CellVar> {
         let own = self.namespace.builtins();
         if name == known::NAME && own.is_none() && self.namespace.is_in_dictionary() {
             // In a dictionary without a name the name is that of the builtins; in the program it is the program's.
             return self.core.name_of_builtins.clone();
         }
         let builtins = own.unwrap_or(&self.core.builtins);
-        match self.namespace.behind(name) {
+        match self.namespace.shadowed_cell(name) {
             Some(cell) if builtins.get(name).is_none() => cell,
             _ => builtins.cell(name),
         }
@@ -175,7 +175,7 @@ impl Lower<'_> {
 
     /// A part of a node, as what it is.
     pub(super) fn operand(&mut self, expr: &ast::Expr) -> Operand {
-        if self.is_given_up_after(NODE / 2) {
+        if self.charge_and_check(WORK_PER_NODE / 2) {
             return Operand::Const(Value::None);
         }
         match &expr.kind {

@@ -30,7 +30,7 @@ struct StepBuilder {
 }
 
 impl StepBuilder {
-    fn here(&self) -> StepIndex {
+    fn next_index(&self) -> StepIndex {
         self.steps.len() as StepIndex
     }
 
@@ -41,12 +41,12 @@ impl StepBuilder {
     }
 
     /// The place that the steps lead to which go on elsewhere: the next step to be added.
-    fn lead_here(&mut self, steps: &[usize]) {
-        let here = self.here();
+    fn patch_here(&mut self, steps: &[usize]) {
+        let here = self.next_index();
         for index in steps {
             match &mut self.steps[*index] {
                 GeneratorStep::Jump(place)
-                | GeneratorStep::Unless {
+                | GeneratorStep::JumpUnless {
                     otherwise: place, ..
                 }
                 | GeneratorStep::Next { end: place, .. } => *place = here,
@@ -57,7 +57,7 @@ impl StepBuilder {
 
     /// The innermost loop is done: its `continue`s lead to `turn`, its `break`s here.
     fn end_loop(&mut self, turn: StepIndex) {
-        let here = self.here();
+        let here = self.next_index();
         let Some(ended) = self.loops.pop() else {
             return;
         };
@@ -108,12 +108,12 @@ impl Lower<'_> {
                 None => self.expr(&clause.iterable),
             };
             let span = clause.iterable.span;
-            made.add(GeneratorStep::Begin {
+            made.add(GeneratorStep::BeginFor {
                 line,
                 iterable,
                 span,
             });
-            let head = made.here();
+            let head = made.next_index();
             let target = self.loop_target(&clause.target);
             let next = made.add(GeneratorStep::Next {
                 target,
@@ -123,7 +123,7 @@ impl Lower<'_> {
             let mut skips = Vec::new();
             for condition in &clause.conditions {
                 let test = self.expr(condition);
-                skips.push(made.add(GeneratorStep::Unless {
+                skips.push(made.add(GeneratorStep::JumpUnless {
                     line,
                     test,
                     otherwise: LATER,
@@ -139,9 +139,9 @@ impl Lower<'_> {
             span: element.span,
         });
         for (head, next, skips) in turns.into_iter().rev() {
-            made.lead_here(&skips);
-            made.add(GeneratorStep::Turn { line, head });
-            made.lead_here(&[next]);
+            made.patch_here(&skips);
+            made.add(GeneratorStep::LoopBack { line, head });
+            made.patch_here(&[next]);
         }
         Body::Steps(made.steps.into())
     }
@@ -171,26 +171,26 @@ impl Lower<'_> {
                 made.add(GeneratorStep::Return { line, value });
             }
             _ if !yields(statement, self.budget) => self.plain_step(statement, line, made),
-            StmtKind::Expr(value) => self.stop(value, None, line, made),
+            StmtKind::Expr(value) => self.yield_step(value, None, line, made),
             StmtKind::Assign { targets, value } => {
                 let target = targets.first().map(|target| self.target(target));
-                self.stop(value, target, line, made);
+                self.yield_step(value, target, line, made);
             }
             StmtKind::If { branches, orelse } => self.if_steps(branches, orelse, made),
             StmtKind::While { test, body, orelse } => {
                 let line = self.line(test.span);
-                let head = made.here();
+                let head = made.next_index();
                 let test = self.expr(test);
-                let unless = made.add(GeneratorStep::Unless {
+                let unless = made.add(GeneratorStep::JumpUnless {
                     line,
                     test,
                     otherwise: LATER,
                 });
                 made.loops.push(LoopPatches::default());
                 self.steps(body, made);
-                let turn = made.here();
-                made.add(GeneratorStep::Turn { line, head });
-                made.lead_here(&[unless]);
+                let turn = made.next_index();
+                made.add(GeneratorStep::LoopBack { line, head });
+                made.patch_here(&[unless]);
                 // `break` leaves the `else` block out, which belongs to the loop around already.
                 let ended = made.loops.pop();
                 self.steps(orelse, made);
@@ -238,7 +238,7 @@ impl Lower<'_> {
     }
 
     /// `sent = yield …`
-    fn stop(
+    fn yield_step(
         &mut self,
         value: &ast::Expr,
         sent: Option<Box<dyn Target>>,
@@ -278,17 +278,17 @@ impl Lower<'_> {
         for (index, (test, body)) in branches.iter().enumerate() {
             let line = self.line(test.span);
             let test = self.branch_test(test, index == 0);
-            let unless = made.add(GeneratorStep::Unless {
+            let unless = made.add(GeneratorStep::JumpUnless {
                 line,
                 test,
                 otherwise: LATER,
             });
             self.steps(body, made);
             ends.push(made.add(GeneratorStep::Jump(LATER)));
-            made.lead_here(&[unless]);
+            made.patch_here(&[unless]);
         }
         self.steps(orelse, made);
-        made.lead_here(&ends);
+        made.patch_here(&ends);
     }
 
     fn for_steps(
@@ -302,12 +302,12 @@ impl Lower<'_> {
     ) {
         let span = iterable.span;
         let iterable = self.expr(iterable);
-        made.add(GeneratorStep::Begin {
+        made.add(GeneratorStep::BeginFor {
             line,
             iterable,
             span,
         });
-        let head = made.here();
+        let head = made.next_index();
         let target = self.loop_target(target);
         let next = made.add(GeneratorStep::Next {
             target,
@@ -316,16 +316,16 @@ impl Lower<'_> {
         });
         made.loops.push(LoopPatches::default());
         self.steps(body, made);
-        let turn = made.here();
-        made.add(GeneratorStep::Turn { line, head });
-        made.lead_here(&[next]);
+        let turn = made.next_index();
+        made.add(GeneratorStep::LoopBack { line, head });
+        made.patch_here(&[next]);
         let ended = made.loops.pop();
         self.steps(orelse, made);
         let over = made.add(GeneratorStep::Jump(LATER));
         made.loops.extend(ended);
         made.end_loop(turn);
-        made.add(GeneratorStep::Leave);
-        made.lead_here(&[over]);
+        made.add(GeneratorStep::EndFor);
+        made.patch_here(&[over]);
     }
 }
 
@@ -373,7 +373,7 @@ fn can_stop(statement: &Stmt, budget: &WorkBudget<'_>) -> bool {
 
 /// Whether there is a `yield` of the function itself in a statement.
 fn yields(statement: &Stmt, budget: &WorkBudget<'_>) -> bool {
-    budget.worked(LOOK);
+    budget.charge(LOOK);
     let mut found = false;
     visit::own_expressions(statement, &mut |expr| {
         found = found || has_yield(expr, budget)
@@ -391,7 +391,7 @@ fn yields(statement: &Stmt, budget: &WorkBudget<'_>) -> bool {
 
 /// Whether there is a `yield` in an expression; those of lambdas in it count too.
 fn has_yield(expr: &ast::Expr, budget: &WorkBudget<'_>) -> bool {
-    budget.worked(LOOK);
+    budget.charge(LOOK);
     let mut found = matches!(expr.kind, ExprKind::Yield(_) | ExprKind::YieldFrom(_));
     visit::parts(expr, &mut |part| found = found || has_yield(part, budget));
     found

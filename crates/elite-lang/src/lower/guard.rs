@@ -33,7 +33,7 @@ impl Lower<'_> {
 
     /// Adds a `try` to the block around it, if nobody watches that as one statement and it has neither `except*` nor
     /// `finally`. Whether it has been added.
-    pub(super) fn add_guarded(&mut self, statement: &Stmt, lines: &mut BlockBuilder) -> bool {
+    pub(super) fn add_inline_try(&mut self, statement: &Stmt, lines: &mut BlockBuilder) -> bool {
         match &statement.kind {
             StmtKind::Try {
                 body,
@@ -41,14 +41,14 @@ impl Lower<'_> {
                 orelse,
                 finally,
             } if self.debugger.is_none() && finally.is_empty() && !has_star(handlers) => {
-                self.add_protected(body, handlers, orelse, lines);
+                self.add_protected_range(body, handlers, orelse, lines);
                 true
             }
             _ => false,
         }
     }
 
-    fn add_protected(
+    fn add_protected_range(
         &mut self,
         body: &[Stmt],
         handlers: &[ast::Handler],
@@ -90,7 +90,7 @@ impl Lower<'_> {
             Block::new(vec![(line, node)], Vec::new())
         } else {
             let mut lines = BlockBuilder::default();
-            self.add_protected(body, handlers, orelse, &mut lines);
+            self.add_protected_range(body, handlers, orelse, &mut lines);
             lines.into()
         };
         if finally.is_empty() {

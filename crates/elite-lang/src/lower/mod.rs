@@ -32,10 +32,10 @@ use crate::value::module::Namespace;
 use crate::value::{Bytes, CellVar, Symbol, Value};
 
 /// Work for one node, and for a name in one.
-const NODE: usize = 128;
-const NAME: usize = 256;
+const WORK_PER_NODE: usize = 128;
+const WORK_PER_NAME: usize = 256;
 /// Nodes of an expression that may be dropped at once.
-const WHOLE: usize = 2048;
+const ISOLATE_MIN: usize = 2048;
 
 /// Makes the code of a whole module, which means nothing if the work is given up in a pause.
 pub fn module(
@@ -46,7 +46,7 @@ pub fn module(
     resolution: &Resolution,
     budget: &WorkBudget<'_>,
 ) -> Rc<Code> {
-    Lower::new(core, namespace, file, resolution, budget).whole_module(module)
+    Lower::new(core, namespace, file, resolution, budget).lower_module(module)
 }
 
 /// Makes the code of a program, with marks where its lines are counted.
@@ -61,7 +61,7 @@ pub fn program(
     let mut lower = Lower::new(core, namespace, file, resolution, budget);
     lower.counters.clone_from(&core.counters.borrow());
     lower.debugger.clone_from(&core.debugger.borrow());
-    lower.whole_module(module)
+    lower.lower_module(module)
 }
 
 /// Makes the code of a single expression, as `eval` runs it.
@@ -93,9 +93,9 @@ struct Lower<'l> {
     depth: usize,
     deepest: usize,
     /// Nodes made since the last list of nodes that can be dropped bit by bit.
-    made: usize,
+    nodes_since_list: usize,
     /// The directives by when they are passed.
-    passes: BTreeMap<DirectiveAnchor, Vec<EnterTaskNode>>,
+    node_directives: BTreeMap<DirectiveAnchor, Vec<EnterTaskNode>>,
     /// The symbols it has used.
     names: Rc<SourceSymbols>,
     /// What the frame refers to beyond itself.
@@ -128,7 +128,7 @@ fn passes(
 ) -> BTreeMap<DirectiveAnchor, Vec<EnterTaskNode>> {
     let mut passes: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for mark in nodes {
-        budget.worked(2 * NAME);
+        budget.charge(2 * WORK_PER_NAME);
         let node = core.nodes.intern(mark.number, &mark.label);
         let after = mark.after;
         passes
@@ -158,8 +158,8 @@ impl<'l> Lower<'l> {
             prefix: String::new(),
             depth: 0,
             deepest: 0,
-            made: 0,
-            passes: BTreeMap::new(),
+            nodes_since_list: 0,
+            node_directives: BTreeMap::new(),
             names: core.names_of_text(),
             refers: RefCell::default(),
             counters: None,
@@ -169,8 +169,8 @@ impl<'l> Lower<'l> {
         }
     }
 
-    fn whole_module(mut self, module: &ast::Module) -> Rc<Code> {
-        self.passes = passes(self.core, &module.nodes, self.budget);
+    fn lower_module(mut self, module: &ast::Module) -> Rc<Code> {
+        self.node_directives = passes(self.core, &module.nodes, self.budget);
         let body = self.deeper(|lower| {
             let mut lines = BlockBuilder::default();
             lower.add_lines(&module.body, &mut lines);
@@ -178,14 +178,15 @@ impl<'l> Lower<'l> {
             lower.pass(DirectiveAnchor::AtEnd, line, &mut lines.statements);
             lines.into()
         });
-        self.budget.drop_each(std::mem::take(&mut self.passes));
+        self.budget
+            .drop_each(std::mem::take(&mut self.node_directives));
         self.module_code(Body::Block(body), module.span)
     }
 
     /// Counts work; whether all of it is given up, so that whatever is returned will do.
-    fn is_given_up_after(&self, work: usize) -> bool {
-        self.budget.worked(work);
-        self.budget.is_given_up()
+    fn charge_and_check(&self, work: usize) -> bool {
+        self.budget.charge(work);
+        self.budget.is_aborted()
     }
 
     fn places(&self, scope: ScopeId) -> &'l ScopeLayout {
@@ -200,7 +201,7 @@ impl<'l> Lower<'l> {
     }
 
     fn place(&self, name: &str) -> Storage {
-        self.budget.worked(NAME);
+        self.budget.charge(WORK_PER_NAME);
         self.places(self.scope)
             .names
             .get(name)
@@ -209,8 +210,8 @@ impl<'l> Lower<'l> {
     }
 
     fn symbol(&self, name: &str) -> Symbol {
-        self.budget.worked(NAME);
-        let symbol = self.core.symbols.take(name);
+        self.budget.charge(WORK_PER_NAME);
+        let symbol = self.core.symbols.intern_used(name);
         self.names.note(symbol);
         symbol
     }
@@ -237,7 +238,7 @@ impl<'l> Lower<'l> {
     /// The variable of a name of the namespace.
     fn variable(&self, name: Symbol) -> Rc<CellVar> {
         let cell = self.namespace.cell(name);
-        if self.namespace.is_of_text() && self.namespace.mentions(name) {
+        if self.namespace.is_of_text() && self.namespace.has_name(name) {
             self.refers.borrow().cells.borrow_mut().push(cell.clone());
         }
         cell
@@ -299,12 +300,12 @@ impl<'l> Lower<'l> {
             free_names: Box::default(),
             cells: layout.cells.clone().into(),
             kind: CodeKind::Plain,
-            entries: EntryPoints::of(CodeKind::Plain, &Params::default(), usize::MAX),
+            entries: EntryPoints::for_code(CodeKind::Plain, &Params::default(), usize::MAX),
             body,
             names: self.names.clone(),
             module: Some(Rc::downgrade(self.namespace)),
             stack_bytes: stack_bytes(self.deepest),
-            refers: self.refers.take(),
+            refs: self.refers.take(),
         })
     }
 
@@ -319,7 +320,7 @@ impl<'l> Lower<'l> {
     /// Adds the statements of a block that do something, and the directives between them.
     fn add_lines(&mut self, body: &[ast::Stmt], lines: &mut BlockBuilder) {
         for statement in body {
-            if self.is_given_up_after(NODE) {
+            if self.charge_and_check(WORK_PER_NODE) {
                 break;
             }
             let (line, start) = (self.line(statement.span), statement.span.start);
@@ -327,8 +328,8 @@ impl<'l> Lower<'l> {
             if let Some(mark) = self.mark(statement, line) {
                 lines.statements.push((line, Box::new(mark)));
             }
-            if !self.add_guarded(statement, lines)
-                && let Some(node) = self.watched(statement)
+            if !self.add_inline_try(statement, lines)
+                && let Some(node) = self.debug_statement(statement)
             {
                 lines.statements.push((line, node));
             }
@@ -348,7 +349,7 @@ impl<'l> Lower<'l> {
 
     /// Adds the directives that are passed at `place`, as if they stood in `line`.
     fn pass(&self, place: DirectiveAnchor, line: u32, lines: &mut Vec<NumberedStmt>) {
-        for pass in self.passes.get(&place).into_iter().flatten() {
+        for pass in self.node_directives.get(&place).into_iter().flatten() {
             lines.push((line, Box::new(*pass)));
         }
     }
@@ -367,7 +368,10 @@ impl<'l> Lower<'l> {
                 then,
             }),
         };
-        match self.passes.get(&DirectiveAnchor::Before(test.span.start)) {
+        match self
+            .node_directives
+            .get(&DirectiveAnchor::Before(test.span.start))
+        {
             None => then,
             Some(passes) => Box::new(EnterTaskNodeThen {
                 passes: passes.clone().into(),
@@ -386,7 +390,7 @@ impl<'l> Lower<'l> {
             Constant::Float(float) => Value::Float(*float),
             Constant::Imaginary(imaginary) => Value::complex(0.0, *imaginary),
             // Short strings that look like names are shared, as in CPython.
-            Constant::Str(text) if is_name(text) => self.core.symbols.value(self.symbol(text)),
+            Constant::Str(text) if is_name(text) => self.core.symbols.to_value(self.symbol(text)),
             Constant::Str(text) => Value::str(&**text),
             Constant::Bytes(bytes) => Value::Bytes(Rc::new(Bytes::new(bytes.to_vec()))),
         }

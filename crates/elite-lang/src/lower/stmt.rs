@@ -44,7 +44,9 @@ impl Lower<'_> {
                 })
             }
             StmtKind::Assign { targets, value } => self.assign(targets, value),
-            StmtKind::AugAssign { target, op, value } => self.augmented(target, *op, value, span),
+            StmtKind::AugAssign { target, op, value } => {
+                self.augmented_assign(target, *op, value, span)
+            }
             StmtKind::AnnAssign {
                 target,
                 annotation,
@@ -170,7 +172,7 @@ impl Lower<'_> {
         Some(Box::new(AnnotatedAssign {
             assign,
             annotations,
-            name: self.core.symbols.value(self.symbol(name)),
+            name: self.core.symbols.to_value(self.symbol(name)),
             annotation: self.expr(annotation),
             text: Value::str(self.file.slice(annotation.span)),
         }))
@@ -180,7 +182,7 @@ impl Lower<'_> {
     fn assign_each(&mut self, names: &[ast::Expr], values: &[ast::Expr]) -> BoxStmt {
         // In CPython the values of two or three local names lie on the stack, with the last one on top; constants are a
         // tuple.
-        let last_first = !values.iter().all(is_constant) && self.are_apart(names);
+        let last_first = !values.iter().all(is_constant) && self.are_distinct_locals(names);
         if let ([first, second], [x, y]) = (names, values) {
             let values = (self.operand(x), self.operand(y));
             if last_first && let Some(slots) = self.local_slots(names) {
@@ -197,7 +199,7 @@ impl Lower<'_> {
     }
 
     /// Whether these are two or three different local names in one line.
-    fn are_apart(&mut self, names: &[ast::Expr]) -> bool {
+    fn are_distinct_locals(&mut self, names: &[ast::Expr]) -> bool {
         let mut lines = names.iter().map(|name| self.line(name.span));
         let first = lines.next();
         if !lines.all(|line| Some(line) == first) {
@@ -256,7 +258,7 @@ impl Lower<'_> {
         })
     }
 
-    fn augmented(
+    fn augmented_assign(
         &mut self,
         target: &ast::Expr,
         op: ast::BinaryOp,
@@ -300,7 +302,7 @@ impl Lower<'_> {
                     target,
                     cache: InlineCache::default(),
                     op,
-                    keeps: keeps_locals(value),
+                    preserves_locals: keeps_locals(value),
                     value: self.operand(value),
                     span,
                 })

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::Lower;
 use crate::ast::{self, ExprKind, Stmt, StmtKind};
-use crate::debug::{StatementSite, is_place};
+use crate::debug::{StatementSite, is_executable};
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::watch::{DebugCondition, DebugStatement, WatchedTarget};
 use crate::eval::{BoxExpr, DynStmt};
@@ -13,8 +13,8 @@ use crate::source::Span;
 
 impl Lower<'_> {
     /// The node of a statement, watched where the program is.
-    pub(super) fn watched(&mut self, statement: &Stmt) -> Option<Box<dyn DynStmt>> {
-        let Some(debugger) = self.debugger.clone().filter(|_| is_place(statement)) else {
+    pub(super) fn debug_statement(&mut self, statement: &Stmt) -> Option<Box<dyn DynStmt>> {
+        let Some(debugger) = self.debugger.clone().filter(|_| is_executable(statement)) else {
             return self.statement(statement);
         };
         let site = self.site(statement.span);
@@ -24,7 +24,7 @@ impl Lower<'_> {
             site,
             inner,
             is_simple: visit::blocks(statement).is_empty(),
-            keeps: may_call(statement),
+            records_locals: may_call(statement),
         }))
     }
 

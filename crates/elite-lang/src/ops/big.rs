@@ -7,11 +7,11 @@ use crate::eval::Evaluator;
 use crate::value::R;
 
 /// Digits of 32 bits in a piece that is multiplied at once.
-const PIECE: usize = if cfg!(debug_assertions) { 1024 } else { 4096 };
+const PRODUCT_CHUNK: usize = if cfg!(debug_assertions) { 1024 } else { 4096 };
 /// Digits of a factor that is so short that nothing is gained by halving it.
-const SHORT: usize = 64;
+const KARATSUBA_MIN: usize = 64;
 /// Products of two digits that are done at once in a division, or with a short factor.
-const AT_ONCE: usize = if cfg!(debug_assertions) {
+const INLINE_PRODUCTS_MAX: usize = if cfg!(debug_assertions) {
     1 << 18
 } else {
     1 << 22
@@ -27,7 +27,7 @@ impl Evaluator<'_> {
     fn product(&self, a: &BigUint, b: &BigUint) -> R<BigUint> {
         let (longer, shorter) = (digits(a).max(digits(b)), digits(a).min(digits(b)));
         if at_once(longer, shorter) {
-            self.worked(longer * shorter.min(256))?;
+            self.charge(longer * shorter.min(256))?;
             return Ok(a * b);
         }
         self.product_of_digits(&a.to_u32_digits(), &b.to_u32_digits())
@@ -36,17 +36,17 @@ impl Evaluator<'_> {
     fn product_of_digits(&self, a: &[u32], b: &[u32]) -> R<BigUint> {
         let (longer, shorter) = if a.len() < b.len() { (b, a) } else { (a, b) };
         if at_once(longer.len(), shorter.len()) {
-            self.worked(longer.len() * shorter.len().min(256))?;
+            self.charge(longer.len() * shorter.len().min(256))?;
             return Ok(BigUint::from_slice(longer) * BigUint::from_slice(shorter));
         }
         if shorter.len() * 2 <= longer.len() {
             // Pieces at least as long as the shorter factor; each product is added in its place.
-            let piece = shorter.len().max(PIECE);
+            let piece = shorter.len().max(PRODUCT_CHUNK);
             let mut sum = vec![0; longer.len() + shorter.len()];
             for (number, part) in longer.chunks(piece).enumerate() {
                 let product = self.product_of_digits(part, shorter)?.to_u32_digits();
                 add_digits(&mut sum[number * piece..], &product);
-                self.worked(product.len())?;
+                self.charge(product.len())?;
             }
             return Ok(BigUint::new(sum));
         }
@@ -79,10 +79,10 @@ impl Evaluator<'_> {
     pub fn big_remainder(&self, a: &BigInt, b: &BigInt) -> R<BigInt> {
         let (longer, shorter) = (digits(a.magnitude()), digits(b.magnitude()));
         let work = longer.saturating_sub(shorter).saturating_mul(shorter);
-        if work > AT_ONCE {
+        if work > INLINE_PRODUCTS_MAX {
             return Ok(self.big_divmod(a, b)?.1);
         }
-        self.worked(longer + work / 4)?;
+        self.charge(longer + work / 4)?;
         let remainder = with_sign(a.sign() == Sign::Minus, a.magnitude() % b.magnitude());
         let adjust = remainder.sign() != Sign::NoSign && remainder.sign() != b.sign();
         Ok(if adjust { remainder + b } else { remainder })
@@ -91,21 +91,21 @@ impl Evaluator<'_> {
     fn quotient(&self, a: &BigUint, b: &BigUint) -> R<(BigUint, BigUint)> {
         let (longer, shorter) = (digits(a), digits(b));
         let work = longer.saturating_sub(shorter).saturating_mul(shorter);
-        if work <= AT_ONCE {
-            self.worked(longer + work / 4)?;
+        if work <= INLINE_PRODUCTS_MAX {
+            self.charge(longer + work / 4)?;
             let quotient = a / b;
             let remainder = a - &quotient * b;
             return Ok((quotient, remainder));
         }
         // Long division, some digits at a time.
-        let piece = (AT_ONCE / shorter).max(1);
+        let piece = (INLINE_PRODUCTS_MAX / shorter).max(1);
         let mut remainder = BigUint::ZERO;
         let mut found: Vec<u32> = Vec::with_capacity(longer);
         for part in a.to_u32_digits().rchunks_exact_from_top(piece) {
             remainder = (remainder << (32 * part.len())) + BigUint::from_slice(part);
             let quotient = &remainder / b;
             remainder -= &quotient * b;
-            self.worked(shorter + part.len() * shorter / 4)?;
+            self.charge(shorter + part.len() * shorter / 4)?;
             let mut places = quotient.to_u32_digits();
             places.resize(part.len(), 0);
             found.extend(places.iter().rev());
@@ -138,8 +138,8 @@ impl Evaluator<'_> {
     ) -> R<BigInt> {
         let size = digits(modulus.magnitude());
         let whole = (exponent.bits() as usize).saturating_mul(size.saturating_mul(size));
-        if whole <= AT_ONCE {
-            self.worked(whole + digits(base.magnitude()) * size / 4)?;
+        if whole <= INLINE_PRODUCTS_MAX {
+            self.charge(whole + digits(base.magnitude()) * size / 4)?;
             return Ok(base.modpow(exponent, modulus));
         }
         let positive = BigInt::from(modulus.magnitude().clone());
@@ -180,7 +180,7 @@ impl Evaluator<'_> {
             std::mem::swap(&mut a, &mut b);
         }
         while b.bits() > 64 {
-            self.worked(4 * digits(&a))?;
+            self.charge(4 * digits(&a))?;
             match leading_quotients(&a, &b) {
                 Some([p, q, r, s]) => {
                     let combine = |p: i64, q: i64| (signed(p, &a) + signed(q, &b)).into_parts().1;
@@ -206,7 +206,7 @@ impl Evaluator<'_> {
     /// The root of a number that is not negative, rounded down. Each step doubles the bits that are known.
     pub fn big_root(&self, number: &BigInt) -> R<BigInt> {
         let number = number.magnitude();
-        if number.bits() <= 2 * 32 * SHORT as u64 {
+        if number.bits() <= 2 * 32 * KARATSUBA_MIN as u64 {
             return Ok(number.sqrt().into());
         }
         let half = (number.bits() - 1) / 2;
@@ -239,7 +239,8 @@ impl HighDigitsFirst for [u32] {
 
 /// Whether a product of so many digits is left to the library.
 fn at_once(longer: usize, shorter: usize) -> bool {
-    longer <= PIECE || shorter <= SHORT && longer.saturating_mul(shorter) <= AT_ONCE
+    longer <= PRODUCT_CHUNK
+        || shorter <= KARATSUBA_MIN && longer.saturating_mul(shorter) <= INLINE_PRODUCTS_MAX
 }
 
 /// Adds digits to others, from the least significant on; the sum has room there.

@@ -46,13 +46,13 @@ pub fn text(op: BinaryOp) -> &'static str {
 }
 
 /// Lists of so many items together are put together at once.
-const FEW: usize = 64;
+const INLINE_CONCAT_MAX: usize = 64;
 
 impl Evaluator<'_> {
     /// `a op b`
     pub fn binary(&self, op: BinaryOp, a: &Value, b: &Value) -> R {
         if let (BinaryOp::Add, Value::List(a), Value::List(b)) = (op, a, b)
-            && a.len() + b.len() <= FEW
+            && a.len() + b.len() <= INLINE_CONCAT_MAX
         {
             let (a, b) = (a.borrow(), b.borrow());
             return Ok(Value::list([a.as_slice(), b.as_slice()].concat()));
@@ -62,7 +62,7 @@ impl Evaluator<'_> {
         }
         if has_methods(a) || has_methods(b) {
             let value = match op {
-                BinaryOp::Add | BinaryOp::Mul => self.joined(op, a, b, false)?,
+                BinaryOp::Add | BinaryOp::Mul => self.sequence_binary(op, a, b, false)?,
                 _ => {
                     let (plain, reflected, _) = methods(op);
                     self.binary_by_methods(plain, reflected, a, b)?
@@ -79,7 +79,7 @@ impl Evaluator<'_> {
         {
             return Ok(union);
         }
-        Err(self.unsupported(op, a, b, text(op)))
+        Err(self.unsupported_operand(op, a, b, text(op)))
     }
 
     /// `a op= b`: containers change in place and are returned.
@@ -90,9 +90,9 @@ impl Evaluator<'_> {
         let (plain, reflected, in_place) = methods(op);
         if has_methods(a) || has_methods(b) {
             if matches!(op, BinaryOp::Add | BinaryOp::Mul) {
-                return match self.joined(op, a, b, true)? {
+                return match self.sequence_binary(op, a, b, true)? {
                     Some(value) => Ok(value),
-                    None => Err(self.unsupported(op, a, b, &format!("{}=", text(op)))),
+                    None => Err(self.unsupported_operand(op, a, b, &format!("{}=", text(op)))),
                 };
             }
             if let Value::Instance(instance) = a
@@ -102,7 +102,10 @@ impl Evaluator<'_> {
                 if !matches!(value, Value::NotImplemented) {
                     return Ok(value);
                 }
-            } else if self.builtin_in_place(op, &self.plain(a), b)?.is_some() {
+            } else if self
+                .builtin_in_place(op, &self.unwrap_builtin(a), b)?
+                .is_some()
+            {
                 // An instance of a subclass of a container has changed with what it extends.
                 return Ok(a.clone());
             }
@@ -127,13 +130,19 @@ impl Evaluator<'_> {
         } else {
             format!("{}=", text(op))
         };
-        Err(self.unsupported(op, a, b, &text))
+        Err(self.unsupported_operand(op, a, b, &text))
     }
 
     /// `a + b` and `a * b` where one of them has a class of its own. As numbers are added the two are asked first, as
     /// far as they have something to say beside what sequences have; then what the sequences say is final. None if
     /// there is no answer.
-    fn joined(&self, op: BinaryOp, a: &Value, b: &Value, in_place: bool) -> R<Option<Value>> {
+    fn sequence_binary(
+        &self,
+        op: BinaryOp,
+        a: &Value,
+        b: &Value,
+        in_place: bool,
+    ) -> R<Option<Value>> {
         let (plain, reflected, own) = methods(op);
         let (class_a, class_b) = (self.core.types.of(a), self.core.types.of(b));
         let changed = match in_place {
@@ -218,10 +227,10 @@ impl Evaluator<'_> {
 
     /// What a sequence has to say: for those that are builtin, or extend one, without a call.
     fn of_sequence(&self, op: BinaryOp, method: &Value, sequence: &Value, other: &Value) -> R {
-        let own = self.plain(sequence);
+        let own = self.unwrap_builtin(sequence);
         let made = match op {
             BinaryOp::Mul => self.builtin_binary(op, &own, other)?,
-            _ => self.builtin_binary(op, &own, &self.plain(other))?,
+            _ => self.builtin_binary(op, &own, &self.unwrap_builtin(other))?,
         };
         match made {
             Some(made) => Ok(made),
@@ -229,7 +238,8 @@ impl Evaluator<'_> {
         }
     }
 
-    /// Tries `a.plain(b)` and `b.reflected(a)`; the right operand goes first if its class is derived from the left's.
+    /// Tries `a.unwrap_builtin(b)` and `b.reflected(a)`; the right operand goes first if its class is derived from the
+    /// left's.
     pub fn binary_by_methods(
         &self,
         plain: Symbol,
@@ -298,7 +308,7 @@ impl Evaluator<'_> {
                 self.deeper(|| self.call_builtin(builtin, all, &[], None))
             }),
             // A descriptor may be found through a descriptor.
-            _ => self.recurse(|| {
+            _ => self.with_native_depth(|| {
                 let bound = self.bind_attribute(method, receiver, self.core.types.of(receiver))?;
                 self.call(&bound, args, &[])
             }),
@@ -314,9 +324,9 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    pub fn unsupported(&self, op: BinaryOp, a: &Value, b: &Value, text: &str) -> Raised {
+    pub fn unsupported_operand(&self, op: BinaryOp, a: &Value, b: &Value, text: &str) -> Raised {
         let (name_a, name_b) = (self.core.types.name_of(a), self.core.types.name_of(b));
-        let plain = self.plain(a);
+        let plain = self.unwrap_builtin(a);
         // What says what it cannot add knows the builtin type, for bytes the class.
         let is_concatenated = op == BinaryOp::Add && {
             let class = self.core.types.of(a);
@@ -414,7 +424,7 @@ fn has_sequence_methods(value: &Value) -> bool {
     match value {
         Value::Instance(instance) => {
             let class = &instance.class;
-            class.is_script && !class.in_c.get() || class.lookup(known::LEN).is_some()
+            class.is_script && !class.is_c_type.get() || class.lookup(known::LEN).is_some()
         }
         Value::Class(class) => class.metaclass().is_some(),
         Value::Dict(_) | Value::DictView(_) | Value::Set(_) | Value::FrozenSet(_) => true,
@@ -430,11 +440,11 @@ fn is_sequence(value: &Value) -> bool {
     )
 }
 
-/// `Builtin::joins` of a method.
+/// `Builtin::sequence_op` of a method.
 #[inline]
 fn joins(method: &Value) -> Option<(BinaryOp, bool)> {
     match method {
-        Value::Builtin(builtin) => builtin.joins,
+        Value::Builtin(builtin) => builtin.sequence_op,
         _ => None,
     }
 }

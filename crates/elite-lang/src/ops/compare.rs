@@ -6,8 +6,8 @@ use std::rc::Rc;
 use super::hash::{Equality, QUICK_MAX, int_float_order, quick_equal};
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
-use crate::eval::bulk::STRIDE;
-use crate::eval::pace::VALUE;
+use crate::eval::bulk::BULK_CHUNK;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::int::Int;
 use crate::value::surrogate::{code_of, may_have_surrogates};
 use crate::value::symbol::known;
@@ -17,13 +17,13 @@ use crate::value::{LongRange, R, Str, Symbol, Value};
 #[inline(always)]
 pub fn fast(op: CompareOp, a: &Value, b: &Value) -> Option<bool> {
     match (a, b) {
-        (Value::Int(a), Value::Int(b)) => Some(holds(op, a, b)),
-        (Value::Float(a), Value::Float(b)) => Some(holds(op, a, b)),
+        (Value::Int(a), Value::Int(b)) => Some(satisfies(op, a, b)),
+        (Value::Float(a), Value::Float(b)) => Some(satisfies(op, a, b)),
         (Value::Float(a), Value::Int(b)) if b.unsigned_abs() < 1 << 53 => {
-            Some(holds(op, a, &(*b as f64)))
+            Some(satisfies(op, a, &(*b as f64)))
         }
         (Value::Int(a), Value::Float(b)) if a.unsigned_abs() < 1 << 53 => {
-            Some(holds(op, &(*a as f64), b))
+            Some(satisfies(op, &(*a as f64), b))
         }
         (Value::Str(a), Value::Str(b)) if matches!(op, CompareOp::Eq | CompareOp::Ne) => {
             let equal = same_text(a, b)?;
@@ -41,14 +41,14 @@ fn same_text(a: &Rc<Str>, b: &Rc<Str>) -> Option<bool> {
     }
     let (a, b) = (a.as_str(), b.as_str());
     match a.len() == b.len() {
-        true if a.len() > STRIDE => None,
+        true if a.len() > BULK_CHUNK => None,
         true => Some(a == b),
         false => Some(false),
     }
 }
 
 #[inline(always)]
-fn holds<T: PartialOrd>(op: CompareOp, a: &T, b: &T) -> bool {
+fn satisfies<T: PartialOrd>(op: CompareOp, a: &T, b: &T) -> bool {
     match op {
         CompareOp::Eq => a == b,
         CompareOp::Ne => a != b,
@@ -83,7 +83,7 @@ fn method(op: CompareOp) -> Symbol {
     }
 }
 
-fn mirrored(op: CompareOp) -> CompareOp {
+fn reflect(op: CompareOp) -> CompareOp {
     match op {
         CompareOp::Lt => CompareOp::Gt,
         CompareOp::Le => CompareOp::Ge,
@@ -148,7 +148,7 @@ impl Evaluator<'_> {
             Equality::Ask => {
                 if let (Value::Tuple(_), Value::Tuple(_)) = (a, b) {
                     // So many items may have been compared before it came to this.
-                    self.worked(QUICK_MAX as usize * VALUE)?;
+                    self.charge(QUICK_MAX as usize * WORK_PER_VALUE)?;
                 }
                 self.compare_truth(CompareOp::Eq, a, b)
             }
@@ -167,7 +167,7 @@ impl Evaluator<'_> {
         let types = &self.core.types;
         let (class_a, class_b) = (types.of(a), types.of(b));
         let b_first = !Rc::ptr_eq(class_a, class_b) && class_b.is_subclass_of(class_a);
-        let reflected = mirrored(op);
+        let reflected = reflect(op);
         if b_first && let Some(value) = self.compare_method(reflected, b, a)? {
             return Ok(value);
         }
@@ -184,9 +184,10 @@ impl Evaluator<'_> {
         let class = self.core.types.of(receiver);
         let found = class.lookup(method(op));
         if let Some(found) = found {
-            self.worked(16 * VALUE)?;
-            let value =
-                self.recurse(|| self.call_method_value(&found, receiver, &mut [other.clone()]))?;
+            self.charge(16 * WORK_PER_VALUE)?;
+            let value = self.with_native_depth(|| {
+                self.call_method_value(&found, receiver, &mut [other.clone()])
+            })?;
             return Ok((!matches!(value, Value::NotImplemented)).then_some(value));
         }
         // `!=` is the opposite of `==` unless defined otherwise.
@@ -232,17 +233,17 @@ impl Evaluator<'_> {
                 }
                 let lengths = || (a.len(), b.len());
                 let pair = |i: usize| Some((a.get(i)?, b.get(i)?));
-                Some(self.recurse(|| self.compare_sequences(op, lengths, pair))?)
+                Some(self.with_native_depth(|| self.compare_sequences(op, lengths, pair))?)
             }
             (Value::Tuple(a), Value::Tuple(b)) => {
                 let (x, y) = (a.items(), b.items());
                 let pair = |i: usize| Some((x.get(i)?.clone(), y.get(i)?.clone()));
                 let lengths = || (x.len(), y.len());
-                Some(self.recurse(|| self.compare_sequences(op, lengths, pair))?)
+                Some(self.with_native_depth(|| self.compare_sequences(op, lengths, pair))?)
             }
             (Value::Dict(a), Value::Dict(b)) => match op {
-                CompareOp::Eq => Some(self.recurse(|| self.dicts_equal(a, b))?),
-                CompareOp::Ne => Some(!self.recurse(|| self.dicts_equal(a, b))?),
+                CompareOp::Eq => Some(self.with_native_depth(|| self.dicts_equal(a, b))?),
+                CompareOp::Ne => Some(!self.with_native_depth(|| self.dicts_equal(a, b))?),
                 _ => None,
             },
             (Value::Set(a) | Value::FrozenSet(a), Value::Set(b) | Value::FrozenSet(b)) => {
@@ -269,11 +270,11 @@ impl Evaluator<'_> {
                     Value::tuple(parts.map(Value::clone).to_vec())
                 };
                 let (x, y) = (parts(x), parts(y));
-                let result = self.recurse(|| self.compare(op, &x, &y))?;
+                let result = self.with_native_depth(|| self.compare(op, &x, &y))?;
                 Some(self.truth(&result)?)
             }
             (Value::DictView(_), _) | (_, Value::DictView(_)) => {
-                self.recurse(|| self.compare_views(op, a, b))?
+                self.with_native_depth(|| self.compare_views(op, a, b))?
             }
             (Value::BoundMethod(x), Value::BoundMethod(y)) => {
                 equality(op, x.receiver.is(&y.receiver) && x.function.is(&y.function))
@@ -284,13 +285,13 @@ impl Evaluator<'_> {
 
     #[inline]
     fn compare_bytes(&self, op: CompareOp, a: &[u8], b: &[u8]) -> R<bool> {
-        if a.len().min(b.len()) <= STRIDE {
-            return Ok(holds(op, &a, &b));
+        if a.len().min(b.len()) <= BULK_CHUNK {
+            return Ok(satisfies(op, &a, &b));
         }
         match op {
-            CompareOp::Eq => self.equal_bytes(a, b),
-            CompareOp::Ne => Ok(!self.equal_bytes(a, b)?),
-            _ => Ok(by_order(op, Some(self.order_of_bytes(a, b)?))),
+            CompareOp::Eq => self.bytes_equal(a, b),
+            CompareOp::Ne => Ok(!self.bytes_equal(a, b)?),
+            _ => Ok(by_order(op, Some(self.cmp_bytes(a, b)?))),
         }
     }
 
@@ -317,7 +318,7 @@ impl Evaluator<'_> {
 
     fn all_within(&self, items: &Value, container: &Value) -> R<bool> {
         let iterator = self.iter(items)?;
-        while let Some(item) = self.step(&iterator)? {
+        while let Some(item) = self.next_at_safepoint(&iterator)? {
             if !self.contains(container, &item)? {
                 return Ok(false);
             }
@@ -342,7 +343,7 @@ impl Evaluator<'_> {
         let mut index = 0;
         // The lists may change while items are compared; the pairs are taken one by one.
         while let Some((a, b)) = pair(index) {
-            self.worked(VALUE)?;
+            self.charge(WORK_PER_VALUE)?;
             if !self.equal(&a, &b)? {
                 match op {
                     CompareOp::Eq => return Ok(false),
@@ -367,7 +368,7 @@ impl Evaluator<'_> {
             Value::List(list) => {
                 let mut index = 0;
                 while let Some(other) = list.get(index) {
-                    self.worked(VALUE)?;
+                    self.charge(WORK_PER_VALUE)?;
                     if self.equal(&other, item)? {
                         return Ok(true);
                     }
@@ -377,7 +378,7 @@ impl Evaluator<'_> {
             }
             Value::Tuple(tuple) => {
                 for other in tuple.items() {
-                    self.worked(VALUE)?;
+                    self.charge(WORK_PER_VALUE)?;
                     if self.equal(other, item)? {
                         return Ok(true);
                     }
@@ -388,7 +389,7 @@ impl Evaluator<'_> {
             Value::Set(set) | Value::FrozenSet(set) => self.set_contains(set, item),
             Value::Str(text) => match item {
                 Value::Str(part) => self.text_contains(text, part),
-                _ => match self.plain(item) {
+                _ => match self.unwrap_builtin(item) {
                     Value::Str(part) => self.text_contains(text, &part),
                     _ => {
                         let name = self.core.types.name_of(item);
@@ -412,7 +413,7 @@ impl Evaluator<'_> {
                 crate::value::dict::ViewKind::Keys => {
                     Ok(self.dict_find(&view.dict, item)?.is_some())
                 }
-                crate::value::dict::ViewKind::Items => match &self.plain(item) {
+                crate::value::dict::ViewKind::Items => match &self.unwrap_builtin(item) {
                     Value::Tuple(pair) if pair.items().len() == 2 => {
                         match self.dict_get(&view.dict, &pair.items()[0])? {
                             Some(value) => self.equal(&value, &pair.items()[1]),
@@ -472,7 +473,7 @@ impl Evaluator<'_> {
             }
             Err(raised) => return Err(raised),
         };
-        while let Some(other) = self.step(&iterator)? {
+        while let Some(other) = self.next_at_safepoint(&iterator)? {
             if self.equal(&other, item)? {
                 return Ok(true);
             }

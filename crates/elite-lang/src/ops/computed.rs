@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::attrs::AttrMap;
 use crate::value::exception::ExceptionState;
 use crate::value::instance::InstancePayload;
@@ -210,7 +210,7 @@ impl Evaluator<'_> {
                     let attrs = function.attrs.borrow();
                     let more = attrs
                         .as_ref()
-                        .is_some_and(|attrs| attrs.some(from, count, out));
+                        .is_some_and(|attrs| attrs.entries_chunk(from, count, out));
                     out.retain(|(name, _)| !is_by_nature(*name));
                     more
                 })?;
@@ -277,14 +277,14 @@ impl Evaluator<'_> {
         if self.made_of(function, &text).is_some() {
             return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
         }
-        if new.holds_values() {
+        if new.can_hold_values() {
             self.core.note_function(function);
         }
-        self.core.symbols.settle(name);
+        self.core.symbols.mark_used(name);
         if function.attrs.borrow().is_none() {
-            self.core.named_functions.push(function);
+            self.core.functions_with_attrs.push(function);
         }
-        let old = function.attrs.change(|attrs| {
+        let old = function.attrs.with_mut(|attrs| {
             let attrs = attrs.get_or_insert_with(|| Box::new(AttrMap::default()));
             attrs.insert(name, new)
         });
@@ -311,12 +311,16 @@ impl Evaluator<'_> {
             None => Vec::new(),
         };
         for name in own {
-            drop(function.attrs.change(|attrs| attrs.as_mut()?.remove(name)));
+            drop(
+                function
+                    .attrs
+                    .with_mut(|attrs| attrs.as_mut()?.remove(name)),
+            );
         }
-        for (_, key, value) in self.entries(dict)? {
-            self.worked(VALUE)?;
+        for (_, key, value) in self.collect_entries(dict)? {
+            self.charge(WORK_PER_VALUE)?;
             if let Value::Str(text) = &key {
-                let name = self.core.symbols.take(text.as_str());
+                let name = self.core.symbols.intern_used(text.as_str());
                 self.set_function_attribute(function, name, value)?;
             }
         }
@@ -342,17 +346,17 @@ impl Evaluator<'_> {
 
     /// `__module__` of what some code defines.
     pub fn module_of(&self, code: &crate::eval::code::Code) -> Value {
-        let own = match code.refers.home() {
+        let own = match code.refs.home() {
             Some(home) => return home.get_str("__name__").unwrap_or(Value::None),
             None => code.module.as_ref().and_then(std::rc::Weak::upgrade),
         };
         let name = own.and_then(|namespace| namespace.get(known::NAME));
-        name.unwrap_or_else(|| self.core.symbols.value(known::MAIN))
+        name.unwrap_or_else(|| self.core.symbols.to_value(known::MAIN))
     }
 
     /// What a class body in some code finds under `__name__`, which is its `__module__`.
     pub fn name_for_class(&self, code: &crate::eval::code::Code) -> R {
-        let Some(home) = code.refers.home() else {
+        let Some(home) = code.refs.home() else {
             return Ok(self.module_of(code));
         };
         let builtins = || match self.builtins_in(&home) {
@@ -395,10 +399,10 @@ impl Evaluator<'_> {
                 if let Value::Builtin(builtin) = &method.function
                     && builtin.is_slot =>
             {
-                return self.described_by(builtin);
+                return self.descriptor_owner(builtin);
             }
             (Value::Builtin(builtin), known::OBJCLASS) if builtin.owner.is_some() => {
-                return self.described_by(builtin);
+                return self.descriptor_owner(builtin);
             }
             (Value::BoundMethod(method), known::QUALNAME)
                 if let Value::Builtin(builtin) = &method.function
@@ -419,7 +423,7 @@ impl Evaluator<'_> {
                 Value::BoundMethod(method),
                 known::NAME | known::QUALNAME | known::DOC | known::MODULE,
             ) => {
-                return self.recurse(|| self.find_attribute(&method.function, name));
+                return self.with_native_depth(|| self.find_attribute(&method.function, name));
             }
             (Value::Builtin(builtin), known::NAME) => Value::str(builtin.name),
             (Value::Builtin(builtin), known::SELF | known::MODULE) if builtin.owner.is_none() => {
@@ -441,7 +445,7 @@ impl Evaluator<'_> {
             (
                 Value::StaticMethod(function) | Value::ClassMethod(function),
                 known::NAME | known::QUALNAME | known::DOC | known::MODULE | known::ANNOTATIONS,
-            ) => return self.recurse(|| self.find_attribute(function, name)),
+            ) => return self.with_native_depth(|| self.find_attribute(function, name)),
             (
                 Value::StaticMethod(function) | Value::ClassMethod(function),
                 known::FUNC | known::WRAPPED,

@@ -12,7 +12,7 @@ use crate::value::symbol::known;
 use crate::value::{BoundMethod, Class, Instance, R, Symbol, Value};
 
 /// What an instance of a class derived from a builtin type is.
-fn extending(value: Value) -> InstancePayload {
+fn builtin_payload(value: Value) -> InstancePayload {
     InstancePayload::Value(crate::value::ScriptCell::new(value))
 }
 
@@ -84,7 +84,7 @@ impl Evaluator<'_> {
                 }
             };
             if !result.is_none() {
-                return Err(self.init_returned(&result));
+                return Err(self.init_result_error(&result));
             }
         }
         Ok(object)
@@ -92,14 +92,14 @@ impl Evaluator<'_> {
 
     /// The error for an `__init__` that returned a value.
     #[cold]
-    pub fn init_returned(&self, result: &Value) -> crate::value::Raised {
+    pub fn init_result_error(&self, result: &Value) -> crate::value::Raised {
         let name = self.core.types.name_of(result);
         self.type_error(format!("__init__() should return None, not '{name}'"))
     }
 
     /// `__new__` of a builtin type, as an attribute of it and of the classes derived from it.
     pub fn new_of(&self, class: &Rc<Class>) -> Value {
-        let line = class.line();
+        let line = class.mro();
         let owner = line.iter().find(|class| !class.is_script).unwrap_or(class);
         if owner.base == BuiltinBase::Object {
             return match self.core.types.natural.lookup(known::NEW) {
@@ -136,7 +136,7 @@ impl Evaluator<'_> {
                 "{name}.__new__({wanted}): {wanted} is not a subtype of {name}"
             )));
         }
-        let line = class.line();
+        let line = class.mro();
         let builtin = line.iter().find(|class| !class.is_script).unwrap_or(owner);
         let is_same = builtin.base == owner.base || builtin.base == BuiltinBase::Native;
         if !is_same {
@@ -215,14 +215,14 @@ impl Evaluator<'_> {
             BuiltinBase::Module => InstancePayload::None,
             // `__init__` says what they wrap, and where a `super` looks.
             BuiltinBase::StaticMethod => {
-                extending(Value::StaticMethod(WrappedFunction::around(Value::None)))
+                builtin_payload(Value::StaticMethod(WrappedFunction::around(Value::None)))
             }
             BuiltinBase::ClassMethod => {
-                extending(Value::ClassMethod(WrappedFunction::around(Value::None)))
+                builtin_payload(Value::ClassMethod(WrappedFunction::around(Value::None)))
             }
             BuiltinBase::Super => {
                 let nowhere = &Value::Class(self.core.types.object.clone());
-                extending(self.make_super(nowhere, &Value::Unbound)?)
+                builtin_payload(self.make_super(nowhere, &Value::Unbound)?)
             }
             BuiltinBase::Exception if self.is_group_class(class) => {
                 return self.new_group(class, args).map(Value::Instance);
@@ -241,7 +241,7 @@ impl Evaluator<'_> {
         args: &[Value],
         keywords: &[(Symbol, Value)],
     ) -> R {
-        let line = class.line();
+        let line = class.mro();
         let Some(builtin) = line.iter().find(|class| !class.is_script) else {
             let name = class.name();
             return Err(self.type_error(format!("cannot create '{name}' instances")));
@@ -266,7 +266,7 @@ impl Evaluator<'_> {
         } else {
             self.call(&constructor, &mut args.to_vec(), keywords)?
         };
-        let payload = extending(self.plain(&made));
+        let payload = builtin_payload(self.unwrap_builtin(&made));
         Ok(Value::Instance(Instance::new(class.clone(), payload)))
     }
 

@@ -13,13 +13,13 @@ impl Evaluator<'_> {
             return Ok(int);
         }
         if let Value::Instance(instance) = value {
-            if let Some(result) = instance.extended().as_ref().and_then(Int::of) {
+            if let Some(result) = instance.builtin_value().as_ref().and_then(Int::of) {
                 return Ok(result);
             }
             if let Some(result) = self.special(value, known::INDEX, &mut [])? {
                 let name = self.core.types.name_of(&result);
                 let error = || self.type_error(format!("__index__ returned non-int (type {name})"));
-                return Int::of(&self.plain(&result)).ok_or_else(error);
+                return Int::of(&self.unwrap_builtin(&result)).ok_or_else(error);
             }
         }
         let name = self.core.types.name_of(value);
@@ -32,7 +32,11 @@ impl Evaluator<'_> {
     pub fn has_index(&self, value: &Value) -> bool {
         match value {
             Value::Instance(instance) => {
-                instance.extended().as_ref().and_then(Int::of).is_some()
+                instance
+                    .builtin_value()
+                    .as_ref()
+                    .and_then(Int::of)
+                    .is_some()
                     || instance.class.lookup(known::INDEX).is_some()
             }
             value => Int::of(value).is_some(),
@@ -102,7 +106,7 @@ impl Evaluator<'_> {
                 instance.class.lookup(known::FLOAT),
                 Some(Value::Function(_))
             );
-            match instance.extended() {
+            match instance.builtin_value() {
                 Some(Value::Float(float)) => return Ok(float),
                 Some(extended) if !is_own && Int::of(&extended).is_some() => {
                     return self.to_f64(&extended);
@@ -135,7 +139,7 @@ impl Evaluator<'_> {
 
     /// What `__float__` of a value has given.
     fn given_float(&self, value: &Value, result: &Value) -> R<f64> {
-        match self.plain(result) {
+        match self.unwrap_builtin(result) {
             Value::Float(float) => Ok(float),
             _ => {
                 let types = &self.core.types;
@@ -158,9 +162,9 @@ impl Evaluator<'_> {
     }
 
     /// The builtin value behind an instance of a subclass of a builtin type; any other value as it is.
-    pub fn plain(&self, value: &Value) -> Value {
+    pub fn unwrap_builtin(&self, value: &Value) -> Value {
         match value {
-            Value::Instance(instance) => instance.extended().unwrap_or_else(|| value.clone()),
+            Value::Instance(instance) => instance.builtin_value().unwrap_or_else(|| value.clone()),
             _ => value.clone(),
         }
     }

@@ -6,18 +6,18 @@ use super::hash::{QUICK_MAX, TupleHash, address_hash, quick_hash};
 use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::STRIDE;
-use crate::eval::pace::VALUE;
-use crate::value::dict::{KeySearch, SOME, ScanResult};
+use crate::eval::bulk::BULK_CHUNK;
+use crate::eval::pace::WORK_PER_VALUE;
+use crate::value::dict::{KeySearch, REHASH_CHUNK, ScanResult};
 use crate::value::module::Namespace;
 use crate::value::string::ByteHasher;
 use crate::value::symbol::known;
 use crate::value::{Dict, R, Set, Symbol, Value, ValueVec};
 
 /// Work for a place of a table that is passed.
-pub const PASSED: usize = VALUE / 2;
+pub const WORK_PER_SLOT: usize = WORK_PER_VALUE / 2;
 /// Work for a name that is looked up.
-pub const NAME: usize = 48;
+pub const WORK_PER_NAME: usize = 48;
 /// Times a search starts over because script code changed the table meanwhile.
 const RETRIES_MAX: usize = 100;
 
@@ -25,12 +25,12 @@ const RETRIES_MAX: usize = 100;
 struct TableProbe<'t> {
     generation: &'t dyn Fn() -> u64,
     /// Whether an entry still has this very key.
-    is_at: &'t dyn Fn(usize, &Value) -> bool,
-    again: &'t dyn Fn() -> KeySearch,
+    still_at: &'t dyn Fn(usize, &Value) -> bool,
+    search_again: &'t dyn Fn() -> KeySearch,
 }
 
 impl Evaluator<'_> {
-    /// Python's `hash(value)`.
+    /// Python's `hash(to_value)`.
     #[inline]
     pub fn hash(&self, value: &Value) -> R<u64> {
         match quick_hash(value) {
@@ -42,13 +42,13 @@ impl Evaluator<'_> {
     #[inline(never)]
     fn hash_slowly(&self, value: &Value) -> R<u64> {
         match value {
-            Value::Tuple(tuple) => self.recurse(|| {
+            Value::Tuple(tuple) => self.with_native_depth(|| {
                 // So many items may have been looked at before it came to this.
-                self.worked(QUICK_MAX as usize * VALUE)?;
+                self.charge(QUICK_MAX as usize * WORK_PER_VALUE)?;
                 let mut combine = TupleHash::default();
                 let mut lasting = true;
                 for item in tuple.items() {
-                    self.worked(VALUE)?;
+                    self.charge(WORK_PER_VALUE)?;
                     combine.add(match quick_hash(item) {
                         Some(hash) => hash,
                         None => {
@@ -72,7 +72,7 @@ impl Evaluator<'_> {
             }
             Value::Bytes(bytes) => self.long_hash(bytes.data()),
             Value::BoundMethod(method) => {
-                let function = self.recurse(|| self.hash(&method.function))?;
+                let function = self.with_native_depth(|| self.hash(&method.function))?;
                 Ok(address_hash(method.receiver.address().unwrap_or(0)) ^ function)
             }
             Value::Instance(instance) => self.instance_hash(value, instance),
@@ -86,7 +86,7 @@ impl Evaluator<'_> {
             Some(Value::None) => Err(self.unhashable(value)),
             Some(method) => {
                 let hash = self.call_method_value(&method, value, &mut [])?;
-                let Some(int) = crate::value::int::Int::of(&self.plain(&hash)) else {
+                let Some(int) = crate::value::int::Int::of(&self.unwrap_builtin(&hash)) else {
                     return Err(self.type_error("__hash__ method should return an integer"));
                 };
                 if let crate::value::int::Int::Small(small) = int {
@@ -96,7 +96,7 @@ impl Evaluator<'_> {
                 quick_hash(&int.into_value())
                     .ok_or_else(|| self.type_error("__hash__ method should return an integer"))
             }
-            None => match instance.extended() {
+            None => match instance.builtin_value() {
                 Some(extended) => self.hash(&extended),
                 None => Ok(address_hash(std::ptr::from_ref(instance) as usize)),
             },
@@ -108,7 +108,7 @@ impl Evaluator<'_> {
         let shuffle = |hash: u64| ((hash ^ 89_869_747) ^ (hash << 16)).wrapping_mul(3_644_798_167);
         let mut hash = 0u64;
         for (element, _) in self.elements(set)? {
-            self.worked(VALUE)?;
+            self.charge(WORK_PER_VALUE)?;
             hash ^= shuffle(element);
         }
         hash ^= (set.len() as u64 + 1).wrapping_mul(1_927_868_237);
@@ -123,9 +123,9 @@ impl Evaluator<'_> {
     /// The hash of a long byte string.
     fn long_hash(&self, data: &[u8]) -> R<u64> {
         let mut hashing = ByteHasher::new(data.len());
-        for piece in data.chunks(STRIDE) {
+        for piece in data.chunks(BULK_CHUNK) {
             hashing.add(piece);
-            self.worked(piece.len())?;
+            self.charge(piece.len())?;
         }
         Ok(hashing.finish())
     }
@@ -149,14 +149,14 @@ impl Evaluator<'_> {
         match dict.find(hash, key) {
             KeySearch::At(index) => Ok(Some(index)),
             KeySearch::Nowhere => Ok(None),
-            KeySearch::Ask(candidates, generation) => self.ask(
+            KeySearch::Ask(candidates, generation) => self.find_by_script(
                 key,
                 candidates,
                 generation,
                 TableProbe {
                     generation: &|| dict.generation(),
-                    is_at: &|index, key| dict.is_key_at(index, key),
-                    again: &|| dict.find(hash, key),
+                    still_at: &|index, key| dict.is_key_at(index, key),
+                    search_again: &|| dict.find(hash, key),
                 },
             ),
         }
@@ -164,7 +164,7 @@ impl Evaluator<'_> {
 
     /// Compares `key` with candidates by script code; starts over if the table changes meanwhile.
     #[inline(never)]
-    fn ask(
+    fn find_by_script(
         &self,
         key: &Value,
         candidates: Vec<(usize, Value)>,
@@ -183,7 +183,7 @@ impl Evaluator<'_> {
                 let equal = self.equal(candidate, key)?;
                 changed = (place.generation)() != generation;
                 // The answer counts if the key that gave it is still where it was.
-                if equal && (!changed || (place.is_at)(*index, candidate)) {
+                if equal && (!changed || (place.still_at)(*index, candidate)) {
                     return Ok(Some(*index));
                 }
                 if !equal {
@@ -196,7 +196,7 @@ impl Evaluator<'_> {
             if !changed {
                 return Ok(None);
             }
-            match (place.again)() {
+            match (place.search_again)() {
                 KeySearch::At(index) => return Ok(Some(index)),
                 KeySearch::Nowhere => return Ok(None),
                 KeySearch::Ask(more, now) => (candidates, generation) = (more, now),
@@ -210,7 +210,7 @@ impl Evaluator<'_> {
     #[inline]
     pub fn dict_get(&self, dict: &Dict, key: &Value) -> R<Option<Value>> {
         let hash = self.hash(key)?;
-        match dict.get_at_once(hash, key) {
+        match dict.get_fast(hash, key) {
             Some(found) => Ok(found),
             None => {
                 let found = self.dict_find_hashed(dict, hash, key)?;
@@ -219,7 +219,7 @@ impl Evaluator<'_> {
         }
     }
 
-    /// `dict[key] = value`.
+    /// `dict[key] = to_value`.
     #[inline]
     pub fn dict_set(&self, dict: &Dict, key: Value, value: Value) -> R<()> {
         let hash = self.hash(&key)?;
@@ -247,11 +247,11 @@ impl Evaluator<'_> {
             return Ok(false);
         }
         self.check_allocation(bytes)?;
-        let far = dict.grows_far();
+        let far = dict.needs_incremental_rehash();
         if far {
-            dict.enlarge(&mut |entries| self.worked(entries * VALUE))?;
+            dict.rehash_incrementally(&mut |entries| self.charge(entries * WORK_PER_VALUE))?;
         }
-        Ok(far && !dict.grows_far())
+        Ok(far && !dict.needs_incremental_rehash())
     }
 
     /// The same for a set.
@@ -262,54 +262,56 @@ impl Evaluator<'_> {
             return Ok(false);
         }
         self.check_allocation(bytes)?;
-        let far = set.grows_far();
+        let far = set.needs_incremental_rehash();
         if far {
-            set.enlarge(&mut |entries| self.worked(entries * VALUE))?;
+            set.rehash_incrementally(&mut |entries| self.charge(entries * WORK_PER_VALUE))?;
         }
-        Ok(far && !set.grows_far())
+        Ok(far && !set.needs_incremental_rehash())
     }
 
     /// All keys with their hashes and values, in order.
-    pub fn entries(&self, dict: &Dict) -> R<ValueVec<(u64, Value, Value)>> {
-        let mut entries = ValueVec::from(self.room_for(dict.len())?);
+    pub fn collect_entries(&self, dict: &Dict) -> R<ValueVec<(u64, Value, Value)>> {
+        let mut entries = ValueVec::from(self.try_with_capacity(dict.len())?);
         let mut from = Some(0);
         while let Some(place) = from {
-            from = dict.entries_from(place, SOME, &mut entries);
-            self.worked(SOME.min(entries.len()) * VALUE)?;
+            from = dict.entries_from(place, REHASH_CHUNK, &mut entries);
+            self.charge(REHASH_CHUNK.min(entries.len()) * WORK_PER_VALUE)?;
         }
         Ok(entries)
     }
 
     /// All elements with their hashes, in the order of the table.
     pub fn elements(&self, set: &Set) -> R<ValueVec<(u64, Value)>> {
-        let mut elements = ValueVec::from(self.room_for(set.len())?);
+        let mut elements = ValueVec::from(self.try_with_capacity(set.len())?);
         let mut from = Some(0);
         while let Some(place) = from {
-            from = set.elements_from(place, SOME, &mut elements);
-            self.worked(SOME.min(elements.len().max(8)) * VALUE)?;
+            from = set.elements_from(place, REHASH_CHUNK, &mut elements);
+            self.charge(REHASH_CHUNK.min(elements.len().max(8)) * WORK_PER_VALUE)?;
         }
         Ok(elements)
     }
 
     /// A copy of a dictionary.
-    pub fn copied_dict(&self, dict: &Dict) -> R<Dict> {
-        self.clear_for(dict.bytes())?;
+    pub fn copy_dict(&self, dict: &Dict) -> R<Dict> {
+        self.check_after_deferred_drops(dict.bytes())?;
         // What was deleted is passed, too.
-        let most = dict.bytes() / VALUE;
-        dict.copy(&mut |entries| self.worked(entries.min(most) * VALUE))
+        let most = dict.bytes() / WORK_PER_VALUE;
+        dict.copy(&mut |entries| self.charge(entries.min(most) * WORK_PER_VALUE))
     }
 
     /// A copy of a set.
-    pub fn copied_set(&self, set: &Set) -> R<Set> {
-        self.clear_for(set.bytes())?;
-        let most = set.bytes() / VALUE;
-        set.copy(&mut |entries| self.worked(entries.min(most) * VALUE))
+    pub fn copy_set(&self, set: &Set) -> R<Set> {
+        self.check_after_deferred_drops(set.bytes())?;
+        let most = set.bytes() / WORK_PER_VALUE;
+        set.copy(&mut |entries| self.charge(entries.min(most) * WORK_PER_VALUE))
     }
 
     fn reserve(&self, set: &Set, more: usize) -> R<()> {
-        self.clear_for(set.growth(more))?;
+        self.check_after_deferred_drops(set.growth(more))?;
         let most = (set.len() + more) * 4;
-        set.reserve(more, &mut |entries| self.worked(entries.min(most) * VALUE))
+        set.reserve(more, &mut |entries| {
+            self.charge(entries.min(most) * WORK_PER_VALUE)
+        })
     }
 
     /// `dict.pop(key)`.
@@ -332,7 +334,9 @@ impl Evaluator<'_> {
     #[inline]
     pub fn shrink_dict(&self, dict: &Dict) -> R<()> {
         match dict.is_sparse() {
-            true => dict.remake(0, &mut |entries| self.worked(entries * VALUE)),
+            true => {
+                dict.rebuild_incrementally(0, &mut |entries| self.charge(entries * WORK_PER_VALUE))
+            }
             false => Ok(()),
         }
     }
@@ -346,11 +350,11 @@ impl Evaluator<'_> {
         let (mut from, mut more) = (0, true);
         while more {
             let mut entries = ValueVec::default();
-            more = some(from, SOME, &mut entries);
-            from += SOME;
+            more = some(from, REHASH_CHUNK, &mut entries);
+            from += REHASH_CHUNK;
             for (name, value) in entries {
-                self.dict_set(&dict, self.core.symbols.value(name), value)?;
-                self.worked(3 * VALUE)?;
+                self.dict_set(&dict, self.core.symbols.to_value(name), value)?;
+                self.charge(3 * WORK_PER_VALUE)?;
             }
         }
         Ok(dict)
@@ -360,20 +364,20 @@ impl Evaluator<'_> {
     pub fn bound_names(&self, namespace: &Namespace) -> R<Vec<Symbol>> {
         let mut names = Vec::new();
         if let Some(dict) = namespace.shown() {
-            for (_, key, _) in self.entries(&dict)? {
+            for (_, key, _) in self.collect_entries(&dict)? {
                 if let Value::Str(text) = key {
-                    names.push(self.core.symbols.take(text.as_str()));
+                    names.push(self.core.symbols.intern_used(text.as_str()));
                 }
-                self.worked(NAME)?;
+                self.charge(WORK_PER_NAME)?;
             }
             return Ok(names);
         }
         let (mut from, mut more) = (0, true);
         while more {
-            self.grow(&mut names, SOME)?;
-            more = namespace.some_bound_names(from, SOME, &mut names);
-            from += SOME;
-            self.worked(SOME.min(names.len()) * NAME)?;
+            self.grow(&mut names, REHASH_CHUNK)?;
+            more = namespace.some_bound_names(from, REHASH_CHUNK, &mut names);
+            from += REHASH_CHUNK;
+            self.charge(REHASH_CHUNK.min(names.len()) * WORK_PER_NAME)?;
         }
         Ok(names)
     }
@@ -381,31 +385,31 @@ impl Evaluator<'_> {
     /// The first entry at position `from` or later, and the position after it.
     #[inline]
     pub fn next_entry(&self, dict: &Dict, from: usize) -> R<Option<(usize, Value, Value)>> {
-        self.seek(from, |from| dict.next_entry(from))
+        self.scan(from, |from| dict.next_entry(from))
     }
 
     /// The last entry before position `from` and its position; `usize::MAX` starts at the end.
     #[inline]
     pub fn previous_entry(&self, dict: &Dict, from: usize) -> R<Option<(usize, Value, Value)>> {
-        self.seek(from, |from| dict.previous_entry(from))
+        self.scan(from, |from| dict.previous_entry(from))
     }
 
     /// `set.pop()`.
     #[inline]
     pub fn set_pop(&self, set: &Set) -> R<Option<Value>> {
-        self.seek(0, |_| set.pop())
+        self.scan(0, |_| set.pop())
     }
 
     /// Goes on looking until there is something, or nothing more.
     #[inline]
-    fn seek<T>(&self, from: usize, look: impl Fn(usize) -> ScanResult<T>) -> R<Option<T>> {
+    fn scan<T>(&self, from: usize, look: impl Fn(usize) -> ScanResult<T>) -> R<Option<T>> {
         let mut sought = look(from);
         loop {
             match sought {
                 ScanResult::Found(found) => return Ok(Some(found)),
-                ScanResult::Nowhere => return Ok(None),
-                ScanResult::Further(place) => {
-                    self.worked(SOME * PASSED)?;
+                ScanResult::End => return Ok(None),
+                ScanResult::Continue(place) => {
+                    self.charge(REHASH_CHUNK * WORK_PER_SLOT)?;
                     sought = look(place);
                 }
             }
@@ -414,7 +418,7 @@ impl Evaluator<'_> {
 
     /// Moves the entry at an index to the front.
     pub fn dict_move_to_front(&self, dict: &Dict, hash: u64, key: &Value, index: usize) -> R<()> {
-        self.clear_for(dict.bytes())?;
+        self.check_after_deferred_drops(dict.bytes())?;
         // Where the front is, is known then.
         let generation = dict.generation();
         self.next_entry(dict, 0)?;
@@ -425,8 +429,10 @@ impl Evaluator<'_> {
                 None => return Ok(()),
             },
         };
-        if let Some(front) = dict.lacks_room_in_front() {
-            dict.remake(front, &mut |entries| self.worked(entries * VALUE))?;
+        if let Some(front) = dict.front_capacity_needed() {
+            dict.rebuild_incrementally(front, &mut |entries| {
+                self.charge(entries * WORK_PER_VALUE)
+            })?;
             // Another thread may have taken it out meanwhile.
             let Some(index) = self.dict_find_hashed(dict, hash, key)? else {
                 return Ok(());
@@ -440,16 +446,16 @@ impl Evaluator<'_> {
 
     /// Copies all entries of `other` into `dict`.
     pub fn dict_update(&self, dict: &Dict, other: &Dict) -> R<()> {
-        self.clear_for(dict.growth(other.len()).saturating_add(other.bytes()))?;
-        for (hash, key, value) in self.entries(other)? {
-            self.worked(2 * VALUE)?;
+        self.check_after_deferred_drops(dict.growth(other.len()).saturating_add(other.bytes()))?;
+        for (hash, key, value) in self.collect_entries(other)? {
+            self.charge(2 * WORK_PER_VALUE)?;
             self.dict_set_hashed(dict, hash, key, value)?;
         }
         Ok(())
     }
 
     /// An iterator over what the method of a mapping has answered.
-    pub fn iter_answered(&self, mapping: &Value, method: &str, answer: &Value) -> R {
+    pub fn iter_result(&self, mapping: &Value, method: &str, answer: &Value) -> R {
         self.iter(answer).map_err(|raised| {
             if !self.is_kind(&raised, ExceptionKind::TypeError) {
                 return raised;
@@ -472,9 +478,9 @@ impl Evaluator<'_> {
     }
 
     /// A copy of a dictionary, as `dict.copy` makes it: a derived class may tell what is in it.
-    pub fn dict_copied(&self, value: &Value, own: &Dict) -> R<Dict> {
+    pub fn dict_copy_method(&self, value: &Value, own: &Dict) -> R<Dict> {
         if own.is_empty() || self.iterates_as_builtin(value) {
-            return self.copied_dict(own);
+            return self.copy_dict(own);
         }
         let copy = Dict::new();
         self.dict_update_from(&copy, value)?;
@@ -483,10 +489,11 @@ impl Evaluator<'_> {
 
     /// `a | b`, if both are dictionaries.
     pub fn dict_union(&self, a: &Value, b: &Value) -> R<Option<Value>> {
-        let (Value::Dict(own), Value::Dict(_)) = (self.plain(a), self.plain(b)) else {
+        let (Value::Dict(own), Value::Dict(_)) = (self.unwrap_builtin(a), self.unwrap_builtin(b))
+        else {
             return Ok(None);
         };
-        let union = self.dict_copied(a, &own)?;
+        let union = self.dict_copy_method(a, &own)?;
         self.dict_update_from(&union, b)?;
         Ok(Some(Value::Dict(Rc::new(union))))
     }
@@ -494,14 +501,14 @@ impl Evaluator<'_> {
     /// `dict.update(other)`: a mapping, or an iterable of pairs.
     pub fn dict_update_from(&self, dict: &Dict, other: &Value) -> R<()> {
         if self.iterates_as_builtin(other)
-            && let Value::Dict(other) = self.plain(other)
+            && let Value::Dict(other) = self.unwrap_builtin(other)
         {
             return self.dict_update(dict, &other);
         }
         if let Some(keys) = self.attribute_or_none(other, known::KEYS)? {
             let keys = self.call(&keys, &mut [], &[])?;
-            let iterator = self.iter_answered(other, "keys", &keys)?;
-            while let Some(key) = self.step(&iterator)? {
+            let iterator = self.iter_result(other, "keys", &keys)?;
+            while let Some(key) = self.next_at_safepoint(&iterator)? {
                 let value = self.item(other, &key)?;
                 self.dict_set(dict, key, value)?;
             }
@@ -509,7 +516,7 @@ impl Evaluator<'_> {
         }
         let iterator = self.iter(other)?;
         let mut index = 0;
-        while let Some(pair) = self.step(&iterator)? {
+        while let Some(pair) = self.next_at_safepoint(&iterator)? {
             let items = self.collect(&pair).map_err(|raised| {
                 if self.is_kind(&raised, ExceptionKind::TypeError) {
                     let message = format!(
@@ -538,8 +545,8 @@ impl Evaluator<'_> {
         if a.len() != b.len() {
             return Ok(false);
         }
-        for (hash, key, value) in self.entries(a)? {
-            self.worked(2 * VALUE)?;
+        for (hash, key, value) in self.collect_entries(a)? {
+            self.charge(2 * WORK_PER_VALUE)?;
             let Some(index) = self.dict_find_hashed(b, hash, &key)? else {
                 return Ok(false);
             };
@@ -565,14 +572,14 @@ impl Evaluator<'_> {
         match set.find(hash, key) {
             KeySearch::At(index) => Ok(Some(index)),
             KeySearch::Nowhere => Ok(None),
-            KeySearch::Ask(candidates, generation) => self.ask(
+            KeySearch::Ask(candidates, generation) => self.find_by_script(
                 key,
                 candidates,
                 generation,
                 TableProbe {
                     generation: &|| set.generation(),
-                    is_at,
-                    again: &|| set.find(hash, key),
+                    still_at: is_at,
+                    search_again: &|| set.find(hash, key),
                 },
             ),
         }
@@ -606,7 +613,7 @@ impl Evaluator<'_> {
     fn element_hash(&self, key: &Value) -> R<u64> {
         match key {
             Value::Set(inner) => self.frozenset_hash(inner),
-            Value::Instance(instance) if let Some(Value::Set(inner)) = instance.extended() => {
+            Value::Instance(instance) if let Some(Value::Set(inner)) = instance.builtin_value() => {
                 match self.hash(key) {
                     Err(raised)
                         if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) =>
@@ -636,20 +643,21 @@ impl Evaluator<'_> {
             Value::Set(other) | Value::FrozenSet(other) => self.set_merge(set, other)?,
             // What is derived from a set is one; what is derived from anything else is asked for its iterator.
             Value::Instance(instance)
-                if let Some(Value::Set(other) | Value::FrozenSet(other)) = instance.extended() =>
+                if let Some(Value::Set(other) | Value::FrozenSet(other)) =
+                    instance.builtin_value() =>
             {
                 self.set_merge(set, &other)?;
             }
             Value::Dict(dict) => {
                 self.reserve(set, dict.len())?;
-                for (hash, key, _) in self.entries(dict)? {
-                    self.worked(2 * VALUE)?;
+                for (hash, key, _) in self.collect_entries(dict)? {
+                    self.charge(2 * WORK_PER_VALUE)?;
                     self.set_add_hashed(set, hash, key)?;
                 }
             }
             _ => {
                 let iterator = self.iter(iterable)?;
-                while let Some(key) = self.step(&iterator)? {
+                while let Some(key) = self.next_at_safepoint(&iterator)? {
                     self.set_add(set, key)?;
                 }
             }
@@ -662,9 +670,9 @@ impl Evaluator<'_> {
         if std::ptr::eq(set, other) {
             return Ok(());
         }
-        self.clear_for(set.growth(other.len()))?;
+        self.check_after_deferred_drops(set.growth(other.len()))?;
         if set.is_empty() {
-            let copy = self.copied_set(other)?;
+            let copy = self.copy_set(other)?;
             // Another thread may have added something meanwhile.
             if set.is_empty() {
                 set.replace(copy);
@@ -673,7 +681,7 @@ impl Evaluator<'_> {
         }
         self.reserve(set, other.len())?;
         for (hash, key) in self.elements(other)? {
-            self.worked(2 * VALUE)?;
+            self.charge(2 * WORK_PER_VALUE)?;
             self.set_add_hashed(set, hash, key)?;
         }
         Ok(())
@@ -681,7 +689,7 @@ impl Evaluator<'_> {
 
     /// `a | b`
     pub fn set_union(&self, a: &Set, b: &Set) -> R<Set> {
-        let result = self.copied_set(a)?;
+        let result = self.copy_set(a)?;
         self.set_merge(&result, b)?;
         Ok(result)
     }
@@ -691,7 +699,7 @@ impl Evaluator<'_> {
         let (walked, other) = if b.len() > a.len() { (a, b) } else { (b, a) };
         let result = Set::new();
         for (hash, key) in self.elements(walked)? {
-            self.worked(2 * VALUE)?;
+            self.charge(2 * WORK_PER_VALUE)?;
             if self.set_find(other, hash, &key)?.is_some() {
                 self.set_add_hashed(&result, hash, key)?;
             }
@@ -702,13 +710,13 @@ impl Evaluator<'_> {
     /// `a - b`
     pub fn set_difference(&self, a: &Set, b: &Set) -> R<Set> {
         if a.len() >> 2 > b.len() {
-            let result = self.copied_set(a)?;
+            let result = self.copy_set(a)?;
             self.set_subtract(&result, b)?;
             return Ok(result);
         }
         let result = Set::new();
         for (hash, key) in self.elements(a)? {
-            self.worked(2 * VALUE)?;
+            self.charge(2 * WORK_PER_VALUE)?;
             if self.set_find(b, hash, &key)?.is_none() {
                 self.set_add_hashed(&result, hash, key)?;
             }
@@ -723,7 +731,7 @@ impl Evaluator<'_> {
             return Ok(());
         }
         for (hash, key) in self.elements(b)? {
-            self.worked(2 * VALUE)?;
+            self.charge(2 * WORK_PER_VALUE)?;
             if let Some(index) = self.set_find(a, hash, &key)? {
                 drop(a.delete_at(index));
             }
@@ -733,7 +741,7 @@ impl Evaluator<'_> {
 
     /// `a ^ b`
     pub fn set_symmetric_difference(&self, a: &Set, b: &Set) -> R<Set> {
-        let result = self.copied_set(b)?;
+        let result = self.copy_set(b)?;
         self.set_toggle(&result, a)?;
         Ok(result)
     }
@@ -745,7 +753,7 @@ impl Evaluator<'_> {
             return Ok(());
         }
         for (hash, key) in self.elements(b)? {
-            self.worked(2 * VALUE)?;
+            self.charge(2 * WORK_PER_VALUE)?;
             match self.set_find(a, hash, &key)? {
                 Some(index) => drop(a.delete_at(index)),
                 None => self.set_add_hashed(a, hash, key)?,
@@ -759,7 +767,7 @@ impl Evaluator<'_> {
             return Ok(false);
         }
         for (hash, key) in self.elements(a)? {
-            self.worked(2 * VALUE)?;
+            self.charge(2 * WORK_PER_VALUE)?;
             if self.set_find(b, hash, &key)?.is_none() {
                 return Ok(false);
             }
@@ -769,7 +777,7 @@ impl Evaluator<'_> {
 
     /// Comparison of sets: subset relations.
     pub fn compare_sets(&self, op: CompareOp, a: &Rc<Set>, b: &Rc<Set>) -> R<bool> {
-        self.recurse(|| self.compare_sets_inside(op, a, b))
+        self.with_native_depth(|| self.compare_sets_inside(op, a, b))
     }
 
     fn compare_sets_inside(&self, op: CompareOp, a: &Set, b: &Set) -> R<bool> {

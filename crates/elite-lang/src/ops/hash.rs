@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use num_bigint::{BigInt, Sign};
 
-use crate::eval::bulk::STRIDE;
+use crate::eval::bulk::BULK_CHUNK;
 use crate::value::Value;
 use crate::value::int::Int;
 use crate::value::string::hash_bytes;
@@ -20,15 +20,15 @@ const HASH_IMAGINARY: u64 = 1_000_003;
 
 /// Nesting of tuples that is compared and hashed without running script code; deeper ones go through `ops`, which
 /// watches the native stack.
-const DEPTH_MAX: u32 = 32;
+const TUPLE_DEPTH_MAX: u32 = 32;
 /// Items of tuples that are compared or hashed at once; where there are more, `ops` does it, which lets other threads
 /// have their turn. Tuples within tuples many times over may have any number.
 pub const QUICK_MAX: u32 = 1000;
 /// So many items are compared in place first.
-const FEW: usize = 8;
+const INLINE_COMPARE_MAX: usize = 8;
 
 /// Takes `items` from what is left; whether that was too much.
-fn spent(left: &mut u32, items: usize) -> bool {
+fn charge_items(left: &mut u32, items: usize) -> bool {
     let enough = u32::try_from(items)
         .ok()
         .and_then(|items| left.checked_sub(items));
@@ -77,7 +77,8 @@ fn are_same(a: &[Value], b: &[Value]) -> bool {
         (Value::Str(a), Value::Str(b)) => Rc::ptr_eq(a, b),
         _ => false,
     };
-    std::ptr::eq(a, b) || a.len() == b.len() && a.len() <= FEW && a.iter().zip(b).all(same)
+    std::ptr::eq(a, b)
+        || a.len() == b.len() && a.len() <= INLINE_COMPARE_MAX && a.iter().zip(b).all(same)
 }
 
 fn quick_equal_at(a: &Value, b: &Value, depth: u32, left: &mut u32) -> Equality {
@@ -89,7 +90,7 @@ fn quick_equal_at(a: &Value, b: &Value, depth: u32, left: &mut u32) -> Equality 
             if x.items().len() != y.items().len() {
                 return Equality::No;
             }
-            if depth == DEPTH_MAX || spent(left, x.items().len()) {
+            if depth == TUPLE_DEPTH_MAX || charge_items(left, x.items().len()) {
                 return Equality::Ask;
             }
             let mut all = Equality::Yes;
@@ -117,7 +118,7 @@ fn quick_equal_at(a: &Value, b: &Value, depth: u32, left: &mut u32) -> Equality 
 #[inline]
 fn quick_equal_bytes(a: &[u8], b: &[u8]) -> Equality {
     match a.len() == b.len() {
-        true if a.len() > STRIDE => Equality::Ask,
+        true if a.len() > BULK_CHUNK => Equality::Ask,
         true => (a == b).into(),
         false => Equality::No,
     }
@@ -216,13 +217,13 @@ fn quick_hash_at(value: &Value, depth: u32, left: &mut u32) -> Option<u64> {
         Value::None => 0xfca8_6420,
         Value::Ellipsis => 0x5eed_0001,
         Value::NotImplemented => 0x5eed_0002,
-        Value::Bytes(bytes) if bytes.data().len() > STRIDE => return None,
+        Value::Bytes(bytes) if bytes.data().len() > BULK_CHUNK => return None,
         Value::Bytes(bytes) => hash_bytes(bytes.data()),
         Value::Tuple(tuple) => {
             if let Some(known) = tuple.known_hash() {
                 return Some(known);
             }
-            if depth == DEPTH_MAX || spent(left, tuple.items().len()) {
+            if depth == TUPLE_DEPTH_MAX || charge_items(left, tuple.items().len()) {
                 return None;
             }
             let mut combine = TupleHash::default();
@@ -255,7 +256,7 @@ fn quick_hash_at(value: &Value, depth: u32, left: &mut u32) -> Option<u64> {
 /// The hash of a text, unless it takes long to compute.
 #[inline]
 fn quick_hash_of_text(text: &crate::value::Str) -> Option<u64> {
-    match text.as_str().len() > STRIDE {
+    match text.as_str().len() > BULK_CHUNK {
         true => text.known_hash(),
         false => Some(text.hash()),
     }

@@ -20,7 +20,7 @@ const GENERATOR: i64 = 0x20;
 
 impl Evaluator<'_> {
     fn name_tuple(&self, names: impl Iterator<Item = Symbol>) -> Value {
-        Value::tuple(names.map(|name| self.core.symbols.value(name)).collect())
+        Value::tuple(names.map(|name| self.core.symbols.to_value(name)).collect())
     }
 
     /// Attributes of code objects. Variables that inner functions share are told from others, as in CPython; so a
@@ -114,7 +114,7 @@ impl Evaluator<'_> {
 
     fn is_any_abstract(&self, parts: &[&Value], name: Symbol) -> R<bool> {
         for part in parts {
-            if let Some(flag) = self.recurse(|| self.attribute_or_none(part, name))?
+            if let Some(flag) = self.with_native_depth(|| self.attribute_or_none(part, name))?
                 && self.truth(&flag)?
             {
                 return Ok(true);
@@ -151,7 +151,7 @@ impl Evaluator<'_> {
                         other => other,
                     };
                     if !value.is_unbound() {
-                        locals.set_interned(symbols.value(name), value);
+                        locals.set_interned(symbols.to_value(name), value);
                     }
                 }
                 let entries = [
@@ -202,7 +202,7 @@ impl Evaluator<'_> {
         let names = &params.names[params.positional..];
         for (name, value) in names.iter().zip(defaults.iter()) {
             if !value.is_unbound() {
-                dict.set_interned(self.core.symbols.value(*name), value.clone());
+                dict.set_interned(self.core.symbols.to_value(*name), value.clone());
             }
         }
         let dict = Value::Dict(Rc::new(dict));

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::rc::Rc;
 
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::format::float;
 use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
@@ -102,28 +102,28 @@ impl Evaluator<'_> {
             | Value::Dict(_)
             | Value::DictView(_)
             | Value::Set(_)
-            | Value::FrozenSet(_) => self.recurse(|| self.container_repr(value, out))?,
+            | Value::FrozenSet(_) => self.with_native_depth(|| self.container_repr(value, out))?,
             // Python looks for no circles through these.
-            Value::Slice(_) => self.recurse(|| self.container_repr_inside(value, out))?,
+            Value::Slice(_) => self.with_native_depth(|| self.container_repr_inside(value, out))?,
             Value::Instance(instance) => {
-                let text = self.recurse(|| self.instance_repr(value, instance))?;
+                let text = self.with_native_depth(|| self.instance_repr(value, instance))?;
                 self.push_text(out, &text)?;
             }
             Value::Class(class) if class.meta_method(known::REPR).is_some() => {
-                let text = self.recurse(|| self.special(value, known::REPR, &mut []))?;
+                let text = self.with_native_depth(|| self.special(value, known::REPR, &mut []))?;
                 if let Some(text) = text {
                     self.push_text(out, &self.expect_text(&text, "__repr__")?)?;
                 }
             }
             // Methods show their receiver, which may be a method, and iterators of the library what they hold.
-            other => out.push_str(&self.recurse(|| self.object_repr(other))?),
+            other => out.push_str(&self.with_native_depth(|| self.object_repr(other))?),
         }
-        self.worked(crate::eval::pace::VALUE)?;
+        self.charge(crate::eval::pace::WORK_PER_VALUE)?;
         self.check_allocation(out.len())
     }
 
     fn container_repr(&self, value: &Value, out: &mut String) -> R<()> {
-        let Some(_shown) = self.core.shown.begin(self.core.thread.get(), value) else {
+        let Some(_shown) = self.core.repr_stack.begin(self.core.thread.get(), value) else {
             out.push_str(match value {
                 Value::List(_) => "[...]",
                 Value::Tuple(_) => "(...)",
@@ -165,10 +165,10 @@ impl Evaluator<'_> {
             }
             Value::Set(set) | Value::FrozenSet(set) => {
                 let frozen = matches!(value, Value::FrozenSet(_));
-                let mut items = ValueVec::from(self.room_for(set.len())?);
+                let mut items = ValueVec::from(self.try_with_capacity(set.len())?);
                 for (_, key) in self.elements(set)? {
                     items.push(key);
-                    self.worked(VALUE)?;
+                    self.charge(WORK_PER_VALUE)?;
                 }
                 match (items.is_empty(), frozen) {
                     (true, false) => out.push_str("set()"),
@@ -242,7 +242,7 @@ impl Evaluator<'_> {
             }
             return Ok(text);
         }
-        match instance.extended() {
+        match instance.builtin_value() {
             Some(Value::Set(set) | Value::FrozenSet(set)) if !set.is_empty() => {
                 // CPython makes a list of it, by the `__iter__` that its class may have.
                 let items = self.repr(&self.collect(value)?.into_list())?;
@@ -343,7 +343,7 @@ impl Evaluator<'_> {
 
     /// `repr` of an instance of a subclass of a builtin type as the builtin has it: sets carry the name of the class.
     pub fn extended_repr(&self, value: &Value) -> R<String> {
-        match (value, self.plain(value)) {
+        match (value, self.unwrap_builtin(value)) {
             (Value::Instance(_), Value::Set(_) | Value::FrozenSet(_) | Value::ByteArray(_)) => {
                 self.natural_repr(value)
             }
@@ -403,7 +403,7 @@ impl Evaluator<'_> {
             Value::Class(class) => {
                 format!("<class '{}'>", self.full_name_of(class))
             }
-            Value::Module(module) => match crate::stdlib::is_own(&module.name) {
+            Value::Module(module) => match crate::stdlib::is_bundled_module(&module.name) {
                 true => format!("<module '{}' (built-in)>", module.name),
                 false => {
                     let part = |name| module.namespace.get(name);

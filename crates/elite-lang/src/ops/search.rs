@@ -9,7 +9,7 @@ use std::ops::Range;
 use memchr::{memchr, memmem, memrchr};
 
 use crate::eval::Evaluator;
-use crate::eval::bulk::{STRIDE, many};
+use crate::eval::bulk::{BULK_CHUNK, bulk_work};
 use crate::value::R;
 
 /// Work for an occurrence, beside that for the bytes on the way to it.
@@ -37,7 +37,7 @@ impl<'d> Occurrences<'d> {
     pub fn new(data: &'d [u8], part: &'d [u8]) -> Self {
         let finder = match part {
             [byte] => Finder::Byte(*byte),
-            part if part.len() > STRIDE => Finder::Long,
+            part if part.len() > BULK_CHUNK => Finder::Long,
             part => Finder::Forward(Box::new(memmem::Finder::new(part))),
         };
         Self::with(data, part, finder)
@@ -47,7 +47,7 @@ impl<'d> Occurrences<'d> {
     pub fn from_end(data: &'d [u8], part: &'d [u8]) -> Self {
         let finder = match part {
             [byte] => Finder::Byte(*byte),
-            part if part.len() > STRIDE => Finder::Long,
+            part if part.len() > BULK_CHUNK => Finder::Long,
             part => Finder::Backward(Box::new(memmem::FinderRev::new(part))),
         };
         Self::with(data, part, finder)
@@ -68,7 +68,7 @@ impl<'d> Occurrences<'d> {
         let length = self.part.len();
         while self.to - self.from >= length {
             let begin = self.from;
-            let end = self.to.min(begin.saturating_add(STRIDE + length - 1));
+            let end = self.to.min(begin.saturating_add(BULK_CHUNK + length - 1));
             let window = &self.data[begin..end];
             let found = match &self.finder {
                 Finder::Byte(byte) => memchr(*byte, window),
@@ -81,11 +81,11 @@ impl<'d> Occurrences<'d> {
             };
             if let Some(at) = found {
                 self.from = begin + at + length;
-                ev.worked(FOUND + many(at))?;
+                ev.charge(FOUND + bulk_work(at))?;
                 return Ok(Some(begin + at));
             }
             self.from = end - (length - 1);
-            ev.worked(many(window.len()))?;
+            ev.charge(bulk_work(window.len()))?;
         }
         Ok(None)
     }
@@ -95,7 +95,7 @@ impl<'d> Occurrences<'d> {
         let length = self.part.len();
         while self.to - self.from >= length {
             let end = self.to;
-            let begin = self.from.max(end.saturating_sub(STRIDE + length - 1));
+            let begin = self.from.max(end.saturating_sub(BULK_CHUNK + length - 1));
             let window = &self.data[begin..end];
             let found = match &self.finder {
                 Finder::Byte(byte) => memrchr(*byte, window),
@@ -108,11 +108,11 @@ impl<'d> Occurrences<'d> {
             };
             if let Some(at) = found {
                 self.to = begin + at;
-                ev.worked(FOUND + many(window.len() - at))?;
+                ev.charge(FOUND + bulk_work(window.len() - at))?;
                 return Ok(Some(begin + at));
             }
             self.to = begin + (length - 1);
-            ev.worked(many(window.len()))?;
+            ev.charge(bulk_work(window.len()))?;
         }
         Ok(None)
     }
@@ -133,8 +133,8 @@ impl Evaluator<'_> {
     pub fn find_bytes(&self, data: &[u8], part: &[u8]) -> R<Option<usize>> {
         match part {
             [] => Ok(Some(0)),
-            [byte] if data.len() <= STRIDE => Ok(memchr(*byte, data)),
-            part if data.len() <= STRIDE => Ok(memmem::find(data, part)),
+            [byte] if data.len() <= BULK_CHUNK => Ok(memchr(*byte, data)),
+            part if data.len() <= BULK_CHUNK => Ok(memmem::find(data, part)),
             part => Occurrences::new(data, part).next(self),
         }
     }
@@ -177,8 +177,8 @@ impl Evaluator<'_> {
     pub fn rfind_bytes(&self, data: &[u8], part: &[u8]) -> R<Option<usize>> {
         match part {
             [] => Ok(Some(data.len())),
-            [byte] if data.len() <= STRIDE => Ok(memrchr(*byte, data)),
-            part if data.len() <= STRIDE => Ok(memmem::rfind(data, part)),
+            [byte] if data.len() <= BULK_CHUNK => Ok(memrchr(*byte, data)),
+            part if data.len() <= BULK_CHUNK => Ok(memmem::rfind(data, part)),
             part => Occurrences::from_end(data, part).next_back(self),
         }
     }
@@ -195,7 +195,7 @@ impl StepCounter<'_, '_> {
     fn step(&mut self) -> R<()> {
         self.steps += 1;
         if self.steps.is_multiple_of(1024) {
-            self.ev.worked(1024 * 2)?;
+            self.ev.charge(1024 * 2)?;
         }
         Ok(())
     }
@@ -338,12 +338,19 @@ mod tests {
     #[test]
     fn parts_are_found_across_windows() {
         evaluate(|ev| {
-            for length in [1, 2, 7, STRIDE, STRIDE + 5] {
+            for length in [1, 2, 7, BULK_CHUNK, BULK_CHUNK + 5] {
                 let part: Vec<u8> = (0..length).map(|i| b'a' + (i % 7 == 3) as u8).collect();
-                for at in [0, 1, STRIDE - 3, STRIDE, STRIDE + 9, 2 * STRIDE - 1] {
+                for at in [
+                    0,
+                    1,
+                    BULK_CHUNK - 3,
+                    BULK_CHUNK,
+                    BULK_CHUNK + 9,
+                    2 * BULK_CHUNK - 1,
+                ] {
                     let mut data = vec![b'.'; at];
                     data.extend(&part);
-                    data.resize(3 * STRIDE + 77, b'.');
+                    data.resize(3 * BULK_CHUNK + 77, b'.');
                     assert_eq!(ev.find_bytes(&data, &part)?, Some(at), "{length} at {at}");
                     assert_eq!(ev.rfind_bytes(&data, &part)?, Some(at), "{length} at {at}");
                     assert_eq!(Occurrences::new(&data, &part).count(ev)?, 1);

@@ -7,7 +7,7 @@ use compact_str::CompactString;
 use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::STRIDE;
+use crate::eval::bulk::BULK_CHUNK;
 use crate::value::bytes::BytesRef;
 use crate::value::{ByteArray, Bytes, R, Set, Str, Value, ValueVec};
 
@@ -33,19 +33,19 @@ impl Evaluator<'_> {
         Ok(Some(match (a, b) {
             (Value::Str(a), Value::Str(b)) => {
                 let bytes = a.as_str().len() + b.as_str().len();
-                if bytes > STRIDE {
+                if bytes > BULK_CHUNK {
                     let mut text = String::new();
                     self.grow(&mut text, bytes)?;
                     self.push_text(&mut text, a.as_str())?;
                     self.push_text(&mut text, b.as_str())?;
                     let chars = a.len() + b.len();
-                    return Ok(Some(Value::Str(Rc::new(Str::counted(text, chars)))));
+                    return Ok(Some(Value::Str(Rc::new(Str::with_char_count(text, chars)))));
                 }
                 self.check_allocation(bytes)?;
                 let mut text = CompactString::with_capacity(bytes);
                 text.push_str(a.as_str());
                 text.push_str(b.as_str());
-                Value::Str(Rc::new(Str::counted(text, a.len() + b.len())))
+                Value::Str(Rc::new(Str::with_char_count(text, a.len() + b.len())))
             }
             (Value::List(a), Value::List(b)) => {
                 self.check_allocation((a.len() + b.len()) * size_of::<Value>())?;
@@ -85,7 +85,7 @@ impl Evaluator<'_> {
         match value {
             Value::Bytes(bytes) => Some(BytesRef::Bytes(bytes.clone())),
             Value::ByteArray(bytes) => Some(BytesRef::Snapshot(bytes.snapshot())),
-            Value::Instance(instance) => self.bytes_like(&instance.extended()?),
+            Value::Instance(instance) => self.bytes_like(&instance.builtin_value()?),
             _ => None,
         }
     }
@@ -142,29 +142,27 @@ impl Evaluator<'_> {
                 let count = self.repetitions(count, text.as_str().len())?;
                 let mut out = String::new();
                 self.push_repeated(&mut out, text.as_str(), count)?;
-                Value::Str(Rc::new(Str::counted(out, text.len() * count)))
+                Value::Str(Rc::new(Str::with_char_count(out, text.len() * count)))
             }
             Value::List(list) => {
                 let count = self.repetitions(count, list.len() * size_of::<Value>())?;
                 let mut items = ValueVec::default();
                 self.copy_list(list, &mut items)?;
-                self.repeated(items, count)?.into_list()
+                self.repeat_values(items, count)?.into_list()
             }
             Value::Tuple(tuple) => {
                 let count = self.repetitions(count, std::mem::size_of_val(tuple.items()))?;
                 let mut items = ValueVec::default();
                 self.copy_values(tuple.items(), &mut items)?;
-                self.repeated(items, count)?.into_tuple()
+                self.repeat_values(items, count)?.into_tuple()
             }
             Value::Bytes(bytes) => {
                 let count = self.repetitions(count, bytes.data().len())?;
-                Value::Bytes(Rc::new(Bytes::new(
-                    self.repeated_bytes(bytes.data(), count)?,
-                )))
+                Value::Bytes(Rc::new(Bytes::new(self.repeat_bytes(bytes.data(), count)?)))
             }
             Value::ByteArray(bytes) => {
                 let count = self.repetitions(count, bytes.len())?;
-                let data = self.repeated_bytes(&bytes.snapshot(), count)?;
+                let data = self.repeat_bytes(&bytes.snapshot(), count)?;
                 Value::ByteArray(Rc::new(ByteArray::new(data)))
             }
             _ => return Ok(None),
@@ -212,7 +210,7 @@ impl Evaluator<'_> {
                 self.set_extend(&set, value)?;
                 Some(Rc::new(set))
             }
-            Value::Instance(instance) => match instance.extended() {
+            Value::Instance(instance) => match instance.builtin_value() {
                 Some(Value::Set(set) | Value::FrozenSet(set)) => Some(set),
                 _ => None,
             },
@@ -222,8 +220,8 @@ impl Evaluator<'_> {
 
     /// `a op= b` for containers that change in place; None if `a` is not one or the operands do not fit.
     pub fn builtin_in_place(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
-        if b.holds_values() {
-            self.core.note(a);
+        if b.can_hold_values() {
+            self.core.gc_track(a);
         }
         match (op, a) {
             (BinaryOp::Add, Value::List(list)) => {
@@ -236,8 +234,8 @@ impl Evaluator<'_> {
                 let count = self.repetitions(count, list.len() * size_of::<Value>())?;
                 let mut items = ValueVec::default();
                 self.copy_list(list, &mut items)?;
-                let items = self.repeated(items, count)?;
-                self.let_go(list.replace_all(items.into()));
+                let items = self.repeat_values(items, count)?;
+                self.drop_values(list.replace_all(items.into()));
             }
             (BinaryOp::Mul, Value::ByteArray(bytes)) => {
                 let Some(count) = self.count_of(b)? else {
@@ -245,13 +243,14 @@ impl Evaluator<'_> {
                 };
                 let data = bytes.snapshot();
                 let count = self.repetitions(count, data.len())?;
-                bytes.put(self.repeated_bytes(&data, count)?);
+                bytes.put(self.repeat_bytes(&data, count)?);
             }
             (BinaryOp::Add, Value::ByteArray(bytes)) => {
                 let Some(more) = self.bytes_like(b) else {
                     return Ok(None);
                 };
-                if matches!(self.plain(b), Value::ByteArray(other) if Rc::ptr_eq(bytes, &other)) {
+                if matches!(self.unwrap_builtin(b), Value::ByteArray(other) if Rc::ptr_eq(bytes, &other))
+                {
                     // CPython has it in use while it grows.
                     let text = "Existing exports of data: object cannot be re-sized";
                     return Err(self.raise(ExceptionKind::BufferError, text));

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use crate::ast::Conversion;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, PIECE, pieces};
+use crate::eval::bulk::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::format::Spec;
 use crate::value::surrogate::code_of;
 use crate::value::symbol::known;
@@ -16,7 +16,7 @@ use crate::value::{Instance, R, Raised, Str, Value};
 fn shown_by_repr(instance: &Instance) -> Option<Value> {
     let is_text = instance.exception().is_some()
         || matches!(
-            instance.extended(),
+            instance.builtin_value(),
             Some(Value::Str(_) | Value::Bytes(_) | Value::ByteArray(_))
         );
     match is_text {
@@ -32,14 +32,16 @@ impl Evaluator<'_> {
     /// Python's `str(value)`.
     pub fn str(&self, value: &Value) -> R<String> {
         match value {
-            Value::Str(text) => self.copied_text(text.as_str()),
+            Value::Str(text) => self.copy_text(text.as_str()),
             Value::Int(int) => {
                 let mut text = String::with_capacity(20);
                 push_int(*int, &mut text);
                 Ok(text)
             }
             // The text of an exception is that of its argument, which may be an exception.
-            Value::Instance(instance) => self.recurse(|| self.instance_str(value, instance)),
+            Value::Instance(instance) => {
+                self.with_native_depth(|| self.instance_str(value, instance))
+            }
             Value::Class(class) if class.meta_method(known::STR).is_some() => {
                 match self.special(value, known::STR, &mut [])? {
                     Some(text) => self.expect_text(&text, "__str__"),
@@ -59,10 +61,10 @@ impl Evaluator<'_> {
                 Some(method) => self.made_text(&method, value, "__str__"),
                 None => match shown_by_repr(instance) {
                     Some(method) => self.made_text(&method, value, "__str__"),
-                    None => self.string(self.str(value)?),
+                    None => self.new_str(self.str(value)?),
                 },
             },
-            other => self.string(self.str(other)?),
+            other => self.new_str(self.str(other)?),
         }
     }
 
@@ -73,13 +75,13 @@ impl Evaluator<'_> {
         {
             return self.made_text(&method, value, "__repr__");
         }
-        self.string(self.repr(value)?)
+        self.new_str(self.repr(value)?)
     }
 
     /// The text that a method makes of its receiver.
     fn made_text(&self, method: &Value, value: &Value, name: &str) -> R {
-        let text = self.recurse(|| self.call_method_value(method, value, &mut []))?;
-        match self.plain(&text) {
+        let text = self.with_native_depth(|| self.call_method_value(method, value, &mut []))?;
+        match self.unwrap_builtin(&text) {
             Value::Str(_) => Ok(text),
             _ => Err(self.no_text(&text, name)),
         }
@@ -117,7 +119,7 @@ impl Evaluator<'_> {
                 None => self.exception_str(instance, &state.args()),
             };
         }
-        match instance.extended() {
+        match instance.builtin_value() {
             Some(Value::Set(_) | Value::FrozenSet(_) | Value::ByteArray(_)) => {
                 self.natural_repr(value)
             }
@@ -196,7 +198,7 @@ impl Evaluator<'_> {
         let at = usize::try_from(start).ok();
         Ok(match at.and_then(|at| text.char_at(at)) {
             Some(c) if end == start + 1 => {
-                let shown = escaped(code_of(c));
+                let shown = escape_char(code_of(c));
                 format!("can't translate character '{shown}' in position {start}: {reason}")
             }
             _ => format!(
@@ -219,7 +221,7 @@ impl Evaluator<'_> {
         let (verb, many, single) = match object {
             Value::Str(text) => {
                 let c = text.char_at(at);
-                let shown = c.map(|c| format!("character '{}'", escaped(code_of(c))));
+                let shown = c.map(|c| format!("character '{}'", escape_char(code_of(c))));
                 ("encode", "characters", shown)
             }
             other => {
@@ -240,8 +242,8 @@ impl Evaluator<'_> {
     }
 
     pub(super) fn expect_text(&self, value: &Value, method: &str) -> R<String> {
-        match self.plain(value) {
-            Value::Str(text) => self.copied_text(text.as_str()),
+        match self.unwrap_builtin(value) {
+            Value::Str(text) => self.copy_text(text.as_str()),
             _ => Err(self.no_text(value, method)),
         }
     }
@@ -267,9 +269,9 @@ impl Evaluator<'_> {
     /// The value of `ascii(value)`, as `repr_value`.
     pub fn ascii_value(&self, value: &Value) -> R {
         let shown = self.repr_value(value)?;
-        match self.plain(&shown) {
+        match self.unwrap_builtin(&shown) {
             Value::Str(text) if !text.as_str().is_ascii() => {
-                self.string(self.escaped_beyond_ascii(text.as_str())?)
+                self.new_str(self.escaped_beyond_ascii(text.as_str())?)
             }
             _ => Ok(shown),
         }
@@ -320,30 +322,30 @@ impl Evaluator<'_> {
             }
             let mut out = String::with_capacity(16);
             self.format_into(value, spec, &mut out)?;
-            return self.string(out);
+            return self.new_str(out);
         };
         match instance.class.lookup(known::FORMAT) {
             // That of the builtin type the class is derived from.
-            Some(Value::Builtin(_)) if instance.extended().is_some() && spec.is_empty() => {
+            Some(Value::Builtin(_)) if instance.builtin_value().is_some() && spec.is_empty() => {
                 return self.str_value(value);
             }
-            Some(Value::Builtin(_)) if instance.extended().is_some() => {}
-            Some(method) => return self.formatted(&method, value, spec),
+            Some(Value::Builtin(_)) if instance.builtin_value().is_some() => {}
+            Some(method) => return self.call_format_method(&method, value, spec),
             None if spec.is_empty() => return self.str_value(value),
             None => {}
         }
         let mut out = String::new();
         self.format_into(value, spec, &mut out)?;
-        match instance.extended() {
+        match instance.builtin_value() {
             Some(Value::Str(text)) if !spec.is_empty() && text.as_str() == out => Ok(value.clone()),
-            _ => self.string(out),
+            _ => self.new_str(out),
         }
     }
 
     /// What the `__format__` of a class makes of a value.
-    fn formatted(&self, method: &Value, value: &Value, spec: &str) -> R {
-        let text = self.call_method_value(method, value, &mut [self.string_of(spec)?])?;
-        if let Value::Str(_) = self.plain(&text) {
+    fn call_format_method(&self, method: &Value, value: &Value, spec: &str) -> R {
+        let text = self.call_method_value(method, value, &mut [self.new_str_from(spec)?])?;
+        if let Value::Str(_) = self.unwrap_builtin(&text) {
             return Ok(text);
         }
         let name = self.core.types.name_of(&text);
@@ -356,13 +358,13 @@ impl Evaluator<'_> {
             if let Some(method) = instance.class.lookup(known::FORMAT)
                 && !(spec.is_empty() && matches!(method, Value::Builtin(_)))
             {
-                let text = self.plain(&self.formatted(&method, value, spec)?);
+                let text = self.unwrap_builtin(&self.call_format_method(&method, value, spec)?);
                 return match &text {
                     Value::Str(text) => self.push_text(out, text.as_str()),
                     _ => Ok(()),
                 };
             }
-            if let (Some(extended), false) = (instance.extended(), spec.is_empty()) {
+            if let (Some(extended), false) = (instance.builtin_value(), spec.is_empty()) {
                 let name = self.core.types.name_of(value);
                 return self.format_by_spec(&extended, spec, &name, out);
             }
@@ -412,7 +414,7 @@ impl Evaluator<'_> {
 impl Evaluator<'_> {
     /// Appends a string as Python writes it.
     pub fn quote(&self, text: &str, out: &mut String) -> R<()> {
-        if text.len() <= PIECE {
+        if text.len() <= CHUNK {
             quote(text, out);
             return Ok(());
         }
@@ -421,7 +423,7 @@ impl Evaluator<'_> {
         for piece in pieces(text) {
             self.grow(out, piece.len())?;
             escape(piece, mark, out);
-            self.worked(2 * piece.len() * EACH)?;
+            self.charge(2 * piece.len() * WORK_PER_BYTE)?;
         }
         out.push(mark);
         Ok(())
@@ -442,10 +444,10 @@ impl Evaluator<'_> {
     fn quote_marked(&self, data: &[u8], mark: char, escaped: char, out: &mut String) -> R<()> {
         out.push('b');
         out.push(mark);
-        for piece in data.chunks(PIECE) {
+        for piece in data.chunks(CHUNK) {
             self.grow(out, piece.len())?;
             escape_bytes(piece, escaped, out);
-            self.worked(2 * piece.len() * EACH)?;
+            self.charge(2 * piece.len() * WORK_PER_BYTE)?;
         }
         out.push(mark);
         Ok(())
@@ -551,7 +553,7 @@ fn push_int(int: i64, out: &mut String) {
 }
 
 /// A character as an escape in messages of codecs.
-fn escaped(code: u32) -> String {
+fn escape_char(code: u32) -> String {
     match code {
         0..0x100 => format!("\\x{code:02x}"),
         0x100..0x1_0000 => format!("\\u{code:04x}"),

@@ -59,7 +59,7 @@ impl From<Vec<FStringPart>> for AbandonedNodes {
 impl Parser<'_> {
     /// What was parsed behind something that is complete already, with that; if it failed, what is complete is put
     /// aside.
-    pub(super) fn behind<H: Into<AbandonedNodes>, T>(
+    pub(super) fn keep_or_abandon<H: Into<AbandonedNodes>, T>(
         &mut self,
         complete: H,
         parsed: ParseResult<T>,
@@ -74,7 +74,7 @@ impl Parser<'_> {
     }
 
     /// The same in a list, of which what was parsed becomes the last one.
-    pub(super) fn listed<T>(
+    pub(super) fn push_or_abandon<T>(
         &mut self,
         mut list: Vec<T>,
         parsed: ParseResult<T>,

@@ -52,7 +52,7 @@ impl Parser<'_> {
                 T::LeftParen => {
                     self.bump();
                     let args = self.arguments(ArgContext::OfCall);
-                    let (function, args) = self.behind(expr, args)?;
+                    let (function, args) = self.keep_or_abandon(expr, args)?;
                     ExprKind::Call {
                         function: Box::new(function),
                         args,
@@ -61,9 +61,9 @@ impl Parser<'_> {
                 T::LeftBracket => {
                     self.bump();
                     let index = self.subscript_index();
-                    let (value, index) = self.behind(expr, index)?;
+                    let (value, index) = self.keep_or_abandon(expr, index)?;
                     let closed = self.expect(T::RightBracket);
-                    let (index, _) = self.behind(index, closed)?;
+                    let (index, _) = self.keep_or_abandon(index, closed)?;
                     ExprKind::Subscript {
                         value: Box::new(value),
                         index: Box::new(index),
@@ -128,7 +128,7 @@ impl Parser<'_> {
         if self.kind() != T::Comma {
             self.check_no_star(&first)?;
             let closed = self.expect(T::RightParen);
-            let (first, _) = self.behind(first, closed)?;
+            let (first, _) = self.keep_or_abandon(first, closed)?;
             let span = self.span_from(start);
             return Ok(Expr { span, ..first });
         }
@@ -159,10 +159,10 @@ impl Parser<'_> {
                 break;
             }
             let item = self.star_or_named();
-            items = self.listed(items, item)?;
+            items = self.push_or_abandon(items, item)?;
         }
         let closed = self.close(closer);
-        self.behind(items, closed).map(|(items, ())| items)
+        self.keep_or_abandon(items, closed).map(|(items, ())| items)
     }
 
     fn close(&mut self, closer: T) -> ParseResult<()> {
@@ -215,18 +215,18 @@ impl Parser<'_> {
     fn dict_items(&mut self, mut items: Vec<DictItem>) -> ParseResult<ExprKind> {
         if !items.is_empty() && self.eat(T::Comma).is_none() {
             let closed = self.close(T::RightBrace);
-            let (items, ()) = self.behind(items, closed)?;
+            let (items, ()) = self.keep_or_abandon(items, closed)?;
             return Ok(ExprKind::Dict(items));
         }
         while self.kind() != T::RightBrace {
             let item = self.dict_item();
-            items = self.listed(items, item)?;
+            items = self.push_or_abandon(items, item)?;
             if self.eat(T::Comma).is_none() {
                 break;
             }
         }
         let closed = self.close(T::RightBrace);
-        let (items, ()) = self.behind(items, closed)?;
+        let (items, ()) = self.keep_or_abandon(items, closed)?;
         Ok(ExprKind::Dict(items))
     }
 
@@ -238,11 +238,11 @@ impl Parser<'_> {
         let key = self.expression()?;
         if self.eat(T::Colon).is_none() {
             let failed = self.unexpected::<()>("':' after the dict key");
-            self.behind(key, failed)?;
+            self.keep_or_abandon(key, failed)?;
             return Err(ErrorReported);
         }
         let value = self.expression();
-        let (key, value) = self.behind(key, value)?;
+        let (key, value) = self.keep_or_abandon(key, value)?;
         Ok(DictItem::Pair(key, value))
     }
 
@@ -320,7 +320,7 @@ impl Parser<'_> {
         let mut earlier = SeenArgs::default();
         while self.kind() != T::RightParen {
             let arg = self.argument(&earlier, brackets);
-            args = self.listed(args, arg)?;
+            args = self.push_or_abandon(args, arg)?;
             if let Some(arg) = args.last() {
                 earlier.note(arg);
             }
@@ -329,7 +329,7 @@ impl Parser<'_> {
             }
         }
         let closed = self.close(T::RightParen);
-        self.behind(args, closed).map(|(args, ())| args)
+        self.keep_or_abandon(args, closed).map(|(args, ())| args)
     }
 
     fn argument(&mut self, earlier: &SeenArgs, brackets: ArgContext) -> ParseResult<Arg> {
@@ -411,7 +411,7 @@ impl Parser<'_> {
         let mut items = vec![first];
         while self.eat(T::Comma).is_some() && self.kind() != T::RightBracket {
             let item = self.slice_item();
-            items = self.listed(items, item)?;
+            items = self.push_or_abandon(items, item)?;
         }
         Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }

@@ -26,7 +26,7 @@ impl Parser<'_> {
             T::With => self.with_statement()?,
             T::Def => self.function(Vec::new(), false)?,
             T::Class => self.class(Vec::new())?,
-            T::At => self.decorated()?,
+            T::At => self.decorated_definition()?,
             T::Name if self.heads_secondary() => self.function(Vec::new(), true)?,
             T::Elif | T::Else | T::Except | T::Finally => return self.stray_clause(),
             _ => return Ok(None),
@@ -166,7 +166,7 @@ impl Parser<'_> {
 
     fn elif_clause(&mut self, elif: Token) -> ParseResult<(Expr, Vec<Stmt>)> {
         let test = self.condition()?;
-        self.claim(elif.span.start, DirectiveAnchor::Before(test.span.start));
+        self.anchor_directives(elif.span.start, DirectiveAnchor::Before(test.span.start));
         Ok((test, self.block("the 'elif' condition")?))
     }
 
@@ -356,7 +356,7 @@ impl Parser<'_> {
             return None;
         }
         let (at, scopes) = (self.at, self.scope_count);
-        let (lexed, reported) = (self.lexed.len(), self.diagnostics.len());
+        let (lexed, reported) = (self.lexer_diagnostics.len(), self.diagnostics.len());
         self.bump();
         let items = self
             .with_items(T::RightParen)
@@ -367,7 +367,7 @@ impl Parser<'_> {
             return Some(items);
         }
         (self.at, self.scope_count) = (at, scopes);
-        self.lexed.truncate(lexed);
+        self.lexer_diagnostics.truncate(lexed);
         self.diagnostics.truncate(reported);
         None
     }
@@ -399,7 +399,7 @@ impl Parser<'_> {
         }
     }
 
-    fn decorated(&mut self) -> ParseResult<StmtKind> {
+    fn decorated_definition(&mut self) -> ParseResult<StmtKind> {
         let mut decorators = Vec::new();
         while self.eat(T::At).is_some() {
             decorators.push(self.named_expression()?);

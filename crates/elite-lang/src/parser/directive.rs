@@ -68,27 +68,30 @@ impl Parser<'_> {
                 _ => format!("there is no directive '{}'", quoted(name)),
             };
             let span = place(0, (word + length).max(1));
-            return self.wrong(span, message);
+            return self.directive_error(span, message);
         }
         let colon = after(word + length);
         if !text[colon..].starts_with(':') {
             let next = text[colon..].chars().next().map_or(0, char::len_utf8);
-            return self.wrong(place(colon, next), "expected ':' after '$ LINE'");
+            return self.directive_error(place(colon, next), "expected ':' after '$ LINE'");
         }
         let parts = after(colon + 1);
         if !text[parts..].starts_with('(') {
             let next = text[parts..].chars().next().map_or(0, char::len_utf8);
-            return self.wrong(place(parts, next), "expected '(' after '$ LINE:'");
+            return self.directive_error(place(parts, next), "expected '(' after '$ LINE:'");
         }
         let start = span.start as usize + parts;
-        let known = (self.lexed.len(), self.diagnostics.len());
+        let known = (self.lexer_diagnostics.len(), self.diagnostics.len());
         let place = Span::new(start, span.end as usize);
         let expr = self.field_expression(place, "the end of the line");
-        if self.lexed.len() > known.0 {
+        if self.lexer_diagnostics.len() > known.0 {
             // What follows from a string that is not closed says nothing.
             self.diagnostics.truncate(known.1);
         }
-        for (findings, known) in [(&mut self.lexed, known.0), (&mut self.diagnostics, known.1)] {
+        for (findings, known) in [
+            (&mut self.lexer_diagnostics, known.0),
+            (&mut self.diagnostics, known.1),
+        ] {
             findings.change_from(known, |finding| {
                 finding.code = "directive";
                 finding.help.get_or_insert_with(|| FORM.into());
@@ -105,7 +108,7 @@ impl Parser<'_> {
         let (number, label, when) = match items {
             [number, label] => (number, label, None),
             [number, label, when] => (number, label, Some(when)),
-            _ => return self.wrong(expr.span, "'$ LINE' takes a number and a text"),
+            _ => return self.directive_error(expr.span, "'$ LINE' takes a number and a text"),
         };
         let node = match &number.kind {
             ExprKind::Constant(Constant::Int(node)) => u32::try_from(*node).ok(),
@@ -117,12 +120,12 @@ impl Parser<'_> {
                 "the node of '$ LINE' must be a whole number from 1 to {}, not {given}",
                 u32::MAX
             );
-            return self.wrong(number.span, message);
+            return self.directive_error(number.span, message);
         };
         let ExprKind::Constant(Constant::Str(label)) = &label.kind else {
             let given = quoted(self.file.slice(label.span));
             let message = format!("the name in '$ LINE' must be a string literal, not {given}");
-            return self.wrong(label.span, message);
+            return self.directive_error(label.span, message);
         };
         let after = match when.map(|when| (&when.kind, when.span)) {
             None => false,
@@ -133,25 +136,25 @@ impl Parser<'_> {
                 let message = format!(
                     "the third part of '$ LINE' must be \"before\" or \"after\", not {given}"
                 );
-                return self.wrong(span, message);
+                return self.directive_error(span, message);
             }
         };
         Ok(NodeDirective {
             number: node,
-            label: shortened(label),
+            label: shorten_label(label),
             start,
             after,
             place: DirectiveAnchor::AtEnd,
         })
     }
 
-    fn wrong<T>(&mut self, span: Span, message: impl Into<String>) -> ParseResult<T> {
+    fn directive_error<T>(&mut self, span: Span, message: impl Into<String>) -> ParseResult<T> {
         let diagnostic = Diagnostic::error("directive", span, message);
         Err(self.report(diagnostic.with_help(FORM)))
     }
 
     /// Gives the directives that stand before byte `before`, and have no place yet, this one.
-    pub(super) fn claim(&mut self, before: u32, place: DirectiveAnchor) {
+    pub(super) fn anchor_directives(&mut self, before: u32, place: DirectiveAnchor) {
         while let Some(mark) = self.marks.get_mut(self.claimed)
             && mark.node.start < before
         {
@@ -175,7 +178,7 @@ impl Parser<'_> {
     }
 }
 
-fn shortened(label: &str) -> Box<str> {
+fn shorten_label(label: &str) -> Box<str> {
     match label.char_indices().nth(LABEL_CHARS_MAX) {
         Some((cut, _)) => format!("{}…", &label[..cut]).into(),
         None => label.into(),

@@ -1,6 +1,6 @@
 //! Expressions with operators, by binding power.
 
-use super::{DEPTH_MAX, ParseResult, Parser};
+use super::{EXPR_DEPTH_MAX, ParseResult, Parser};
 use crate::ast::{BinaryOp, CompareOp, Expr, ExprKind, Lambda, UnaryOp};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::TokenKind as T;
@@ -48,7 +48,7 @@ impl Parser<'_> {
         let mut items = vec![first];
         while self.eat(T::Comma).is_some() && self.starts_expression() {
             let item = self.star_or_expression();
-            items = self.listed(items, item)?;
+            items = self.push_or_abandon(items, item)?;
         }
         Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }
@@ -191,7 +191,7 @@ impl Parser<'_> {
         let mut operands = vec![first];
         while self.eat(T::Or).is_some() {
             let operand = self.conjunction();
-            operands = self.listed(operands, operand)?;
+            operands = self.push_or_abandon(operands, operand)?;
         }
         Ok(Expr::new(ExprKind::Or(operands), self.span_from(start)))
     }
@@ -205,7 +205,7 @@ impl Parser<'_> {
         let mut operands = vec![first];
         while self.eat(T::And).is_some() {
             let operand = self.negation();
-            operands = self.listed(operands, operand)?;
+            operands = self.push_or_abandon(operands, operand)?;
         }
         Ok(Expr::new(ExprKind::And(operands), self.span_from(start)))
     }
@@ -284,7 +284,7 @@ impl Parser<'_> {
             } else {
                 self.binary(op_power + 1)
             };
-            let (complete, right) = self.behind(left, right)?;
+            let (complete, right) = self.keep_or_abandon(left, right)?;
             let kind = ExprKind::Binary {
                 op,
                 left: Box::new(complete),
@@ -297,12 +297,12 @@ impl Parser<'_> {
 
     /// Refuses an expression whose tree has become too deep.
     pub(super) fn check_depth(&mut self, expr: Expr) -> ParseResult<Expr> {
-        if expr.depth > DEPTH_MAX {
-            let text = format!("this expression is deeper than {DEPTH_MAX} levels");
+        if expr.depth > EXPR_DEPTH_MAX {
+            let text = format!("this expression is deeper than {EXPR_DEPTH_MAX} levels");
             // Only where it starts: the whole of it may be megabytes.
             let end = expr.span.start;
             let failed = self.fail::<()>(Span { end, ..expr.span }, text);
-            return self.behind(expr, failed).map(|(expr, ())| expr);
+            return self.keep_or_abandon(expr, failed).map(|(expr, ())| expr);
         }
         Ok(expr)
     }

@@ -9,7 +9,7 @@ use crate::source::Span;
 /// Fields within format specifications within fields: Python 3.11 allows two levels.
 const FIELD_NESTING_MAX: u32 = 2;
 /// Work for what is special in a text, and for a field beside its tokens.
-const PART: usize = 128;
+const WORK_PER_SEGMENT: usize = 128;
 const FIELD: usize = 512;
 
 /// The parts of an f-string while it is read. Texts side by side become one at once: a doubled brace ends one, and
@@ -69,7 +69,7 @@ impl Parser<'_> {
         let mut at = 0;
         while let Some(found) = text[at..].find(['{', '}', '\\']) {
             let brace = at + found;
-            self.budget.worked(PART + found);
+            self.budget.charge(WORK_PER_SEGMENT + found);
             let here = &text[brace..];
             let doubled = level == 0 && (here.starts_with("{{") || here.starts_with("}}"));
             if let Some(escaped) = here.strip_prefix('\\') {
@@ -113,7 +113,7 @@ impl Parser<'_> {
     ) -> ParseResult<Vec<FStringPart>> {
         let mut parts = FStringBuilder::default();
         let parsed = self.fstring_parts(literal, span, level, &mut parts);
-        Ok(self.behind(parts.into_vec(), parsed)?.0)
+        Ok(self.keep_or_abandon(parts.into_vec(), parsed)?.0)
     }
 
     fn fstring_text(
@@ -167,7 +167,7 @@ impl Parser<'_> {
             at += text[at..end].len() - text[at..end].trim_start().len();
             parts.text(&text[start..at]);
         }
-        self.budget.worked(FIELD);
+        self.budget.charge(FIELD);
         let value = self.field_expression(Span::new(start, stop), "the end of the expression")?;
         let conversion = self.conversion(&mut at, end)?;
         let mut format = None;
@@ -212,7 +212,7 @@ impl Parser<'_> {
     pub(super) fn field_expression(&mut self, span: Span, end: &'static str) -> ParseResult<Expr> {
         let lexed = lex_expression(self.file, span, self.budget);
         for finding in lexed.diagnostics.into_vec() {
-            self.lexed.push(finding);
+            self.lexer_diagnostics.push(finding);
         }
         let outer = (
             std::mem::replace(&mut self.tokens, lexed.tokens),

@@ -20,17 +20,17 @@ mod units;
 
 use crate::ast::{DirectiveAnchor, Expr, ExprKind, Ident, Module, ScopeId, Stmt};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::findings::{DiagnosticList, in_order, quoted};
+use crate::findings::{DiagnosticList, quoted, sort_and_cap};
 use crate::lexer::{Token, TokenKind, Tokens, lex, lex_expression, too_large};
 use crate::limits::memory::WorkBudget;
 use crate::source::{SourceFile, Span};
 
-pub(crate) use units::{ParsedUnits, TextEdit, TopLevelUnit, parse_again};
+pub(crate) use units::{ParsedUnits, TextEdit, TopLevelUnit, reparse};
 
 /// Nesting of brackets, blocks and prefix operators that is accepted.
 const NESTING_MAX: u32 = 200;
 /// Levels of the tree of one expression: chains of operators, calls and attributes add one for each link.
-const DEPTH_MAX: u16 = 1000;
+const EXPR_DEPTH_MAX: u16 = 1000;
 /// Longest name of a class, in bytes, that private names are made with: each use of one repeats it.
 const PRIVATE_CLASS_MAX: usize = 255;
 
@@ -53,7 +53,7 @@ pub struct ParserOutput {
 
 /// Parses a whole program.
 pub fn parse(file: &SourceFile) -> ParserOutput {
-    parse_within(file, &WorkBudget::of(TREE_MAX))
+    parse_within(file, &WorkBudget::with_limit(TREE_MAX))
 }
 
 /// Parses a whole program with what its text may take. One that needs more has one error, `too-large`.
@@ -66,7 +66,7 @@ pub(crate) fn parse_within(file: &SourceFile, budget: &WorkBudget<'_>) -> Parser
 /// A parser that stands at the first token of a whole program.
 fn parse_tokens<'f>(file: &'f SourceFile, lexed: Tokens, budget: &'f WorkBudget<'f>) -> Parser<'f> {
     let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics, budget);
-    parser.cuts = lexed.cuts;
+    parser.cuts = lexed.unclosed_cuts;
     parser.print_is_assigned = parser.assigns_print();
     parser.directives(&lexed.directives);
     parser
@@ -107,10 +107,10 @@ struct Parser<'f> {
     tokens: Vec<Token>,
     at: usize,
     /// What the lexer found; where it found something the parser keeps silent.
-    lexed: DiagnosticList,
+    lexer_diagnostics: DiagnosticList,
     diagnostics: DiagnosticList,
     /// How often something was found wrong, told or not.
-    reports: usize,
+    report_count: usize,
     nesting: u32,
     scope_count: u32,
     context: Context,
@@ -147,9 +147,9 @@ impl<'f> Parser<'f> {
             file,
             tokens,
             at: 0,
-            lexed,
+            lexer_diagnostics: lexed,
             diagnostics: DiagnosticList::default(),
-            reports: 0,
+            report_count: 0,
             nesting: 0,
             scope_count: 1,
             context,
@@ -167,7 +167,7 @@ impl<'f> Parser<'f> {
     }
 
     fn finish(self, mut body: Vec<Stmt>) -> ParserOutput {
-        let mut diagnostics = self.lexed.into_vec();
+        let mut diagnostics = self.lexer_diagnostics.into_vec();
         diagnostics.extend(self.diagnostics.into_vec());
         let span = Span::new(0, self.file.text().len());
         drop(self.tokens);
@@ -187,7 +187,7 @@ impl<'f> Parser<'f> {
                 nodes,
             },
             bytes: self.budget.used(),
-            diagnostics: in_order(diagnostics),
+            diagnostics: sort_and_cap(diagnostics),
         }
     }
 
@@ -196,7 +196,7 @@ impl<'f> Parser<'f> {
         while self.kind() != TokenKind::EndOfFile {
             self.statement_or_recover(&mut body);
         }
-        self.claim(u32::MAX, DirectiveAnchor::AtEnd);
+        self.anchor_directives(u32::MAX, DirectiveAnchor::AtEnd);
         body
     }
 
@@ -207,7 +207,7 @@ impl<'f> Parser<'f> {
         }
         if self.kind() != TokenKind::EndOfFile {
             let failed = self.unexpected::<()>("the end of the expression");
-            return self.behind(expr, failed).map(|(expr, ())| expr);
+            return self.keep_or_abandon(expr, failed).map(|(expr, ())| expr);
         }
         Ok(expr)
     }
@@ -237,7 +237,7 @@ impl<'f> Parser<'f> {
         if self.at + 1 < self.tokens.len() {
             self.at += 1;
         }
-        self.budget.worked(TOKEN);
+        self.budget.charge(TOKEN);
         if self.at.is_multiple_of(LOOK_EVERY) && self.budget.is_spent() {
             // At the end of the text every construct ends.
             self.is_too_large = true;
@@ -272,13 +272,13 @@ impl<'f> Parser<'f> {
     }
 
     fn report(&mut self, diagnostic: Diagnostic) -> ErrorReported {
-        self.reports += 1;
+        self.report_count += 1;
         // What the lexer reported at this very place is not reported again in other words.
         let span = diagnostic.span;
         let at_cut = self.cuts.contains(&span.start);
         let known = at_cut
             || self
-                .lexed
+                .lexer_diagnostics
                 .iter()
                 .chain(self.diagnostics.iter())
                 .any(|other| {
@@ -375,13 +375,13 @@ impl<'f> Parser<'f> {
     fn ident(&mut self) -> ParseResult<Ident> {
         let token = self.expect(TokenKind::Name)?;
         Ok(Ident {
-            name: self.mangled(token)?,
+            name: self.mangle(token)?,
             span: token.span,
         })
     }
 
     /// Private names `__x` inside a class are kept apart from those of other classes (Python, "Private name mangling").
-    fn mangled(&mut self, token: Token) -> ParseResult<Box<str>> {
+    fn mangle(&mut self, token: Token) -> ParseResult<Box<str>> {
         let name = self.text(token);
         let private = name.starts_with("__") && !name.ends_with("__");
         match self.classes.last() {

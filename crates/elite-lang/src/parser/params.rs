@@ -121,7 +121,7 @@ impl Parser<'_> {
     fn check_duplicates(&mut self, parameters: &Parameters) {
         let mut seen: BTreeSet<&str> = BTreeSet::new();
         for parameter in parameters.iter() {
-            self.budget.worked(PARAMETER);
+            self.budget.charge(PARAMETER);
             if !seen.insert(&parameter.name.name) {
                 let name = quoted(&parameter.name.name);
                 let message = format!("duplicate argument '{name}' in function definition");

@@ -11,7 +11,12 @@ use crate::source::Span;
 
 impl Parser<'_> {
     /// Adds to `body` what is left of the statement that began with token `first`; `below` was in its block.
-    pub(super) fn remains(&mut self, first: usize, below: Vec<Stmt>, body: &mut Vec<Stmt>) {
+    pub(super) fn recover_statement(
+        &mut self,
+        first: usize,
+        below: Vec<Stmt>,
+        body: &mut Vec<Stmt>,
+    ) {
         let head = self.tokens.get(first).map(|token| token.kind);
         let named = self.ident_at(first + 1);
         let kind = match (head, named) {

@@ -52,7 +52,7 @@ impl Parser<'_> {
                 self.eat(T::Newline);
             }
         }
-        self.remains(first, below, body);
+        self.recover_statement(first, below, body);
     }
 
     /// Skips the rest of the line; whether a block was below it, whose statements go into `below`.
@@ -88,7 +88,7 @@ impl Parser<'_> {
 
     fn ordinary_statement(&mut self, body: &mut Vec<Stmt>) -> ParseResult<()> {
         let start = self.token().span.start;
-        self.claim(start, DirectiveAnchor::Before(start));
+        self.anchor_directives(start, DirectiveAnchor::Before(start));
         match self.compound_statement()? {
             Some(statement) => {
                 body.push(statement);
@@ -351,7 +351,7 @@ impl Parser<'_> {
     /// Whether the script gives the name `print` another meaning; then `print x` is no statement (language.md 4.3).
     pub(super) fn assigns_print(&self) -> bool {
         self.tokens.windows(2).any(|pair| {
-            self.budget.worked(2);
+            self.budget.charge(2);
             let [first, second] = pair else { return false };
             let binds = matches!(
                 first.kind,

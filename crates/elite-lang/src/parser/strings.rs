@@ -95,13 +95,13 @@ impl Parser<'_> {
     pub(super) fn text_body(&mut self, literal: &StringLiteral, span: Span) -> String {
         let text = self.file.slice(span);
         if literal.raw || !text.contains('\\') {
-            return normalized(text).into_owned();
+            return normalize_newlines(text).into_owned();
         }
         let mut out = String::with_capacity(text.len());
         let mut rest = text;
         while let Some(backslash) = rest.find('\\') {
-            self.budget.worked(ESCAPE + backslash);
-            out.push_str(&normalized(&rest[..backslash]));
+            self.budget.charge(ESCAPE + backslash);
+            out.push_str(&normalize_newlines(&rest[..backslash]));
             let at = span.end as usize - (rest.len() - backslash);
             rest = self.escape(
                 &rest[backslash + 1..],
@@ -110,7 +110,7 @@ impl Parser<'_> {
                 &mut out,
             );
         }
-        out.push_str(&normalized(rest));
+        out.push_str(&normalize_newlines(rest));
         out
     }
 
@@ -140,10 +140,10 @@ impl Parser<'_> {
             't' => '\t',
             'v' => '\x0b',
             'e' => '\x1b',
-            'N' => return self.named(after, at, base, out),
-            'x' => return self.coded(after, 'x', 2, at, base, out),
-            'u' => return self.coded(after, 'u', 4, at, base, out),
-            'U' => return self.coded(after, 'U', 8, at, base, out),
+            'N' => return self.named_escape(after, at, base, out),
+            'x' => return self.hex_escape(after, 'x', 2, at, base, out),
+            'u' => return self.hex_escape(after, 'u', 4, at, base, out),
+            'U' => return self.hex_escape(after, 'U', 8, at, base, out),
             'o' if after.starts_with(|d: char| d.is_digit(8)) => {
                 let length = after.chars().take(2).take_while(|d| d.is_digit(8)).count();
                 return self.octal(after, length, out);
@@ -162,7 +162,7 @@ impl Parser<'_> {
     }
 
     /// A character by its name in braces, after `\N`.
-    fn named<'t>(
+    fn named_escape<'t>(
         &mut self,
         after: &'t str,
         at: usize,
@@ -188,7 +188,7 @@ impl Parser<'_> {
     }
 
     /// A character given by `length` hexadecimal digits of its code.
-    fn coded<'t>(
+    fn hex_escape<'t>(
         &mut self,
         digits: &'t str,
         kind: char,
@@ -236,7 +236,7 @@ impl Parser<'_> {
         }
         let span = Span::new(at, at + length);
         let width = |span: Span| -> usize {
-            let text = normalized(self.file.slice(span));
+            let text = normalize_newlines(self.file.slice(span));
             text.chars()
                 .map(|c| if c.is_ascii() { 1 } else { 10 })
                 .sum()
@@ -258,8 +258,8 @@ impl Parser<'_> {
         let mut out = Vec::with_capacity(text.len());
         let mut rest = text;
         while let Some(backslash) = rest.find('\\') {
-            self.budget.worked(ESCAPE + backslash);
-            out.extend_from_slice(normalized(&rest[..backslash]).as_bytes());
+            self.budget.charge(ESCAPE + backslash);
+            out.extend_from_slice(normalize_newlines(&rest[..backslash]).as_bytes());
             let escape = &rest[backslash + 1..];
             let is_unicode = escape.starts_with(['u', 'U', 'N']);
             if literal.raw || is_unicode {
@@ -274,13 +274,13 @@ impl Parser<'_> {
             // Escapes in bytes give codes up to 255; `\777` wraps, as in Python.
             out.extend(decoded.chars().map(|c| c as u32 as u8));
         }
-        out.extend_from_slice(normalized(rest).as_bytes());
+        out.extend_from_slice(normalize_newlines(rest).as_bytes());
         out
     }
 }
 
 /// Line ends of any kind become newlines.
-fn normalized(text: &str) -> std::borrow::Cow<'_, str> {
+fn normalize_newlines(text: &str) -> std::borrow::Cow<'_, str> {
     if text.contains('\r') {
         text.replace("\r\n", "\n").replace('\r', "\n").into()
     } else {

@@ -51,7 +51,7 @@ pub(crate) struct ParsedUnits {
 
 impl ParsedUnits {
     /// A text of which there is no tree.
-    pub(crate) fn nothing(tokens: Vec<Token>) -> Self {
+    pub(crate) fn empty(tokens: Vec<Token>) -> Self {
         ParsedUnits {
             module: Module::EMPTY,
             tokens,
@@ -72,7 +72,7 @@ pub(crate) struct TextEdit {
 
 impl TextEdit {
     /// The shortest piece that has to be replaced.
-    pub(crate) fn between(old: &str, new: &str) -> Self {
+    pub(crate) fn diff(old: &str, new: &str) -> Self {
         const STEP: usize = 64;
         let (old, new) = (old.as_bytes(), new.as_bytes());
         let shorter = old.len().min(new.len());
@@ -115,7 +115,7 @@ impl TextEdit {
 }
 
 /// Parses a text of which `before` is an earlier state.
-pub(crate) fn parse_again(
+pub(crate) fn reparse(
     file: &SourceFile,
     lexed: Tokens,
     budget: &WorkBudget<'_>,
@@ -124,7 +124,9 @@ pub(crate) fn parse_again(
     let mut parser = parse_tokens(file, lexed, budget);
     let print_is_assigned = parser.print_is_assigned;
     let before = before.filter(|(old, _)| {
-        old.print_is_assigned == print_is_assigned && !old.is_too_large && !parser.lexed.is_full()
+        old.print_is_assigned == print_is_assigned
+            && !old.is_too_large
+            && !parser.lexer_diagnostics.is_full()
     });
     let mut reader = UnitParser {
         body: Vec::new(),
@@ -135,7 +137,7 @@ pub(crate) fn parse_again(
     while parser.kind() != TokenKind::EndOfFile {
         reader.unit(&mut parser);
     }
-    parser.claim(u32::MAX, crate::ast::DirectiveAnchor::AtEnd);
+    parser.anchor_directives(u32::MAX, crate::ast::DirectiveAnchor::AtEnd);
     let tokens = std::mem::take(&mut parser.tokens);
     let is_too_large = parser.is_too_large;
     let parsed = parser.finish(reader.body);
@@ -165,8 +167,8 @@ impl UnitParser {
         let start = parser.token().span.start;
         let (first, body) = (parser.at, self.body.len());
         let (scopes, marks) = (parser.scope_count, parser.claimed);
-        let origin = self.kept(parser);
-        let reports = (parser.reports, parser.lexed.len());
+        let origin = self.reuse_unit(parser);
+        let reports = (parser.report_count, parser.lexer_diagnostics.len());
         if origin.is_none() {
             parser.statement_or_recover(&mut self.body);
         } else if parser.diagnostics.is_full() {
@@ -178,15 +180,15 @@ impl UnitParser {
             scopes: scopes..parser.scope_count,
             start,
             marks: marks..parser.claimed,
-            is_clean: reports == (parser.reports, parser.lexed.len())
-                && !parser.lexed.is_full()
+            is_clean: reports == (parser.report_count, parser.lexer_diagnostics.len())
+                && !parser.lexer_diagnostics.is_full()
                 && !parser.diagnostics.is_full(),
             origin,
         });
     }
 
     /// Takes over the tree of the old unit that the next tokens are, if there is one.
-    fn kept(&mut self, parser: &mut Parser<'_>) -> Option<usize> {
+    fn reuse_unit(&mut self, parser: &mut Parser<'_>) -> Option<usize> {
         let start = parser.token().span.start;
         let (old, difference) = self.old.as_mut()?;
         let old_start = difference.old_start(start)?;
@@ -242,7 +244,7 @@ impl UnitParser {
             return None;
         }
         if takes {
-            parser.claim(start, crate::ast::DirectiveAnchor::Before(start));
+            parser.anchor_directives(start, crate::ast::DirectiveAnchor::Before(start));
         }
         for old in &old_marks {
             parser.marks[parser.claimed].node.place = shift.node_place(old.place);

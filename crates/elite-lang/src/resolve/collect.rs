@@ -3,18 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use super::{KnownNames, NAME};
+use super::{KnownNames, WORK_PER_MENTION};
 use crate::ast::{
     Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
     FunctionDef, Ident, Module, Parameters, ScopeId, Stmt, StmtKind,
 };
 use crate::diagnostic::Diagnostic;
 use crate::findings::{DiagnosticList, quoted};
-use crate::limits::memory::{DROP, WorkBudget};
+use crate::limits::memory::{WORK_PER_DROP, WorkBudget};
 use crate::source::Span;
 
 /// Work for one statement or expression, beside the names in it.
-const EACH: usize = 8;
+const WORK_PER_NODE: usize = 8;
 
 /// What kind of program text a scope is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,7 +140,7 @@ pub(super) fn collect_part<'p>(
         // Each takes a place of some size.
         scopes: (own.start..=own.end.max(own.start))
             .map(|_| {
-                budget.worked(DROP);
+                budget.charge(WORK_PER_DROP);
                 None
             })
             .collect(),
@@ -160,7 +160,7 @@ impl Scopes<'_> {
     pub(super) fn release(self) {
         let budget = self.budget;
         for scope in self.scopes.into_iter().flatten() {
-            budget.worked(DROP);
+            budget.charge(WORK_PER_DROP);
             let texts = scope.uses.into_iter().map(|(name, _)| name);
             let texts = texts.chain(scope.names.into_iter().map(|info| info.name));
             budget.drop_each(texts.chain(scope.index.into_keys()));
@@ -170,11 +170,11 @@ impl Scopes<'_> {
     }
 
     pub(super) fn get(&self, id: ScopeId) -> Option<&Scope> {
-        self.scopes.get(self.at(id))?.as_ref()
+        self.scopes.get(self.table_index(id))?.as_ref()
     }
 
     /// Where a scope stands in the table.
-    fn at(&self, id: ScopeId) -> usize {
+    fn table_index(&self, id: ScopeId) -> usize {
         match id.0 {
             0 => 0,
             other => (other + 1 - self.first) as usize,
@@ -200,20 +200,20 @@ impl Scopes<'_> {
             .iter()
             .filter(|info| info.bound && info.global.is_none());
         let name = |info: &NameInfo| {
-            self.budget.worked(NAME / 4);
+            self.budget.charge(WORK_PER_MENTION / 4);
             info.name.clone()
         };
         own.map(name).collect()
     }
 
     fn open(&mut self, id: ScopeId, kind: ScopeKind, parent: Option<ScopeId>) {
-        let at = self.at(id);
+        let at = self.table_index(id);
         self.scopes[at] = Some(Scope::new(kind, parent));
     }
 
     /// Runs `inner` in the new scope `id`.
-    fn within(&mut self, id: ScopeId, kind: ScopeKind, inner: impl FnOnce(&mut Self)) {
-        self.budget.worked(NAME);
+    fn in_scope(&mut self, id: ScopeId, kind: ScopeKind, inner: impl FnOnce(&mut Self)) {
+        self.budget.charge(WORK_PER_MENTION);
         let outer = self.current;
         self.open(id, kind, Some(outer));
         self.current = id;
@@ -223,7 +223,7 @@ impl Scopes<'_> {
 
     fn scope(&mut self) -> &mut Scope {
         // `current` is only ever set to a scope that `open` has made; the module is a safe stand-in.
-        let index = self.at(self.current);
+        let index = self.table_index(self.current);
         self.scopes[index].get_or_insert_with(|| Scope::new(ScopeKind::Module, None))
     }
 
@@ -234,14 +234,14 @@ impl Scopes<'_> {
 
     /// A use that does not count as reading the name before its declaration: `x += 1` is an assignment.
     fn mention(&mut self, name: &str, span: Span) {
-        self.budget.worked(NAME);
+        self.budget.charge(WORK_PER_MENTION);
         let scope = self.scope();
         scope.name_mut(name).first_seen.get_or_insert(span);
         scope.uses.push((name.into(), span));
     }
 
     fn bind(&mut self, name: &str, span: Span) {
-        self.budget.worked(NAME);
+        self.budget.charge(WORK_PER_MENTION);
         let info = self.scope().name_mut(name);
         info.bound = true;
         info.first_seen.get_or_insert(span);
@@ -249,12 +249,12 @@ impl Scopes<'_> {
 
     /// A name may be declared after its import, as in CPython.
     fn bind_import(&mut self, name: &str) {
-        self.budget.worked(NAME);
+        self.budget.charge(WORK_PER_MENTION);
         self.scope().name_mut(name).bound = true;
     }
 
     fn note(&mut self, name: &str, span: Span, binding: Binding) {
-        self.budget.worked(NAME / 2);
+        self.budget.charge(WORK_PER_MENTION / 2);
         let info = self.scope().name_mut(name);
         info.binding.get_or_insert((span, binding));
     }
@@ -272,10 +272,10 @@ impl Scopes<'_> {
 
     fn block(&mut self, body: &[Stmt]) {
         for statement in body {
-            if self.budget.is_given_up() {
+            if self.budget.is_aborted() {
                 return;
             }
-            self.budget.worked(EACH);
+            self.budget.charge(WORK_PER_NODE);
             self.statement(statement);
         }
     }
@@ -417,7 +417,7 @@ impl Scopes<'_> {
     }
 
     fn declare_global(&mut self, ident: &Ident) {
-        self.budget.worked(NAME);
+        self.budget.charge(WORK_PER_MENTION);
         if self.global_set.insert(ident.name.clone()) {
             self.globals.push(ident.name.clone());
         }
@@ -446,7 +446,7 @@ impl Scopes<'_> {
         lenient: bool,
         set: impl FnOnce(&mut NameInfo, Span),
     ) {
-        self.budget.worked(NAME);
+        self.budget.charge(WORK_PER_MENTION);
         let info = self.scope().name_mut(&ident.name);
         let name = quoted(&ident.name);
         let is_first = info.global.is_none() && info.nonlocal.is_none();
@@ -512,7 +512,7 @@ impl Scopes<'_> {
             .chain(&def.returns)
             .for_each(|annotation| self.annotation(annotation));
         self.bind(&def.name.name, def.name.span);
-        self.within(def.scope, ScopeKind::Function, |scopes| {
+        self.in_scope(def.scope, ScopeKind::Function, |scopes| {
             def.parameters
                 .iter()
                 .for_each(|parameter| scopes.bind_parameter(&parameter.name));
@@ -529,7 +529,7 @@ impl Scopes<'_> {
         self.exprs(&def.decorators);
         self.args(&def.args);
         self.bind(&def.name.name, def.name.span);
-        self.within(def.scope, ScopeKind::Class, |scopes| {
+        self.in_scope(def.scope, ScopeKind::Class, |scopes| {
             scopes.block(&def.body)
         });
     }
@@ -566,7 +566,7 @@ impl Scopes<'_> {
     }
 
     fn expr(&mut self, expr: &Expr) {
-        self.budget.worked(EACH);
+        self.budget.charge(WORK_PER_NODE);
         match &expr.kind {
             ExprKind::Constant(_) => {}
             ExprKind::Name(name) => self.use_name(name, expr.span),
@@ -609,7 +609,7 @@ impl Scopes<'_> {
             ExprKind::Comprehension(comprehension) => self.comprehension(comprehension, expr.span),
             ExprKind::Lambda(lambda) => {
                 self.parameters_outside(&lambda.parameters);
-                self.within(lambda.scope, ScopeKind::Function, |scopes| {
+                self.in_scope(lambda.scope, ScopeKind::Function, |scopes| {
                     lambda
                         .parameters
                         .iter()
@@ -722,7 +722,7 @@ impl Scopes<'_> {
         } else {
             ScopeKind::Comprehension
         };
-        self.within(comprehension.scope, kind, |scopes| {
+        self.in_scope(comprehension.scope, kind, |scopes| {
             if generator {
                 // The iterator of the first clause is the only parameter, as in CPython.
                 scopes.bind(".0", span);

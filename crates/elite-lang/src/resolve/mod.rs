@@ -16,10 +16,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
 use crate::findings::DiagnosticList;
-use crate::limits::memory::{DROP, WorkBudget};
+use crate::limits::memory::{WORK_PER_DROP, WorkBudget};
 
 pub use names::KnownNames;
-pub(crate) use parts::{PlacedUnit, UnitAnalysis, together};
+pub(crate) use parts::{PlacedUnit, UnitAnalysis, merge_units};
 pub use unused::unused_names;
 
 /// The embedder's names that a program binds somewhere; none where `import *` may bind any.
@@ -116,7 +116,7 @@ impl Resolution {
     /// Drops the tables, with pauses.
     pub(crate) fn release(self, budget: &WorkBudget<'_>) {
         for scope in self.scopes.into_iter().flatten() {
-            budget.worked(DROP);
+            budget.charge(WORK_PER_DROP);
             budget.drop_each(scope.names);
             if let Some(frame) = scope.frame {
                 budget.drop_each(frame.slot_names);
@@ -129,11 +129,11 @@ impl Resolution {
 }
 
 /// Work for one mention of a name.
-const NAME: usize = 600;
+const WORK_PER_MENTION: usize = 600;
 
 /// Resolves all names of a program. `known` are the names the embedder provides beside Python's builtins.
 pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {
-    resolve_within(module, known, &WorkBudget::of(usize::MAX))
+    resolve_within(module, known, &WorkBudget::with_limit(usize::MAX))
 }
 
 /// The same with pauses. The result means nothing if the work was given up in one.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::NAME;
+use super::WORK_PER_MENTION;
 use super::collect::Scopes;
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
@@ -95,15 +95,15 @@ pub(super) fn report_undefined(
     }
     let mut globals: BTreeSet<&str> = BTreeSet::new();
     for scope in scopes.scopes.iter().flatten() {
-        scopes.budget.worked(NAME / 8);
+        scopes.budget.charge(WORK_PER_MENTION / 8);
         let is_module = scope.parent.is_none();
         let global = scope
             .names
             .iter()
             .filter(|info| info.bound && (is_module || info.global.is_some()));
         for info in global {
-            scopes.budget.worked(NAME);
-            if scopes.budget.is_given_up() {
+            scopes.budget.charge(WORK_PER_MENTION);
+            if scopes.budget.is_aborted() {
                 return;
             }
             globals.insert(&info.name);
@@ -112,12 +112,12 @@ pub(super) fn report_undefined(
     for (index, scope) in scopes.scopes.iter().enumerate() {
         let Some(scope) = scope else { continue };
         for (name, span) in &scope.uses {
-            scopes.budget.worked(NAME);
-            if scopes.budget.is_given_up() {
+            scopes.budget.charge(WORK_PER_MENTION);
+            if scopes.budget.is_aborted() {
                 return;
             }
             let local = binds_around(scopes, scopes.id_at(index), name);
-            if local || globals.contains(&**name) || is_given(name, known) {
+            if local || globals.contains(&**name) || is_predefined(name, known) {
                 continue;
             }
             if diagnostics.is_full() {
@@ -130,13 +130,13 @@ pub(super) fn report_undefined(
             } else {
                 None
             };
-            diagnostics.push(undefined(name, *span, near));
+            diagnostics.push(undefined_name(name, *span, near));
         }
     }
 }
 
 /// Whether a name is there without the program doing anything for it.
-pub(super) fn is_given(name: &str, known: &KnownNames) -> bool {
+pub(super) fn is_predefined(name: &str, known: &KnownNames) -> bool {
     crate::builtins::is_builtin_name(name) || known.contains(name) || name == "__class__"
 }
 
@@ -158,7 +158,7 @@ pub(super) fn similar<'n>(
 }
 
 /// What is said of a name that nothing defines.
-pub(super) fn undefined(name: &str, span: Span, near: Option<String>) -> Diagnostic {
+pub(super) fn undefined_name(name: &str, span: Span, near: Option<String>) -> Diagnostic {
     let message = format!("the name '{}' is not defined", quoted(name));
     let diagnostic = Diagnostic::warning("undefined-name", span, message);
     match near {

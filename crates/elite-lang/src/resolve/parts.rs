@@ -8,9 +8,9 @@ use std::ops::Range;
 
 use super::KnownNames;
 use super::collect::{Binding, Scopes, collect_part};
-use super::names::{SUGGESTIONS_MAX, binds_around, is_given, similar, undefined};
+use super::names::{SUGGESTIONS_MAX, binds_around, is_predefined, similar, undefined_name};
 use super::places::unbound_nonlocals;
-use super::unused::{BY_TEXT, each, owner, unused, unused_in};
+use super::unused::{READS_BY_NAME, numbered_scopes, owner, unused_in, unused_name};
 use crate::ast::Stmt;
 use crate::diagnostic::Diagnostic;
 use crate::findings::DiagnosticList;
@@ -63,14 +63,14 @@ struct NameUse {
 
 impl UnitAnalysis {
     /// Looks at statements of the top level, in which are the scopes `own`.
-    pub(crate) fn of(
+    pub(crate) fn analyze(
         body: &[Stmt],
         own: Range<u32>,
         start: u32,
         file: &SourceFile,
         known: &KnownNames,
     ) -> Self {
-        let budget = WorkBudget::of(usize::MAX);
+        let budget = WorkBudget::with_limit(usize::MAX);
         let mut scopes = collect_part(body, own, &budget);
         let errors = std::mem::take(&mut scopes.diagnostics);
         let mut unbound = DiagnosticList::default();
@@ -114,7 +114,7 @@ impl UnitAnalysis {
                 }
             }
             for (name, span) in &scope.uses {
-                if is_given(name, known) || binds_around(scopes, scopes.id_at(place), name) {
+                if is_predefined(name, known) || binds_around(scopes, scopes.id_at(place), name) {
                     continue;
                 }
                 let uses = match place {
@@ -132,9 +132,9 @@ impl UnitAnalysis {
 
     fn take_unused(&mut self, scopes: &Scopes<'_>) {
         let mut used: HashSet<(u32, &str)> = HashSet::new();
-        for (number, scope) in each(scopes) {
+        for (number, scope) in numbered_scopes(scopes) {
             for (name, _) in &scope.uses {
-                self.reads_by_text |= BY_TEXT.contains(&&**name);
+                self.reads_by_text |= READS_BY_NAME.contains(&&**name);
                 let owner = owner(scopes, number, name);
                 if used.insert((owner, name)) && owner == 0 {
                     self.used.push(name.clone());
@@ -142,7 +142,7 @@ impl UnitAnalysis {
             }
         }
         let mut found = DiagnosticList::default();
-        for (number, scope) in each(scopes).filter(|(number, _)| *number != 0) {
+        for (number, scope) in numbered_scopes(scopes).filter(|(number, _)| *number != 0) {
             unused_in(scope, number, &used, &mut found);
         }
         self.unused = found.into_vec();
@@ -167,7 +167,7 @@ impl PlacedUnit<'_> {
         }
     }
 
-    fn moved(&self, finding: &Diagnostic) -> Diagnostic {
+    fn relocated(&self, finding: &Diagnostic) -> Diagnostic {
         let mut finding = finding.clone();
         finding.span = self.span(finding.span);
         for label in &mut finding.labels {
@@ -181,7 +181,7 @@ impl PlacedUnit<'_> {
 
     /// The names that a scope of it binds.
     fn locals(&self, scope: usize) -> Vec<Box<str>> {
-        let budget = WorkBudget::of(usize::MAX);
+        let budget = WorkBudget::with_limit(usize::MAX);
         let scopes = collect_part(self.body, self.scopes.clone(), &budget);
         let names = scopes.scopes.get(scope).and_then(Option::as_ref);
         let bound = names.iter().flat_map(|scope| &scope.names);
@@ -200,7 +200,7 @@ pub(crate) struct MergedDiagnostics {
 }
 
 /// Puts the parts of a program together.
-pub(crate) fn together(parts: &[PlacedUnit<'_>], known: &KnownNames) -> MergedDiagnostics {
+pub(crate) fn merge_units(parts: &[PlacedUnit<'_>], known: &KnownNames) -> MergedDiagnostics {
     let mut found = MergedDiagnostics {
         resolved: DiagnosticList::default(),
         unused: DiagnosticList::default(),
@@ -230,7 +230,7 @@ pub(crate) fn together(parts: &[PlacedUnit<'_>], known: &KnownNames) -> MergedDi
         let bound = parts.iter().flat_map(|placed| &placed.part.bound_natives);
         let bound: HashSet<&str> = bound.map(|name| &**name).collect();
         for placed in parts {
-            let calls = placed.part.calls.without(|name| bound.contains(name));
+            let calls = placed.part.calls.retained(|name| bound.contains(name));
             push_all(placed, calls, &mut found.calls);
         }
     }
@@ -246,7 +246,7 @@ fn push_all<'d>(
         if found.is_full() {
             return;
         }
-        found.push(placed.moved(finding));
+        found.push(placed.relocated(finding));
     }
 }
 
@@ -262,10 +262,10 @@ fn undefined_names(parts: &[PlacedUnit<'_>], known: &KnownNames, found: &mut Dia
     }
     let top = parts
         .iter()
-        .flat_map(|placed| with(placed, &placed.part.uses));
+        .flat_map(|placed| uses_of(placed, &placed.part.uses));
     let inner = parts
         .iter()
-        .flat_map(|placed| with(placed, &placed.part.inner_uses));
+        .flat_map(|placed| uses_of(placed, &placed.part.inner_uses));
     let unknown = top
         .chain(inner)
         .filter(|(_, used)| !globals.contains(&*used.name));
@@ -290,11 +290,11 @@ fn undefined_names(parts: &[PlacedUnit<'_>], known: &KnownNames, found: &mut Dia
         } else {
             None
         };
-        found.push(undefined(&used.name, placed.span(used.span), near));
+        found.push(undefined_name(&used.name, placed.span(used.span), near));
     }
 }
 
-fn with<'p>(
+fn uses_of<'p>(
     placed: &'p PlacedUnit<'p>,
     uses: &'p [NameUse],
 ) -> impl Iterator<Item = (&'p PlacedUnit<'p>, &'p NameUse)> {
@@ -331,7 +331,7 @@ fn unused_imports(parts: &[PlacedUnit<'_>], found: &mut DiagnosticList) {
             && !name.starts_with('_')
             && !used.contains(name)
         {
-            found.push(unused(name, span, Binding::Import));
+            found.push(unused_name(name, span, Binding::Import));
         }
     }
 }

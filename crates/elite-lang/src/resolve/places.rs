@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::collect::{NameInfo, Scope, ScopeKind, Scopes};
-use super::{FrameLayout, NAME, ScopeLayout, Storage};
+use super::{FrameLayout, ScopeLayout, Storage, WORK_PER_MENTION};
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
 use crate::findings::{DiagnosticList, quoted};
-use crate::limits::memory::{DROP, WorkBudget};
+use crate::limits::memory::{WORK_PER_DROP, WorkBudget};
 use crate::source::Span;
 
 /// The scope a name belongs to; None is the module, so a global or builtin.
@@ -73,7 +73,7 @@ pub(super) fn assign(
     };
     let ids: Vec<ScopeId> = (0..count as u32).map(ScopeId).collect();
     for id in &ids {
-        assigner.goes_on();
+        assigner.charge_name();
         let frame = assigner.frame_of(*id);
         if frame != *id {
             assigner.inlined[frame.0 as usize].push(*id);
@@ -112,7 +112,7 @@ pub(super) fn unbound_nonlocals(scopes: &Scopes<'_>, found: &mut DiagnosticList)
 /// A table with an empty entry for each scope.
 fn table<T: Default>(count: usize, budget: &WorkBudget<'_>) -> Vec<T> {
     let entry = |_| {
-        budget.worked(size_of::<T>());
+        budget.charge(size_of::<T>());
         T::default()
     };
     (0..count).map(entry).collect()
@@ -168,11 +168,11 @@ impl SlotAllocator<'_, '_> {
             budget.drop_each(frame.ranges);
         }
         for names in self.captured {
-            budget.worked(DROP);
+            budget.charge(WORK_PER_DROP);
             budget.drop_each(names);
         }
         for closure in self.free {
-            budget.worked(DROP);
+            budget.charge(WORK_PER_DROP);
             budget.drop_each(closure.names);
             budget.drop_each(closure.index);
         }
@@ -180,9 +180,9 @@ impl SlotAllocator<'_, '_> {
     }
 
     /// Counts the work for a name; whether to go on.
-    fn goes_on(&self) -> bool {
-        self.scopes.budget.worked(NAME);
-        !self.scopes.budget.is_given_up()
+    fn charge_name(&self) -> bool {
+        self.scopes.budget.charge(WORK_PER_MENTION);
+        !self.scopes.budget.is_aborted()
     }
 
     fn scope(&self, id: ScopeId) -> Option<&Scope> {
@@ -207,7 +207,7 @@ impl SlotAllocator<'_, '_> {
     fn find_shared(&mut self, id: ScopeId) {
         let count = self.scope(id).map_or(0, |scope| scope.names.len());
         for index in 0..count {
-            if !self.goes_on() {
+            if !self.charge_name() {
                 return;
             }
             let Some(info) = self.scope(id).and_then(|scope| scope.names.get(index)) else {
@@ -252,7 +252,7 @@ impl SlotAllocator<'_, '_> {
     /// The slots of the frame of `id`, as (scope, name); empty if `id` has no frame.
     fn slots_of_frame(&self, id: ScopeId) -> FrameSlots {
         let mut slots = FrameSlots::default();
-        self.goes_on();
+        self.charge_name();
         let Some(scope) = self.scope(id) else {
             return slots;
         };
@@ -267,7 +267,7 @@ impl SlotAllocator<'_, '_> {
                 for parameter in [true, false] {
                     let those = |info: &&NameInfo| info.parameter == parameter;
                     for info in scope.names.iter().filter(local).filter(those) {
-                        if self.goes_on() {
+                        if self.charge_name() {
                             slots.push(id, &info.name);
                         }
                     }
@@ -281,7 +281,7 @@ impl SlotAllocator<'_, '_> {
             let names = self.scope(*inner).map_or(&[][..], |scope| &scope.names);
             names
                 .iter()
-                .filter(|info| info.bound && self.goes_on())
+                .filter(|info| info.bound && self.charge_name())
                 .for_each(|info| slots.push(*inner, &info.name));
         }
         slots
@@ -330,14 +330,14 @@ impl SlotAllocator<'_, '_> {
     }
 
     fn places_of(&self, id: ScopeId, slots: &[FrameSlots]) -> Option<ScopeLayout> {
-        if !self.goes_on() {
+        if !self.charge_name() {
             return None;
         }
         let scope = self.scope(id)?;
         let mut places = ScopeLayout::default();
         for info in &scope.names {
-            self.scopes.budget.worked(NAME);
-            if !self.goes_on() {
+            self.scopes.budget.charge(WORK_PER_MENTION);
+            if !self.charge_name() {
                 return None;
             }
             let owner = self.scopes.owner(id, &info.name);
@@ -348,7 +348,7 @@ impl SlotAllocator<'_, '_> {
         if scope.kind == ScopeKind::Comprehension {
             let frame_slots = &slots[self.frame_of(id).0 as usize];
             for slot in frame_slots.ranges.get(&id).cloned().unwrap_or_default() {
-                self.goes_on();
+                self.charge_name();
                 places.slots.push(slot);
                 let (_, name) = &frame_slots.names[slot as usize];
                 if self.is_captured(id, name) {
@@ -378,7 +378,7 @@ impl SlotAllocator<'_, '_> {
         let cells = own
             .iter()
             .enumerate()
-            .filter(|(_, (owner, name))| self.goes_on() && *owner == id && is_cell(name));
+            .filter(|(_, (owner, name))| self.charge_name() && *owner == id && is_cell(name));
         let class_cell = own
             .iter()
             .position(|(owner, name)| *owner == id && &**name == CELL_SLOT);
@@ -388,7 +388,7 @@ impl SlotAllocator<'_, '_> {
             .count();
         let parent = scope.parent.unwrap_or(id);
         let closure = self.free[id.0 as usize].names.iter().map(|(name, owner)| {
-            self.goes_on();
+            self.charge_name();
             let place = match &**name {
                 // The class around, whose body is the parent.
                 CLASS_CELL if *owner == parent => {
@@ -400,7 +400,7 @@ impl SlotAllocator<'_, '_> {
             (name.clone(), place)
         });
         let slot_name = |(_, name): &(ScopeId, Box<str>)| {
-            self.scopes.budget.worked(NAME / 4);
+            self.scopes.budget.charge(WORK_PER_MENTION / 4);
             name.clone()
         };
         FrameLayout {

@@ -10,22 +10,22 @@ use crate::limits::memory::WorkBudget;
 use crate::source::Span;
 
 /// Functions that read variables by names this pass cannot see.
-pub(super) const BY_TEXT: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
+pub(super) const READS_BY_NAME: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
 
 /// Warns about variables that are assigned in a function and never read, and about imports that are never used.
 pub fn unused_names(module: &Module, found: &mut DiagnosticList) {
-    let budget = WorkBudget::of(usize::MAX);
+    let budget = WorkBudget::with_limit(usize::MAX);
     let scopes = collect(module, &budget);
     let mut used: HashSet<(u32, &str)> = HashSet::new();
-    for (index, scope) in each(&scopes) {
+    for (index, scope) in numbered_scopes(&scopes) {
         for (name, _) in &scope.uses {
-            if BY_TEXT.contains(&&**name) {
+            if READS_BY_NAME.contains(&&**name) {
                 return;
             }
             used.insert((owner(&scopes, index, name), name));
         }
     }
-    for (index, scope) in each(&scopes) {
+    for (index, scope) in numbered_scopes(&scopes) {
         unused_in(scope, index, &used, found);
     }
 }
@@ -51,13 +51,13 @@ pub(super) fn unused_in(
             && !info.name.starts_with('_')
             && !used.contains(&(number, &*info.name))
         {
-            found.push(unused(&info.name, span, binding));
+            found.push(unused_name(&info.name, span, binding));
         }
     }
 }
 
 /// What is said of a name that is bound and never read.
-pub(super) fn unused(name: &str, span: Span, binding: Binding) -> Diagnostic {
+pub(super) fn unused_name(name: &str, span: Span, binding: Binding) -> Diagnostic {
     let name = quoted(name);
     match binding {
         Binding::Import => {
@@ -72,7 +72,9 @@ pub(super) fn unused(name: &str, span: Span, binding: Binding) -> Diagnostic {
     }
 }
 
-pub(super) fn each<'s>(scopes: &'s Scopes<'_>) -> impl Iterator<Item = (u32, &'s Scope)> {
+pub(super) fn numbered_scopes<'s>(
+    scopes: &'s Scopes<'_>,
+) -> impl Iterator<Item = (u32, &'s Scope)> {
     let all = scopes.scopes.iter().enumerate();
     all.filter_map(|(place, scope)| Some((scopes.id_at(place).0, scope.as_ref()?)))
 }

@@ -11,7 +11,7 @@ use super::define::{ModuleBuilder, instance};
 use crate::builtins::{Args, Builtin};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::data::no_values;
 use crate::value::function::WrappedFunction;
 use crate::value::symbol::known;
@@ -26,16 +26,16 @@ const LEAST: usize = 32;
 pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.class(DATA, None, &[]);
     let type_ = module.core().types.type_.clone();
-    let metaclass = module.derived(
+    let metaclass = module.derived_class(
         "ABCMeta",
         &type_,
         &[
             ("register", "subclass", register),
             ("__instancecheck__", "instance", |ev, args| {
-                has_instance(ev, own(ev, &args[0])?, &args[1]).map(Value::Bool)
+                has_instance(ev, class_argument(ev, &args[0])?, &args[1]).map(Value::Bool)
             }),
             ("__subclasscheck__", "subclass", |ev, args| {
-                has_subclass(ev, own(ev, &args[0])?, &args[1]).map(Value::Bool)
+                has_subclass(ev, class_argument(ev, &args[0])?, &args[1]).map(Value::Bool)
             }),
         ],
     )?;
@@ -54,20 +54,22 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     set_missing(module.ev, &abc, ValueVec::default())?;
     module.value("ABC", abc);
     module.functions(&[
-        ("abstractmethod", "funcobj", |ev, args| marked(ev, &args[0])),
+        ("abstractmethod", "funcobj", |ev, args| {
+            mark_abstract(ev, &args[0])
+        }),
         ("abstractclassmethod", "callable", |ev, args| {
-            let function = marked(ev, &args[0])?;
+            let function = mark_abstract(ev, &args[0])?;
             Ok(Value::ClassMethod(WrappedFunction::around(function)))
         }),
         ("abstractstaticmethod", "callable", |ev, args| {
-            let function = marked(ev, &args[0])?;
+            let function = mark_abstract(ev, &args[0])?;
             Ok(Value::StaticMethod(WrappedFunction::around(function)))
         }),
         ("abstractproperty", "fget? fset? fdel? doc?", |ev, args| {
-            let given = |value: &Value| value.given().cloned().unwrap_or(Value::None);
+            let given = |value: &Value| value.if_given().cloned().unwrap_or(Value::None);
             let mut parts: Vec<Value> = args.iter().map(given).collect();
             if !parts[0].is_none() {
-                parts[0] = marked(ev, &parts[0])?;
+                parts[0] = mark_abstract(ev, &parts[0])?;
             }
             let property = Value::Class(ev.core.types.property.clone());
             ev.call(&property, &mut parts, &[])
@@ -76,13 +78,13 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
             update(ev, &args[0])
         }),
         ("get_cache_token", "", |ev, _| {
-            Ok(Value::Int(ev.core.registered.get() as i64))
+            Ok(Value::Int(ev.core.abc_registrations.get() as i64))
         }),
         ("_has_method", "cls name /", |ev, args| {
-            let (class, Value::Str(name)) = (own(ev, &args[0])?, &args[1]) else {
+            let (class, Value::Str(name)) = (class_argument(ev, &args[0])?, &args[1]) else {
                 return Err(ev.type_error("_has_method() argument 2 must be str"));
             };
-            let name = *ev.ask_name(name.as_str())?;
+            let name = *ev.temp_symbol(name.as_str())?;
             // What every object has by nature is looked at nowhere else.
             let found = class.lookup(name);
             let has = found.map_or(name == known::HASH, |found| !found.is_none());
@@ -122,7 +124,7 @@ impl WeakClassSet {
             let looked_at = classes.len();
             classes.retain(|_, class| class.strong_count() > 0);
             self.limit.set(classes.len() * 2);
-            ev.worked(looked_at * VALUE)?;
+            ev.charge(looked_at * WORK_PER_VALUE)?;
         }
         classes.insert(Rc::as_ptr(class), Rc::downgrade(class));
         Ok(())
@@ -133,7 +135,7 @@ impl WeakClassSet {
     }
 }
 
-fn own<'v>(ev: &Evaluator<'_>, value: &'v Value) -> R<&'v Rc<Class>> {
+fn class_argument<'v>(ev: &Evaluator<'_>, value: &'v Value) -> R<&'v Rc<Class>> {
     match value {
         Value::Class(class) => Ok(class),
         other => {
@@ -177,13 +179,13 @@ fn make(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let [metaclass, rest @ ..] = &*args.positional else {
         return Ok(Value::None); // There are four.
     };
-    let metaclass = own(ev, metaclass)?;
+    let metaclass = class_argument(ev, metaclass)?;
     let made = ev.new_class(metaclass, rest, args.keywords, args.caller.as_ref())?;
     let (Value::Class(class), [_, _, names]) = (&made, rest) else {
         return Ok(made);
     };
     let mut missing = ValueVec::default();
-    if let Value::Dict(names) = ev.plain(names) {
+    if let Value::Dict(names) = ev.unwrap_builtin(names) {
         add_abstract(ev, &names, &mut missing)?;
     }
     add_inherited(ev, class, &mut missing)?;
@@ -203,7 +205,7 @@ fn update(ev: &Evaluator<'_>, value: &Value) -> R {
     {
         return Ok(value.clone());
     }
-    let class = own(ev, value)?;
+    let class = class_argument(ev, value)?;
     let mut missing = ValueVec::default();
     if let Value::Dict(names) = ev.attribute(value, known::DICT)? {
         add_abstract(ev, &names, &mut missing)?;
@@ -215,7 +217,7 @@ fn update(ev: &Evaluator<'_>, value: &Value) -> R {
 
 /// Appends the names of what is abstract among these.
 fn add_abstract(ev: &Evaluator<'_>, names: &Dict, missing: &mut ValueVec) -> R<()> {
-    for (_, name, value) in ev.entries(names)? {
+    for (_, name, value) in ev.collect_entries(names)? {
         if is_abstract(ev, &value)? {
             missing.push(name);
         }
@@ -232,11 +234,11 @@ fn add_inherited(ev: &Evaluator<'_>, class: &Rc<Class>, missing: &mut ValueVec) 
             continue;
         };
         for name in ev.collect(&names)? {
-            ev.worked(VALUE)?;
+            ev.charge(WORK_PER_VALUE)?;
             let Value::Str(text) = &name else {
                 continue;
             };
-            let symbol = ev.ask_name(text.as_str())?;
+            let symbol = ev.temp_symbol(text.as_str())?;
             if let Some(found) = ev.attribute_or_none(&value, *symbol)?
                 && is_abstract(ev, &found)?
             {
@@ -254,7 +256,7 @@ fn set_missing(ev: &Evaluator<'_>, class: &Value, missing: ValueVec) -> R<()> {
 }
 
 /// A function, marked as an abstract one.
-fn marked(ev: &Evaluator<'_>, function: &Value) -> R {
+fn mark_abstract(ev: &Evaluator<'_>, function: &Value) -> R {
     ev.set_attribute(function, known::IS_ABSTRACT, Value::Bool(true))?;
     Ok(function.clone())
 }
@@ -268,7 +270,7 @@ fn is_abstract(ev: &Evaluator<'_>, value: &Value) -> R<bool> {
 
 /// `cls.register(subclass)`
 fn register(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let class = own(ev, &args[0])?;
+    let class = class_argument(ev, &args[0])?;
     let Value::Class(other) = &args[1] else {
         return Err(ev.type_error("Can only register classes"));
     };
@@ -283,7 +285,7 @@ fn register(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         known.registered.push(other);
         Ok(())
     })?;
-    let registered = &ev.core.registered;
+    let registered = &ev.core.abc_registrations;
     registered.set(registered.get() + 1);
     Ok(args[1].clone())
 }
@@ -300,7 +302,7 @@ fn has_instance(ev: &Evaluator<'_>, class: &Rc<Class>, value: &Value) -> R<bool>
     let answer = with_known(ev, class, |known| {
         Ok(match &said {
             Value::Class(said) if known.derived.has(said) => Some(true),
-            _ if is_own && is_ruled_out(ev, known, own) => Some(false),
+            _ if is_own && is_known_unrelated(ev, known, own) => Some(false),
             _ => None,
         })
     })?;
@@ -316,8 +318,8 @@ fn has_instance(ev: &Evaluator<'_>, class: &Rc<Class>, value: &Value) -> R<bool>
 }
 
 /// Whether a class is known not to be derived.
-fn is_ruled_out(ev: &Evaluator<'_>, known: &AbcRegistry, other: &Rc<Class>) -> bool {
-    let now = ev.core.registered.get();
+fn is_known_unrelated(ev: &Evaluator<'_>, known: &AbcRegistry, other: &Rc<Class>) -> bool {
+    let now = ev.core.abc_registrations.get();
     if known.others_since.replace(now) != now {
         known.others.clear();
     }
@@ -332,13 +334,13 @@ fn has_subclass(ev: &Evaluator<'_>, class: &Rc<Class>, other: &Value) -> R<bool>
     let answer = with_known(ev, class, |known| {
         Ok(match known.derived.has(other) {
             true => Some(true),
-            false => is_ruled_out(ev, known, other).then_some(false),
+            false => is_known_unrelated(ev, known, other).then_some(false),
         })
     })?;
     if let Some(answer) = answer {
         return Ok(answer);
     }
-    let answer = ev.recurse(|| find_out(ev, class, other))?;
+    let answer = ev.with_native_depth(|| find_out(ev, class, other))?;
     with_known(ev, class, |known| match answer {
         true => known.derived.add(ev, other),
         false => known.others.add(ev, other),
@@ -362,12 +364,13 @@ fn find_out(ev: &Evaluator<'_>, class: &Rc<Class>, other: &Rc<Class>) -> R<bool>
     }
     let mut known = Vec::new();
     with_known(ev, class, |own| {
-        own.registered.each(|class| known.push(class.clone()));
+        own.registered
+            .for_each_alive(|class| known.push(class.clone()));
         Ok(())
     })?;
     known.extend(class.subclasses());
     for known in known {
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
         if ev.is_subclass(other, &Value::Class(known))? {
             return Ok(true);
         }

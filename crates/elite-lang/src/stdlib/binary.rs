@@ -9,7 +9,7 @@ use super::define::{ModuleBuilder, native_class};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, STRIDE, many};
+use crate::eval::bulk::{BULK_CHUNK, WORK_PER_BYTE, bulk_work};
 use crate::value::int::Int;
 use crate::value::{Bytes, R, Raised, Value};
 
@@ -19,18 +19,18 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
         .types
         .exception(ExceptionKind::Exception)
         .clone();
-    module.derived("error", &exception, &[])?;
+    module.derived_class("error", &exception, &[])?;
     module.raw("pack", pack);
     module.functions(&[
         ("calcsize", "format /", |ev, args| {
-            let format = StructFormat::of(ev, &args[0])?;
+            let format = StructFormat::cached(ev, &args[0])?;
             Ok(Value::Int(format.size as i64))
         }),
         ("unpack", "format buffer /", |ev, args| {
             unpack(ev, &args[0], &args[1], None)
         }),
         ("unpack_from", "format buffer offset?", |ev, args| {
-            let from = args[2].given().unwrap_or(&Value::Int(0));
+            let from = args[2].if_given().unwrap_or(&Value::Int(0));
             unpack(ev, &args[0], &args[1], Some(from))
         }),
     ]);
@@ -111,17 +111,17 @@ fn width(code: u8, native: bool) -> Option<usize> {
 }
 
 impl StructFormat {
-    fn of(ev: &Evaluator<'_>, format: &Value) -> R<Rc<StructFormat>> {
-        let formats = &ev.core.kept.formats;
+    fn cached(ev: &Evaluator<'_>, format: &Value) -> R<Rc<StructFormat>> {
+        let formats = &ev.core.module_state.formats;
         if let Value::Str(text) = format
             && let Some(known) = formats.find(text.as_str().as_bytes())
         {
             return Ok(known);
         }
-        let text = match ev.plain(format) {
+        let text = match ev.unwrap_builtin(format) {
             Value::Str(text) => ev.encode(&text, &Value::str("ascii"), &Value::Unbound)?,
             other => match ev.bytes_like(&other) {
-                Some(data) => ev.copied_bytes(&data)?,
+                Some(data) => ev.copy_bytes(&data)?,
                 None => {
                     let name = ev.core.types.name_of(&other);
                     return Err(ev.type_error(format!(
@@ -152,7 +152,7 @@ impl StructFormat {
         };
         let mut count: Option<usize> = None;
         for code in codes {
-            ev.worked(EACH)?;
+            ev.charge(WORK_PER_BYTE)?;
             if code.is_ascii_digit() {
                 let digit = usize::from(code - b'0');
                 let next = count.unwrap_or(0) * 10 + digit;
@@ -188,7 +188,7 @@ impl StructFormat {
                 _ => {
                     ev.grow(&mut made.fields, times)?;
                     for index in 0..times {
-                        ev.worked(EACH)?;
+                        ev.charge(WORK_PER_BYTE)?;
                         made.fields.push((*code, width, made.size + index * width));
                     }
                     made.values += times;
@@ -210,7 +210,7 @@ fn pack(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let Some((format, values)) = args.positional.split_first() else {
         return Err(ev.type_error("pack expected at least 1 argument, got 0"));
     };
-    let format = StructFormat::of(ev, format)?;
+    let format = StructFormat::cached(ev, format)?;
     if values.len() != format.values {
         let (wanted, got) = (format.values, values.len());
         let text = format!("pack expected {wanted} items for packing (got {got})");
@@ -219,7 +219,7 @@ fn pack(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     ev.check_allocation(format.size)?;
     let mut out = vec![0; format.size];
     for ((code, width, offset), value) in format.fields.iter().zip(values) {
-        ev.worked(4 * EACH)?;
+        ev.charge(4 * WORK_PER_BYTE)?;
         let place = &mut out[*offset..*offset + *width];
         pack_one(ev, *code, &format, value, place)?;
         if format.little && !matches!(code, b's' | b'p' | b'c') {
@@ -261,7 +261,7 @@ fn pack_one(
                 }
             }
         }
-        b'c' => match &ev.plain(value) {
+        b'c' => match &ev.unwrap_builtin(value) {
             // Only this one takes no bytearray.
             Value::Bytes(bytes) if bytes.data().len() == 1 => place[0] = bytes.data()[0],
             _ => {
@@ -283,9 +283,12 @@ fn pack_one(
                 place
             };
             let length = data.len().min(body.len());
-            for (to, from) in body[..length].chunks_mut(STRIDE).zip(data.chunks(STRIDE)) {
+            for (to, from) in body[..length]
+                .chunks_mut(BULK_CHUNK)
+                .zip(data.chunks(BULK_CHUNK))
+            {
                 to.copy_from_slice(&from[..to.len()]);
-                ev.worked(many(to.len()))?;
+                ev.charge(bulk_work(to.len()))?;
             }
         }
         _ => pack_int(ev, code, format, value, place)?,
@@ -367,7 +370,7 @@ fn pack_int(
 }
 
 fn unpack(ev: &Evaluator<'_>, format: &Value, buffer: &Value, from: Option<&Value>) -> R {
-    let format = StructFormat::of(ev, format)?;
+    let format = StructFormat::cached(ev, format)?;
     let Some(data) = ev.bytes_like(buffer) else {
         let name = ev.core.types.name_of(buffer);
         return Err(ev.type_error(format!("a bytes-like object is required, not '{name}'")));
@@ -404,18 +407,18 @@ fn unpack(ev: &Evaluator<'_>, format: &Value, buffer: &Value, from: Option<&Valu
         }
     };
     // Each field is a number or a text of its own.
-    ev.ask_for_pieces(data.len(), || format.fields.len())?;
+    ev.check_split_allocation(data.len(), || format.fields.len())?;
     let mut values = Vec::with_capacity(format.fields.len());
     for (code, width, offset) in &format.fields {
-        ev.worked(4 * EACH)?;
+        ev.charge(4 * WORK_PER_BYTE)?;
         let field = &data[*offset..*offset + *width];
         values.push(match code {
-            b'c' | b's' => text_value(ev.copied_bytes(field)?),
+            b'c' | b's' => text_value(ev.copy_bytes(field)?),
             b'p' => {
                 let (length, body) = field.split_first().map_or((0, field), |(length, body)| {
                     (usize::from(*length).min(body.len()), body)
                 });
-                text_value(ev.copied_bytes(&body[..length])?)
+                text_value(ev.copy_bytes(&body[..length])?)
             }
             _ => number(*code, format.little, field),
         });

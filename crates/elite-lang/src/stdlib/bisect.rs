@@ -51,8 +51,8 @@ fn insert(ev: &Evaluator<'_>, args: &mut [Value], side: BisectSide) -> R {
     let bounds = bounds(ev, args)?;
     let place = place(ev, &args[0], &sought, bounds, key(args), side)?;
     if let Value::List(list) = &args[0] {
-        if args[1].holds_values() {
-            ev.core.note(&args[0]);
+        if args[1].can_hold_values() {
+            ev.core.gc_track(&args[0]);
         }
         ev.list_insert(list, place, args[1].clone())?;
         return Ok(Value::None);
@@ -63,13 +63,13 @@ fn insert(ev: &Evaluator<'_>, args: &mut [Value], side: BisectSide) -> R {
 }
 
 fn key(args: &[Value]) -> Option<&Value> {
-    args[4].given().filter(|key| !key.is_none())
+    args[4].if_given().filter(|key| !key.is_none())
 }
 
 /// The part of the sequence that is looked at.
 fn bounds(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
-    let low = args[2].given().map_or(Ok(0), |low| ev.index(low))?;
-    let high = match args[3].given() {
+    let low = args[2].if_given().map_or(Ok(0), |low| ev.index(low))?;
+    let high = match args[3].if_given() {
         Some(high) if high.is_none() => None,
         Some(high) if !ev.has_index(high) => {
             let name = ev.core.types.name_of(high);

@@ -10,7 +10,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
             ev.codec_name(&args[0]).map(Value::str)
         }),
         ("decode", "data encoding errors is_end /", |ev, args| {
-            let Some(data) = ev.bytes_like(&ev.plain(&args[0])) else {
+            let Some(data) = ev.bytes_like(&ev.unwrap_builtin(&args[0])) else {
                 let found = ev.core.types.name_of(&args[0]);
                 return Err(
                     ev.type_error(format!("a bytes-like object is required, not '{found}'"))
@@ -19,7 +19,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
             let is_end = ev.truth(&args[3])?;
             let decoded = ev.decode_begun(&data, &args[1], &args[2], is_end)?;
             let length = Value::Int(decoded.length as i64);
-            Ok(Value::pair(ev.string(decoded.text)?, length))
+            Ok(Value::pair(ev.new_str(decoded.text)?, length))
         }),
     ]);
     Ok(())

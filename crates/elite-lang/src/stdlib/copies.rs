@@ -24,7 +24,7 @@ fn copied(ev: &Evaluator<'_>, iterator: &Value, each: &Value) -> R {
     let of = |value: &Value| ev.call1(each, value.clone());
     let all = |values: &[Value]| values.iter().map(of).collect::<R<Vec<Value>>>();
     let nothing = || ev.iter(&Value::tuple(Vec::new()));
-    if let Some(twin) = iter.twin() {
+    if let Some(twin) = iter.copy() {
         let twin = Value::Iter(Rc::new(twin));
         return match &**iter {
             Iter::Dict { .. } | Iter::Set { .. } => ev.iter(&of(&ev.drain(&twin)?.into_list())?),
@@ -99,7 +99,7 @@ fn copied(ev: &Evaluator<'_>, iterator: &Value, each: &Value) -> R {
             let pairs = *native.class.name() == *"pairwise";
             let steps = match pairs {
                 true => None,
-                false => native.steps.copied(ev, &of)?,
+                false => native.steps.copy_with(ev, &of)?,
             };
             let Some(steps) = steps else {
                 return Ok(Value::None);

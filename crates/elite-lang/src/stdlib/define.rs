@@ -86,7 +86,7 @@ impl<'b, 'y> ModuleBuilder<'b, 'y> {
 
     /// A class as a `class` statement makes it, extending a builtin type, with methods in Rust: its instances take
     /// attributes and scripts derive from it as from one of their own.
-    pub fn derived(
+    pub fn derived_class(
         &self,
         name: &'static str,
         base: &Rc<Class>,
@@ -116,9 +116,9 @@ impl<'b, 'y> ModuleBuilder<'b, 'y> {
             module: None,
             signature: Signature::default(),
             body: BuiltinBody::Raw(body),
-            fills: true,
-            quick: None,
-            joins: None,
+            stores_args: true,
+            fast_path: None,
+            sequence_op: None,
             is_slot: is_slot(Some(owner), name),
         };
         class.set(
@@ -133,7 +133,7 @@ impl<'b, 'y> ModuleBuilder<'b, 'y> {
         let class = Class::new(name, base, vec![object.clone()], vec![object], false);
         core.note_class(&class);
         class.set(known::MODULE, Value::str(&*self.module.name));
-        class.in_c.set(true);
+        class.is_c_type.set(true);
         self.value(name, Value::Class(class.clone()));
         class
     }
@@ -151,9 +151,9 @@ impl<'b, 'y> ModuleBuilder<'b, 'y> {
             module: None,
             signature: Signature::parse(signature, &self.core().symbols),
             body: BuiltinBody::Bound(body),
-            fills: true,
-            quick: quick::find(Some(owner), None, name),
-            joins: joins(owner, name),
+            stores_args: true,
+            fast_path: quick::find(Some(owner), None, name),
+            sequence_op: joins(owner, name),
             is_slot: is_slot(Some(owner), name),
         }))
     }
@@ -233,7 +233,7 @@ pub fn with_data<T: 'static, O>(
     receiver: &Value,
     inner: impl FnOnce(&T) -> R<O>,
 ) -> R<O> {
-    let plain = ev.plain(receiver);
+    let plain = ev.unwrap_builtin(receiver);
     let data = match &plain {
         Value::Instance(instance) => instance.object::<T>(),
         _ => None,

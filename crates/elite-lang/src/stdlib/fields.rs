@@ -20,7 +20,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
 }
 
 fn text(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Str>> {
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::Str(text) => Ok(text),
         _ => {
             let name = ev.core.types.name_of(value);

@@ -17,7 +17,7 @@ use crate::value::data::no_values;
 use crate::value::{Bytes, R, Value};
 
 /// Bytes read or written at once; between two such pieces other threads have their turn.
-const PIECE: usize = 1 << 20;
+const IO_CHUNK: usize = 1 << 20;
 /// Bytes kept in the buffers of a file.
 const BUFFER: usize = 8192;
 
@@ -73,7 +73,7 @@ fn stat_value(stat: &FileStat) -> Value {
 }
 
 /// One call of the system about one path.
-fn about(
+fn path_call(
     ev: &Evaluator<'_>,
     args: &[Value],
     what: &str,
@@ -84,7 +84,7 @@ fn about(
 }
 
 /// One call of the system about two paths.
-fn between(
+fn two_path_call(
     ev: &Evaluator<'_>,
     args: &[Value],
     what: &str,
@@ -116,12 +116,12 @@ const FUNCTIONS: &[MethodDef] = &[
     }),
     ("stat", "path follow /", |ev, args| {
         let follow = ev.truth(&args[1])?;
-        about(ev, args, "os.stat", |files, path| {
+        path_call(ev, args, "os.stat", |files, path| {
             files.stat(path, follow).map(|stat| stat_value(&stat))
         })
     }),
     ("list", "path /", |ev, args| {
-        about(ev, args, "os.listdir", |files, path| {
+        path_call(ev, args, "os.listdir", |files, path| {
             let mut names = files.list(path)?;
             // The system's order is no order; this one is the same on every machine.
             names.sort();
@@ -130,47 +130,47 @@ const FUNCTIONS: &[MethodDef] = &[
     }),
     ("mkdir", "path mode /", |ev, args| {
         let mode = number(ev, &args[1])?;
-        about(ev, args, "os.mkdir", |files, path| {
+        path_call(ev, args, "os.mkdir", |files, path| {
             files.make_dir(path, mode).map(|()| Value::None)
         })
     }),
     ("rmdir", "path /", |ev, args| {
-        about(ev, args, "os.rmdir", |files, path| {
+        path_call(ev, args, "os.rmdir", |files, path| {
             files.remove_dir(path).map(|()| Value::None)
         })
     }),
     ("remove", "path /", |ev, args| {
-        about(ev, args, "os.remove", |files, path| {
+        path_call(ev, args, "os.remove", |files, path| {
             files.remove_file(path).map(|()| Value::None)
         })
     }),
     ("rename", "source target /", |ev, args| {
-        between(ev, args, "os.rename", |files, from, to| {
+        two_path_call(ev, args, "os.rename", |files, from, to| {
             files.rename(from, to)
         })
     }),
     ("symlink", "target path /", |ev, args| {
-        between(ev, args, "os.symlink", |files, target, path| {
+        two_path_call(ev, args, "os.symlink", |files, target, path| {
             files.symlink(target, path)
         })
     }),
     ("link", "source target /", |ev, args| {
-        between(ev, args, "os.link", |files, from, to| files.link(from, to))
+        two_path_call(ev, args, "os.link", |files, from, to| files.link(from, to))
     }),
     ("readlink", "path /", |ev, args| {
-        about(ev, args, "os.readlink", |files, path| {
+        path_call(ev, args, "os.readlink", |files, path| {
             files.read_link(path).map(Value::str)
         })
     }),
     ("chmod", "path mode /", |ev, args| {
         let mode = number(ev, &args[1])?;
-        about(ev, args, "os.chmod", |files, path| {
+        path_call(ev, args, "os.chmod", |files, path| {
             files.set_mode(path, mode).map(|()| Value::None)
         })
     }),
     ("utime", "path accessed modified /", |ev, args| {
         let (accessed, modified) = (ev.index(&args[1])?, ev.index(&args[2])?);
-        about(ev, args, "os.utime", |files, path| {
+        path_call(ev, args, "os.utime", |files, path| {
             files
                 .set_times(path, accessed, modified)
                 .map(|()| Value::None)
@@ -178,7 +178,7 @@ const FUNCTIONS: &[MethodDef] = &[
     }),
     ("access", "path mode /", |ev, args| {
         let mode = number(ev, &args[1])?;
-        about(ev, args, "os.access", |files, path| {
+        path_call(ev, args, "os.access", |files, path| {
             Ok(Value::Bool(files.access(path, mode)))
         })
     }),
@@ -186,7 +186,7 @@ const FUNCTIONS: &[MethodDef] = &[
         Ok(Value::str(files(ev, "os.getcwd")?.current_dir()))
     }),
     ("chdir", "path /", |ev, args| {
-        about(ev, args, "os.chdir", |files, path| {
+        path_call(ev, args, "os.chdir", |files, path| {
             files.set_current_dir(path).map(|()| Value::None)
         })
     }),
@@ -244,7 +244,7 @@ impl FileBuffer {
         let host = self.host(ev)?;
         let mut written = 0;
         while written < data.len() {
-            let end = data.len().min(written + PIECE);
+            let end = data.len().min(written + IO_CHUNK);
             match host.write(&data[written..end]) {
                 Ok(0) => return Err(ev.raise(ExceptionKind::OSError, "nothing could be written")),
                 Ok(count) => written += count,
@@ -258,8 +258,8 @@ impl FileBuffer {
 
     /// After each piece of a long operation other threads have their turn.
     fn give_way(&self, ev: &Evaluator<'_>, done: usize) -> R<()> {
-        if done >= PIECE {
-            ev.give_way()?;
+        if done >= IO_CHUNK {
+            ev.yield_now()?;
         }
         Ok(())
     }
@@ -330,7 +330,7 @@ impl FileBuffer {
         }
         let most = count.unwrap_or(usize::MAX);
         while out.len() < most {
-            let piece = PIECE.min(most - out.len());
+            let piece = IO_CHUNK.min(most - out.len());
             let before = out.len();
             ev.check_allocation(before.saturating_add(piece).saturating_mul(2))?;
             out.resize(before + piece, 0);
@@ -393,7 +393,7 @@ impl FileBuffer {
             if done || ended {
                 return Ok(self.take(at));
             }
-            ended = !self.read_ahead(ev, BUFFER.max(at.min(PIECE)))?;
+            ended = !self.read_ahead(ev, BUFFER.max(at.min(IO_CHUNK)))?;
             self.give_way(ev, at)?;
         }
     }
@@ -466,7 +466,7 @@ fn position(at: u64) -> Value {
     Value::Int(i64::try_from(at).unwrap_or(i64::MAX))
 }
 
-fn on(ev: &Evaluator<'_>, args: &[Value], inner: impl FnOnce(&FileBuffer) -> R) -> R {
+fn with_stream(ev: &Evaluator<'_>, args: &[Value], inner: impl FnOnce(&FileBuffer) -> R) -> R {
     let stream = with_data(ev, &args[0], |stream: &Rc<FileBuffer>| Ok(stream.clone()))?;
     inner(&stream)
 }
@@ -474,7 +474,7 @@ fn on(ev: &Evaluator<'_>, args: &[Value], inner: impl FnOnce(&FileBuffer) -> R) 
 const METHODS: &[MethodDef] = &[
     ("read", "count /", |ev, args| {
         let count = count(ev, &args[1])?;
-        on(ev, args, |stream| stream.read(ev, count).map(bytes))
+        with_stream(ev, args, |stream| stream.read(ev, count).map(bytes))
     }),
     ("read_text", "count utf8 ends line merge /", |ev, args| {
         let ends = match args[3].as_str() {
@@ -490,14 +490,14 @@ const METHODS: &[MethodDef] = &[
             line: ev.truth(&args[4])?,
             merge: ev.truth(&args[5])?,
         };
-        on(ev, args, |stream| stream.read_text(ev, &wanted).map(bytes))
+        with_stream(ev, args, |stream| stream.read_text(ev, &wanted).map(bytes))
     }),
     ("write", "data /", |ev, args| {
         let Some(data) = ev.bytes_like(&args[1]) else {
             let name = ev.core.types.name_of(&args[1]);
             return Err(ev.type_error(format!("a bytes-like object is required, not '{name}'")));
         };
-        on(ev, args, |stream| {
+        with_stream(ev, args, |stream| {
             stream.host(ev)?;
             stream.drop_ahead(ev)?;
             if stream.pending.borrow().len() + data.len() > BUFFER {
@@ -526,10 +526,10 @@ const METHODS: &[MethodDef] = &[
                 return Err(ev.value_error(format!("whence value {other} unsupported")));
             }
         };
-        on(ev, args, |stream| stream.seek(ev, to).map(position))
+        with_stream(ev, args, |stream| stream.seek(ev, to).map(position))
     }),
     ("tell", "", |ev, args| {
-        on(ev, args, |stream| stream.tell(ev).map(position))
+        with_stream(ev, args, |stream| stream.tell(ev).map(position))
     }),
     ("truncate", "length /", |ev, args| {
         let length = match &args[1] {
@@ -541,7 +541,7 @@ const METHODS: &[MethodDef] = &[
                 )
             })?),
         };
-        on(ev, args, |stream| {
+        with_stream(ev, args, |stream| {
             stream.flush(ev)?;
             let length = length.map_or_else(|| stream.tell(ev), Ok)?;
             let cut = stream.host(ev)?.set_len(length);
@@ -550,10 +550,10 @@ const METHODS: &[MethodDef] = &[
         })
     }),
     ("flush", "", |ev, args| {
-        on(ev, args, |stream| stream.flush(ev).map(|()| Value::None))
+        with_stream(ev, args, |stream| stream.flush(ev).map(|()| Value::None))
     }),
     ("sync", "", |ev, args| {
-        on(ev, args, |stream| {
+        with_stream(ev, args, |stream| {
             stream.flush(ev)?;
             let synced = stream.host(ev)?.sync();
             synced
@@ -562,14 +562,14 @@ const METHODS: &[MethodDef] = &[
         })
     }),
     ("stat", "", |ev, args| {
-        on(ev, args, |stream| {
+        with_stream(ev, args, |stream| {
             let stat = stream.host(ev)?.stat();
             stat.map(|stat| stat_value(&stat))
                 .map_err(|error| os_error(ev, &error))
         })
     }),
     ("close", "", |ev, args| {
-        on(ev, args, |stream| {
+        with_stream(ev, args, |stream| {
             if stream.host.borrow().is_none() {
                 return Ok(Value::None);
             }
@@ -581,7 +581,7 @@ const METHODS: &[MethodDef] = &[
         })
     }),
     ("closed", "", |ev, args| {
-        on(ev, args, |stream| {
+        with_stream(ev, args, |stream| {
             Ok(Value::Bool(stream.host.borrow().is_none()))
         })
     }),

@@ -22,14 +22,14 @@ fn reduce(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             false => raised,
         }
     })?;
-    let first = match args[2].given() {
+    let first = match args[2].if_given() {
         Some(initial) => Some(initial.clone()),
-        None => ev.step(&items)?,
+        None => ev.next_at_safepoint(&items)?,
     };
     let Some(mut result) = first else {
         return Err(ev.type_error("reduce() of empty iterable with no initial value"));
     };
-    while let Some(item) = ev.step(&items)? {
+    while let Some(item) = ev.next_at_safepoint(&items)? {
         result = ev.call(&args[0], &mut [result, item], &[])?;
     }
     Ok(result)

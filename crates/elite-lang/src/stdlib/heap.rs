@@ -10,14 +10,14 @@ use super::define::ModuleBuilder;
 use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::ops::compare::fast;
 use crate::ops::hash::{Equality, quick_equal};
 use crate::value::surrogate::may_have_surrogates;
 use crate::value::{List, R, Value};
 
 /// Work to find the place of one item in a heap of any size.
-const PLACE: usize = 64 * VALUE;
+const PLACE: usize = 64 * WORK_PER_VALUE;
 /// Levels of the largest heap.
 const LEVELS: usize = 64;
 /// Longest text that is compared at once, in bytes, and longest tuple.
@@ -28,24 +28,24 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("heappush", "heap item /", |ev, args| {
             let list = heap(ev, &args[0], "heappush() argument 1")?;
-            ev.worked(PLACE)?;
+            ev.charge(PLACE)?;
             let item = std::mem::take(&mut args[1]);
             push(ev, &args[0], &list, item)
         }),
         ("heappop", "heap /", |ev, args| {
             let list = heap(ev, &args[0], "heappop() argument")?;
-            ev.worked(PLACE)?;
+            ev.charge(PLACE)?;
             pop(ev, &list)
         }),
         ("heapreplace", "heap item /", |ev, args| {
             let list = heap(ev, &args[0], "heapreplace() argument 1")?;
-            ev.worked(PLACE)?;
+            ev.charge(PLACE)?;
             let item = std::mem::take(&mut args[1]);
             replace(ev, &args[0], &list, item)
         }),
         ("heappushpop", "heap item /", |ev, args| {
             let list = heap(ev, &args[0], "heappushpop() argument 1")?;
-            ev.worked(PLACE)?;
+            ev.charge(PLACE)?;
             let item = std::mem::take(&mut args[1]);
             let Some(first) = list.get(0) else {
                 return Ok(item);
@@ -59,9 +59,9 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
             let list = heap(ev, &args[0], "heapify() argument")?;
             let length = list.len();
             for place in (0..length / 2).rev() {
-                ev.worked(PLACE)?;
+                ev.charge(PLACE)?;
                 if list.len() != length {
-                    return Err(changed(ev));
+                    return Err(size_changed_error(ev));
                 }
                 sink(ev, &list, place)?;
             }
@@ -73,7 +73,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
 
 /// The list that an argument is, or extends.
 fn heap(ev: &Evaluator<'_>, value: &Value, what: &str) -> R<Rc<List>> {
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::List(list) => Ok(list),
         _ => {
             let name = ev.core.types.name_of(value);
@@ -82,14 +82,14 @@ fn heap(ev: &Evaluator<'_>, value: &Value, what: &str) -> R<Rc<List>> {
     }
 }
 
-fn changed(ev: &Evaluator<'_>) -> crate::value::Raised {
+fn size_changed_error(ev: &Evaluator<'_>) -> crate::value::Raised {
     let text = "list changed size during iteration";
     ev.raise(ExceptionKind::RuntimeError, text)
 }
 
 fn push(ev: &Evaluator<'_>, heap: &Value, list: &Rc<List>, item: Value) -> R {
-    if item.holds_values() {
-        ev.core.note(heap);
+    if item.can_hold_values() {
+        ev.core.gc_track(heap);
     }
     ev.grow_list(list, 1)?;
     list.push(item);
@@ -115,8 +115,8 @@ fn pop(ev: &Evaluator<'_>, list: &Rc<List>) -> R {
 }
 
 fn replace(ev: &Evaluator<'_>, heap: &Value, list: &Rc<List>, item: Value) -> R {
-    if item.holds_values() {
-        ev.core.note(heap);
+    if item.can_hold_values() {
+        ev.core.gc_track(heap);
     }
     match list.replace(0, item) {
         Ok(first) => {
@@ -165,12 +165,12 @@ fn sink(ev: &Evaluator<'_>, list: &List, start: usize) -> R<()> {
 fn is_less(ev: &Evaluator<'_>, list: &List, a: usize, b: usize) -> R<bool> {
     let length = list.len();
     let (Some(first), Some(second)) = (list.get(a), list.get(b)) else {
-        return Err(changed(ev));
+        return Err(size_changed_error(ev));
     };
     let less = ev.less(&first, &second)?;
     match list.len() == length {
         true => Ok(less),
-        false => Err(changed(ev)),
+        false => Err(size_changed_error(ev)),
     }
 }
 
@@ -267,7 +267,7 @@ pub fn push_at_once(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     let [Value::List(list), item] = args else {
         return None;
     };
-    if item.holds_values() && !list.noted.get() || !list.push_within((*item).clone()) {
+    if item.can_hold_values() && !list.gc_tracked.get() || !list.push_within((*item).clone()) {
         return None;
     }
     let undone = list.change(|items| {

@@ -6,7 +6,7 @@ use super::define::{MethodDef, ModuleBuilder};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Value};
@@ -219,7 +219,7 @@ const FLOATS: &[MethodDef] = &[
     }),
     ("log", "x base? /", |ev, args| {
         let x = log(ev, &args[0], f64::ln, std::f64::consts::LN_2)?;
-        let Some(base) = args[1].given() else {
+        let Some(base) = args[1].if_given() else {
             return Ok(Value::Float(x));
         };
         let base = log(ev, base, f64::ln, std::f64::consts::LN_2)?;
@@ -256,7 +256,7 @@ const FLOATS: &[MethodDef] = &[
     ("ldexp", "x i /", |ev, args| {
         let x = ev.to_f64(&args[0])?;
         if !matches!(
-            ev.plain(&args[1]),
+            ev.unwrap_builtin(&args[1]),
             Value::Int(_) | Value::Bool(_) | Value::BigInt(_)
         ) {
             return Err(ev.type_error("Expected an int as second argument to ldexp."));
@@ -278,7 +278,7 @@ const FLOATS: &[MethodDef] = &[
             return Err(ev.value_error("both points must have the same number of dimensions"));
         }
         let differences = p.iter().zip(&q).map(|(p, q)| {
-            ev.worked(VALUE)?;
+            ev.charge(WORK_PER_VALUE)?;
             Ok(ev.to_f64(p)? - ev.to_f64(q)?)
         });
         Ok(Value::Float(norm(
@@ -288,8 +288,12 @@ const FLOATS: &[MethodDef] = &[
     }),
     ("isclose", "a b * rel_tol? abs_tol?", |ev, args| {
         let (a, b) = (ev.to_f64(&args[0])?, ev.to_f64(&args[1])?);
-        let relative = args[2].given().map_or(Ok(1e-9), |value| ev.to_f64(value))?;
-        let absolute = args[3].given().map_or(Ok(0.0), |value| ev.to_f64(value))?;
+        let relative = args[2]
+            .if_given()
+            .map_or(Ok(1e-9), |value| ev.to_f64(value))?;
+        let absolute = args[3]
+            .if_given()
+            .map_or(Ok(0.0), |value| ev.to_f64(value))?;
         if relative < 0.0 || absolute < 0.0 {
             return Err(ev.value_error("tolerances must be non-negative"));
         }
@@ -402,7 +406,7 @@ fn norm(ev: &Evaluator<'_>, sides: &[f64]) -> R<f64> {
     let (_, exponent) = libm::frexp(largest);
     let mut partials = Vec::new();
     for side in sides {
-        ev.worked(2 * VALUE)?;
+        ev.charge(2 * WORK_PER_VALUE)?;
         let scaled = libm::ldexp(*side, -exponent);
         let square = scaled * scaled;
         add_exactly(&mut partials, square);
@@ -451,7 +455,7 @@ fn exact_sum(ev: &Evaluator<'_>, items: &[Value]) -> R {
     let mut partials: Vec<f64> = Vec::new();
     let (mut special, mut infinities) = (0.0, 0.0);
     for item in items {
-        ev.worked(2 * VALUE)?;
+        ev.charge(2 * WORK_PER_VALUE)?;
         let x = ev.to_f64(item)?;
         if !x.is_finite() {
             special += x;
@@ -510,7 +514,7 @@ const INTEGERS: &[MethodDef] = &[
             let orders = product(ev, 2, k)?;
             return Ok(Value::bigint(ev.big_divmod(&choices, &orders)?.0));
         }
-        let (n, k) = chosen(ev, args)?;
+        let (n, k) = combination_arguments(ev, args)?;
         let k = k.min(n - k);
         if k <= 0 {
             return Ok(Value::Int(i64::from(k == 0)));
@@ -526,7 +530,7 @@ const INTEGERS: &[MethodDef] = &[
         if let Some((n, k)) = chosen_from_many(ev, args)? {
             return Ok(Value::bigint(falling(ev, &n, &k)?.0));
         }
-        let (n, k) = chosen(ev, args)?;
+        let (n, k) = combination_arguments(ev, args)?;
         if k > n || k == 0 {
             return Ok(Value::Int(i64::from(k == 0)));
         }
@@ -541,16 +545,16 @@ const INTEGERS: &[MethodDef] = &[
         Ok(Value::bigint(ev.big_root(&n.to_big())?))
     }),
     ("prod", "iterable / * start?", |ev, args| {
-        let mut result = args[1].given().cloned().unwrap_or(Value::Int(1));
+        let mut result = args[1].if_given().cloned().unwrap_or(Value::Int(1));
         for item in ev.drain(&ev.iter(&args[0])?)? {
-            ev.worked(VALUE)?;
+            ev.charge(WORK_PER_VALUE)?;
             result = ev.binary(crate::ast::BinaryOp::Mul, &result, &item)?;
         }
         Ok(result)
     }),
 ];
 
-fn whole(ev: &Evaluator<'_>, value: &Value) -> R<i64> {
+fn integer_argument(ev: &Evaluator<'_>, value: &Value) -> R<i64> {
     if let Value::Float(_) = value {
         return Err(ev.type_error("'float' object cannot be interpreted as an integer"));
     }
@@ -558,7 +562,7 @@ fn whole(ev: &Evaluator<'_>, value: &Value) -> R<i64> {
 }
 
 fn factorial(ev: &Evaluator<'_>, value: &Value) -> R {
-    let n = whole(ev, value)?;
+    let n = integer_argument(ev, value)?;
     if n < 0 {
         return Err(ev.value_error("factorial() not defined for negative values"));
     }
@@ -571,8 +575,11 @@ fn factorial(ev: &Evaluator<'_>, value: &Value) -> R {
     Ok(Value::bigint(product(ev, 2, n)?))
 }
 
-fn chosen(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
-    let (n, k) = (whole(ev, &args[0])?, whole(ev, &args[1])?);
+fn combination_arguments(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
+    let (n, k) = (
+        integer_argument(ev, &args[0])?,
+        integer_argument(ev, &args[1])?,
+    );
     if n < 0 {
         return Err(ev.value_error("n must be a non-negative integer"));
     }
@@ -584,7 +591,7 @@ fn chosen(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
 
 /// The same where the number to choose from does not fit 64 bits; None where it does, or where nothing can be chosen.
 fn chosen_from_many(ev: &Evaluator<'_>, args: &[Value]) -> R<Option<(BigInt, BigInt)>> {
-    chosen(ev, args)?;
+    combination_arguments(ev, args)?;
     let (n, k) = (ev.to_int(&args[0])?, ev.to_int(&args[1])?);
     let is_many = matches!(n, Int::Big(_));
     let (n, k) = (n.to_big(), k.to_big());
@@ -620,7 +627,7 @@ fn product(ev: &Evaluator<'_>, from: i64, to: i64) -> R<BigInt> {
         return Ok(BigInt::from(1));
     }
     if to - from < 8 {
-        ev.worked(64 * VALUE)?;
+        ev.charge(64 * WORK_PER_VALUE)?;
         return Ok((from..=to).map(BigInt::from).product());
     }
     let middle = from + (to - from) / 2;

@@ -30,7 +30,7 @@ mod time;
 use std::rc::Rc;
 
 use crate::ast::StmtKind;
-use crate::builtins::reading::{ResolvedTree, reading, release, tree};
+use crate::builtins::reading::{ResolvedTree, parse_and_resolve, release, with_parse_budget};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
 use crate::lower;
@@ -142,7 +142,7 @@ fn mark_as_c(ev: &Evaluator<'_>, module: &Module) {
     let (_, home, names) = found.copied().unwrap_or_default();
     for name in names {
         if let Some(Value::Class(class)) = module.namespace.get(ev.core.symbols.intern(name)) {
-            class.in_c.set(true);
+            class.is_c_type.set(true);
             class.set(known::MODULE, Value::str(home));
         }
     }
@@ -150,12 +150,12 @@ fn mark_as_c(ev: &Evaluator<'_>, module: &Module) {
 
 /// The modules that are there without import, unless a program gives their names another meaning (from controller
 /// output, not from the manual).
-pub const PRESENT: &[&str] = &["copy", "elicopy"];
+pub const IMPLICIT_MODULES: &[&str] = &["copy", "elicopy"];
 
 /// The module that a name means which nothing else defines. It is loaded when it is first used.
-pub fn present(ev: &Evaluator<'_>, name: Symbol) -> R<Option<Value>> {
+pub fn implicit_module(ev: &Evaluator<'_>, name: Symbol) -> R<Option<Value>> {
     let text = ev.core.symbols.name(name);
-    if !PRESENT.contains(&&*text) {
+    if !IMPLICIT_MODULES.contains(&&*text) {
         return Ok(None);
     }
     let module = ev.import(&text)?;
@@ -164,7 +164,7 @@ pub fn present(ev: &Evaluator<'_>, name: Symbol) -> R<Option<Value>> {
 }
 
 /// Whether a module of this name is the interpreter's own.
-pub fn is_own(name: &str) -> bool {
+pub fn is_bundled_module(name: &str) -> bool {
     name == "builtins" || name == "__main__" || MODULES.iter().any(|(known, _)| *known == name)
 }
 
@@ -209,15 +209,15 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
         let entry = Value::Module(module.clone());
         core.module_table.set_str(name, entry);
     }
-    core.loading.set(core.loading.get() + 1);
+    core.module_load_depth.set(core.module_load_depth.get() + 1);
     let filled = match (content, code) {
         (Native(fill), _) => fill(&ModuleBuilder::new(ev, &module)),
         (Script(_), code) => code.map_or(Ok(()), |code| {
-            let function = Function::plain(code, Box::default());
+            let function = Function::without_defaults(code, Box::default());
             ev.call_function(&function, &mut [], &[]).map(drop)
         }),
     };
-    core.loading.set(core.loading.get() - 1);
+    core.module_load_depth.set(core.module_load_depth.get() - 1);
     if filled.is_ok() {
         mark_as_c(ev, &module);
     }
@@ -240,8 +240,8 @@ fn read_script(
     text: &str,
 ) -> R<Rc<Code>> {
     let file = SourceFile::new(format!("lib/{name}.py"), text);
-    let (code, imported) = reading(ev, |budget| {
-        let ResolvedTree { module, resolution } = tree(ev, &file, false, budget)?;
+    let (code, imported) = with_parse_budget(ev, |budget| {
+        let ResolvedTree { module, resolution } = parse_and_resolve(ev, &file, false, budget)?;
         let imported = module
             .body
             .iter()

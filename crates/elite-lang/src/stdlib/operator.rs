@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::define::{ModuleBuilder, native_class, with_data};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::data::{Contents, NativeData};
 use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
@@ -67,11 +67,11 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     }
     module.raw_method(&items, ITEMS, "__call__", |ev, args| {
         let (asked, object) = parts(ev, ITEMS, args)?;
-        each(ev, &asked, |key| ev.item(&object, key))
+        get_each(ev, &asked, |key| ev.item(&object, key))
     });
     module.raw_method(&attributes, ATTRIBUTES, "__call__", |ev, args| {
         let (asked, object) = parts(ev, ATTRIBUTES, args)?;
-        each(ev, &asked, |path| along(ev, &object, path))
+        get_each(ev, &asked, |path| follow_path(ev, &object, path))
     });
     module.raw_method(&method, METHOD, "__call__", |ev, args| {
         let (asked, object) = parts(ev, METHOD, args)?;
@@ -88,10 +88,10 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
         (&method, METHOD),
     ] {
         module.raw_method(class, owner, "__repr__", |ev, args| {
-            shown(ev, &args.positional[0])
+            getter_repr(ev, &args.positional[0])
         });
         module.raw_method(class, owner, "__reduce__", |ev, args| {
-            reduced(ev, &args.positional[0])
+            getter_reduce(ev, &args.positional[0])
         });
     }
     Ok(())
@@ -100,7 +100,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
 /// What can be joined to another: the value itself.
 fn row(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let types = &ev.core.types;
-    let is_joined = match ev.plain(&args[0]) {
+    let is_joined = match ev.unwrap_builtin(&args[0]) {
         Value::Dict(_) | Value::Range(_) | Value::LongRange(_) => false,
         _ => types.of(&args[0]).lookup(known::GETITEM).is_some(),
     };
@@ -113,8 +113,8 @@ fn row(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn length_hint(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let default = args[1]
-        .given()
-        .map_or(Ok(0), |default| match ev.plain(default) {
+        .if_given()
+        .map_or(Ok(0), |default| match ev.unwrap_builtin(default) {
             Value::Int(_) | Value::BigInt(_) | Value::Bool(_) => ev.index(default),
             _ => {
                 let name = ev.core.types.name_of(default);
@@ -129,8 +129,8 @@ fn length_hint(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn index_of(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let items = items_of(ev, &args[0])?;
     let mut index = 0;
-    while let Some(item) = ev.step(&items)? {
-        ev.worked(VALUE)?;
+    while let Some(item) = ev.next_at_safepoint(&items)? {
+        ev.charge(WORK_PER_VALUE)?;
         if item.is(&args[1]) || ev.equal(&item, &args[1])? {
             return Ok(Value::Int(index));
         }
@@ -142,8 +142,8 @@ fn index_of(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn count_of(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let items = items_of(ev, &args[0])?;
     let mut count = 0;
-    while let Some(item) = ev.step(&items)? {
-        ev.worked(VALUE)?;
+    while let Some(item) = ev.next_at_safepoint(&items)? {
+        ev.charge(WORK_PER_VALUE)?;
         count += i64::from(item.is(&args[1]) || ev.equal(&item, &args[1])?);
     }
     Ok(Value::Int(count))
@@ -158,25 +158,25 @@ fn items_of(ev: &Evaluator<'_>, value: &Value) -> R {
 
 fn make_items(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     check(ev, ITEMS, args)?;
-    made(ev, ITEMS, args)
+    new_getter(ev, ITEMS, args)
 }
 
 fn make_attributes(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     check(ev, ATTRIBUTES, args)?;
-    let is_text = |value: &Value| matches!(ev.plain(value), Value::Str(_));
+    let is_text = |value: &Value| matches!(ev.unwrap_builtin(value), Value::Str(_));
     for name in &*args.positional {
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
         if !is_text(name) {
             return Err(ev.type_error("attribute name must be a string"));
         }
     }
-    made(ev, ATTRIBUTES, args)
+    new_getter(ev, ATTRIBUTES, args)
 }
 
 fn make_method(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
-    match args.positional.first().map(|name| ev.plain(name)) {
+    match args.positional.first().map(|name| ev.unwrap_builtin(name)) {
         None => Err(ev.type_error("methodcaller needs at least one argument, the method name")),
-        Some(Value::Str(_)) => made(ev, METHOD, args),
+        Some(Value::Str(_)) => new_getter(ev, METHOD, args),
         Some(_) => Err(ev.type_error("method name must be a string")),
     }
 }
@@ -192,20 +192,20 @@ fn check(ev: &Evaluator<'_>, name: &str, args: &Args<'_>) -> R<()> {
     Ok(())
 }
 
-fn made(ev: &Evaluator<'_>, name: &str, args: &mut Args<'_>) -> R {
-    let mut named = ev.room_for(args.keywords.len())?;
+fn new_getter(ev: &Evaluator<'_>, name: &str, args: &mut Args<'_>) -> R {
+    let mut named = ev.try_with_capacity(args.keywords.len())?;
     for (name, value) in args.keywords {
-        ev.worked(VALUE)?;
-        named.push((ev.core.symbols.value(*name), value.clone()));
+        ev.charge(WORK_PER_VALUE)?;
+        named.push((ev.core.symbols.to_value(*name), value.clone()));
     }
     let asked = GetterSpec {
-        values: ScriptCell::new(ev.taken(args.positional)?),
+        values: ScriptCell::new(ev.take_all(args.positional)?),
         named: ScriptCell::new(named),
     };
     let class = native_class(ev, &format!("_operator.{name}"))?;
     let data = NativeData::new(Rc::new(asked));
     let made = Value::Instance(Instance::new(class, InstancePayload::Object(data)));
-    ev.core.note(&made);
+    ev.core.gc_track(&made);
     Ok(made)
 }
 
@@ -226,44 +226,44 @@ fn parts(ev: &Evaluator<'_>, name: &str, args: &mut Args<'_>) -> R<(Rc<GetterSpe
 }
 
 /// What `get` gives for each of what is asked for: one value, or a tuple of several.
-fn each(ev: &Evaluator<'_>, asked: &GetterSpec, get: impl Fn(&Value) -> R) -> R {
+fn get_each(ev: &Evaluator<'_>, asked: &GetterSpec, get: impl Fn(&Value) -> R) -> R {
     let count = asked.values.borrow().len();
     let value = |at: usize| asked.values.borrow().get(at).cloned().unwrap_or_default();
     if count == 1 {
         return get(&value(0));
     }
-    let mut all = ev.room_for(count)?;
+    let mut all = ev.try_with_capacity(count)?;
     for at in 0..count {
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
         all.push(get(&value(at))?);
     }
     Ok(Value::tuple(all))
 }
 
 /// The attribute at the end of a path with dots.
-fn along(ev: &Evaluator<'_>, object: &Value, path: &Value) -> R {
-    let Value::Str(text) = ev.plain(path) else {
+fn follow_path(ev: &Evaluator<'_>, object: &Value, path: &Value) -> R {
+    let Value::Str(text) = ev.unwrap_builtin(path) else {
         return Ok(Value::None);
     };
     let mut at = object.clone();
     for name in text.as_str().split('.') {
-        ev.worked(VALUE)?;
-        at = ev.attribute(&at, *ev.ask_name(name)?)?;
+        ev.charge(WORK_PER_VALUE)?;
+        at = ev.attribute(&at, *ev.temp_symbol(name)?)?;
     }
     Ok(at)
 }
 
 fn along_one(ev: &Evaluator<'_>, object: &Value, name: &Value) -> R {
-    match ev.plain(name) {
-        Value::Str(text) => ev.attribute(object, *ev.ask_name(text.as_str())?),
+    match ev.unwrap_builtin(name) {
+        Value::Str(text) => ev.attribute(object, *ev.temp_symbol(text.as_str())?),
         _ => Ok(Value::None),
     }
 }
 
-fn shown(ev: &Evaluator<'_>, receiver: &Value) -> R {
+fn getter_repr(ev: &Evaluator<'_>, receiver: &Value) -> R {
     let asked = with_data(ev, receiver, |asked: &Rc<GetterSpec>| Ok(asked.clone()))?;
     let mut text = format!("{}(", class_of(ev, receiver).type_name());
-    ev.recurse(|| {
+    ev.with_native_depth(|| {
         let mut gap = "";
         for value in asked.values.get() {
             let shown = ev.repr(&value)?;
@@ -279,11 +279,11 @@ fn shown(ev: &Evaluator<'_>, receiver: &Value) -> R {
         Ok(Value::None)
     })?;
     text.push(')');
-    ev.string(text)
+    ev.new_str(text)
 }
 
 /// What makes the same again, with which arguments; arguments by name are in what makes it.
-fn reduced(ev: &Evaluator<'_>, receiver: &Value) -> R {
+fn getter_reduce(ev: &Evaluator<'_>, receiver: &Value) -> R {
     let asked = with_data(ev, receiver, |asked: &Rc<GetterSpec>| Ok(asked.clone()))?;
     let class = Value::Class(class_of(ev, receiver));
     let (mut values, named) = (asked.values.get(), asked.named.get());
@@ -305,14 +305,17 @@ fn by_name(
     named: &[(Value, Value)],
     call: impl FnOnce(&[(Symbol, Value)]) -> R,
 ) -> R {
-    let (mut names, mut keywords) = (ev.room_for(named.len())?, ev.room_for(named.len())?);
+    let (mut names, mut keywords) = (
+        ev.try_with_capacity(named.len())?,
+        ev.try_with_capacity(named.len())?,
+    );
     for (name, value) in named {
         if let Value::Str(name) = name {
-            let name = ev.ask_name(name.as_str())?;
+            let name = ev.temp_symbol(name.as_str())?;
             keywords.push((*name, value.clone()));
             names.push(name);
         }
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
     }
     call(&keywords)
 }

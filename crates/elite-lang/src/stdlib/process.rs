@@ -142,7 +142,7 @@ fn spawn(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     instance(ev, "_process.Process", process)
 }
 
-fn on(
+fn with_process(
     ev: &Evaluator<'_>,
     args: &[Value],
     inner: impl FnOnce(&dyn HostProcess) -> io::Result<Value>,
@@ -158,19 +158,21 @@ fn on(
 
 const METHODS: &[MethodDef] = &[
     ("number", "", |ev, args| {
-        on(ev, args, |process| {
+        with_process(ev, args, |process| {
             Ok(Value::Int(i64::from(process.number())))
         })
     }),
     ("ended", "", |ev, args| {
-        on(ev, args, |process| {
-            let code = process.ended().map(|code| Value::Int(i64::from(code)));
+        with_process(ev, args, |process| {
+            let code = process
+                .exit_status()
+                .map(|code| Value::Int(i64::from(code)));
             Ok(code.unwrap_or(Value::None))
         })
     }),
     ("signal", "signal /", |ev, args| {
         let signal = ev.index(&args[1])?;
-        on(ev, args, |process| {
+        with_process(ev, args, |process| {
             let signal = i32::try_from(signal).unwrap_or(-1);
             process.signal(signal).map(|()| Value::None)
         })
@@ -185,7 +187,7 @@ const METHODS: &[MethodDef] = &[
         let most = usize::try_from(ev.clamped_index(&args[2])?).unwrap_or(READ_MAX);
         let most = most.min(READ_MAX);
         ev.check_allocation(most)?;
-        on(ev, args, |process| {
+        with_process(ev, args, |process| {
             let data = process.read(stream, most)?;
             Ok(Value::Bytes(Rc::new(Bytes::new(data))))
         })
@@ -198,18 +200,18 @@ const METHODS: &[MethodDef] = &[
         };
         let start = usize::try_from(ev.index(&args[2])?).unwrap_or(0);
         let rest = data.get(start..).unwrap_or_default();
-        on(ev, args, |process| {
+        with_process(ev, args, |process| {
             process.write(rest).map(|count| Value::Int(count as i64))
         })
     }),
     ("close_input", "", |ev, args| {
-        on(ev, args, |process| {
+        with_process(ev, args, |process| {
             process.close_input();
             Ok(Value::None)
         })
     }),
     ("news", "", |ev, args| {
-        on(ev, args, |process| Ok(Value::Int(process.news() as i64)))
+        with_process(ev, args, |process| Ok(Value::Int(process.news() as i64)))
     }),
     // Waits until there are more news than `seen`, or the time has come.
     ("wait", "seen until /", |ev, args| {

@@ -49,7 +49,7 @@ fn make(ev: &Evaluator<'_>, socket: Rc<dyn HostSocket>) -> R {
     instance(ev, "_socket.Socket", Rc::new(socket))
 }
 
-fn closed(ev: &Evaluator<'_>) -> Raised {
+fn closed_error(ev: &Evaluator<'_>) -> Raised {
     ev.raise_args(
         ExceptionKind::OSError,
         vec![Value::Int(9), Value::str("Bad file descriptor")],
@@ -61,7 +61,7 @@ fn open(ev: &Evaluator<'_>, receiver: &Value) -> R<(Rc<dyn HostSocket>, Option<f
     with_data(ev, receiver, |socket: &Rc<Socket>| {
         let host = socket.host.borrow().clone();
         host.map(|host| (host, socket.timeout.get()))
-            .ok_or_else(|| closed(ev))
+            .ok_or_else(|| closed_error(ev))
     })
 }
 
@@ -106,7 +106,7 @@ fn address(socket: SocketAddr) -> Value {
 
 /// The pair (host, port) of an argument.
 fn pair(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<(String, u16)> {
-    let Value::Tuple(items) = ev.plain(value) else {
+    let Value::Tuple(items) = ev.unwrap_builtin(value) else {
         let name = ev.core.types.name_of(value);
         return Err(ev.type_error(format!(
             "{method}(): AF_INET address must be tuple, not {name}"
@@ -117,7 +117,7 @@ fn pair(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<(String, u16)> {
             "{method}(): AF_INET address must be a pair (host, port)"
         )));
     };
-    let Value::Str(host) = ev.plain(host) else {
+    let Value::Str(host) = ev.unwrap_builtin(host) else {
         return Err(ev.type_error(
             "str, bytes or bytearray expected, not ".to_owned() + &ev.core.types.name_of(host),
         ));
@@ -146,7 +146,7 @@ const METHODS: &[MethodDef] = &[
             .connect(&host, port)
             .map_err(|error| os_error(ev, &error))?;
         wait_for(ev, &*socket, Interest::Connect, timeout, || {
-            socket.connected()
+            socket.connect_result()
         })?;
         Ok(Value::None)
     }),
@@ -159,7 +159,9 @@ const METHODS: &[MethodDef] = &[
         Ok(Value::None)
     }),
     ("listen", "backlog? /", |ev, args| {
-        let backlog = args[1].given().map_or(Ok(128), |value| ev.index(value))?;
+        let backlog = args[1]
+            .if_given()
+            .map_or(Ok(128), |value| ev.index(value))?;
         let (socket, _) = open(ev, &args[0])?;
         socket
             .listen(backlog.clamp(0, 1024) as u32)

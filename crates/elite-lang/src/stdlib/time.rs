@@ -165,7 +165,7 @@ fn unix(f: &[i64]) -> i64 {
 
 /// `strftime` in the C locale. A tenth field holds microseconds, for `datetime`.
 fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let Value::Str(format) = ev.plain(&args[0]) else {
+    let Value::Str(format) = ev.unwrap_builtin(&args[0]) else {
         let name = ev.core.types.name_of(&args[0]);
         return Err(ev.type_error(format!("strftime() argument 1 must be str, not {name}")));
     };
@@ -184,7 +184,7 @@ fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             continue;
         }
         match chars.next() {
-            Some(code) => one(&mut out, code, &f),
+            Some(code) => push_directive(&mut out, code, &f),
             None => out.push('%'),
         }
         ev.check_allocation(out.len())?;
@@ -192,7 +192,7 @@ fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::str(out))
 }
 
-fn one(out: &mut String, code: char, f: &[i64]) {
+fn push_directive(out: &mut String, code: char, f: &[i64]) {
     let (weekday, month) = (
         f[6].rem_euclid(7) as usize,
         (f[1] - 1).rem_euclid(12) as usize,
@@ -252,7 +252,7 @@ fn one(out: &mut String, code: char, f: &[i64]) {
                 match (c, codes.clone().next()) {
                     ('%', Some(code)) => {
                         codes.next();
-                        one(out, code, f);
+                        push_directive(out, code, f);
                     }
                     _ => out.push(c),
                 }

@@ -76,7 +76,7 @@ pub fn builtins() -> Vec<LibraryMember> {
         Some((name.to_owned(), value))
     });
     let found: Vec<_> = found.collect();
-    asked(&interpreter, move |ev| members(ev, &found))
+    run_query(&interpreter, move |ev| members(ev, &found))
 }
 
 /// What values of each builtin type have, by the name of the type.
@@ -86,7 +86,7 @@ pub fn type_members() -> Vec<(String, Vec<LibraryMember>)> {
         Vec::<NativeFunction>::new(),
         Limits::default(),
     );
-    asked(&interpreter, |ev| {
+    run_query(&interpreter, |ev| {
         let types = &ev.core.types;
         let exception = types.exception(crate::errors::ExceptionKind::Exception);
         let all = types.all().into_iter().chain([exception]);
@@ -104,7 +104,7 @@ pub fn module_members(name: &str) -> Option<Vec<LibraryMember>> {
         Limits::default(),
     );
     let name = name.to_owned();
-    asked(&interpreter, move |ev| {
+    run_query(&interpreter, move |ev| {
         // Of a dotted name the last module is asked.
         ev.import(&name).ok()?;
         let modules = ev.core.modules.borrow();
@@ -120,7 +120,7 @@ pub fn module_members(name: &str) -> Option<Vec<LibraryMember>> {
 }
 
 /// Runs a question on a thread of the interpreter and gives back its answer.
-fn asked<T: Default + 'static>(
+fn run_query<T: Default + 'static>(
     interpreter: &Interpreter,
     question: impl FnOnce(&Evaluator<'_>) -> T + 'static,
 ) -> T {
@@ -145,7 +145,7 @@ fn asked<T: Default + 'static>(
 
 fn of_class(ev: &Evaluator<'_>, class: &Rc<Class>) -> Vec<LibraryMember> {
     let mut found: Vec<(String, Value)> = Vec::new();
-    for ancestor in class.line() {
+    for ancestor in class.mro() {
         let attrs = ancestor.own_attrs();
         for (name, value) in attrs.iter() {
             let name = ev.core.symbols.name(name).to_string();
@@ -179,14 +179,14 @@ fn member(ev: &Evaluator<'_>, name: &str, value: &Value) -> LibraryMember {
         name: name.to_owned(),
         kind,
         signature,
-        value: shown(ev, value),
+        value: value_text(ev, value),
     }
 }
 
 /// Most characters of a value that is shown.
 const SHOWN_MAX: usize = 60;
 
-fn shown(ev: &Evaluator<'_>, value: &Value) -> Option<String> {
+fn value_text(ev: &Evaluator<'_>, value: &Value) -> Option<String> {
     let is_plain = matches!(value, Value::Int(_) | Value::Float(_) | Value::Bool(_));
     if !is_plain && value.as_str().is_none() {
         return None;
@@ -203,7 +203,7 @@ fn of_builtin(ev: &Evaluator<'_>, name: &str, builtin: &Builtin) -> Option<Strin
     ) {
         return None;
     }
-    let shown = builtin.signature.shown(name, &ev.core.symbols);
+    let shown = builtin.signature.to_call_text(name, &ev.core.symbols);
     Some(without_receiver(&shown))
 }
 

@@ -21,19 +21,19 @@ pub use crate::stack::with_deep_stack;
 
 /// The tokens of a text.
 pub fn tokens(file: &SourceFile) -> Vec<Token> {
-    crate::lexer::lex(file, &WorkBudget::of(crate::parser::TREE_MAX)).tokens
+    crate::lexer::lex(file, &WorkBudget::with_limit(crate::parser::TREE_MAX)).tokens
 }
 
 /// Whether two texts have the same tree, wherever in them its parts are written. None if one of them has errors.
 pub fn same_tree(one: &SourceFile, other: &SourceFile) -> Option<bool> {
     with_deep_stack(|| {
-        let (one, other) = (bare(one)?, bare(other)?);
+        let (one, other) = (tree_without_spans(one)?, tree_without_spans(other)?);
         Some(one == other)
     })
 }
 
 /// The tree as text without places.
-fn bare(file: &SourceFile) -> Option<String> {
+fn tree_without_spans(file: &SourceFile) -> Option<String> {
     let parsed = crate::parser::parse(file);
     let is_error = |found: &Diagnostic| found.severity == crate::diagnostic::Severity::Error;
     if parsed.diagnostics.iter().any(is_error) {

@@ -70,7 +70,7 @@ fn references(value: &Value) -> Option<usize> {
 }
 
 fn counts_as_its_type_does(value: &Value) {
-    let counted = || value.counted().map(Rc::strong_count);
+    let counted = || value.ref_counts().map(Rc::strong_count);
     let before = references(value);
     assert_eq!(counted(), before);
     let copy = value.clone();
@@ -78,7 +78,7 @@ fn counts_as_its_type_does(value: &Value) {
     assert_eq!(copy.address(), value.address());
     assert_eq!(references(value), before.map(|count| count + 1));
     assert_eq!(counted(), references(value));
-    copy.discard();
+    copy.drop_inline();
     assert_eq!(references(value), before);
 }
 

@@ -100,7 +100,7 @@ impl AttrMap {
     }
 
     /// Appends what is at up to `count` indices from `from` on, holes left out; whether there are more.
-    pub fn some(&self, from: usize, count: usize, out: &mut Vec<(Symbol, Value)>) -> bool {
+    pub fn entries_chunk(&self, from: usize, count: usize, out: &mut Vec<(Symbol, Value)>) -> bool {
         let end = self.keys.len().min(from.saturating_add(count));
         for at in from..end {
             if !self.values[at].is_unbound() {
@@ -116,7 +116,7 @@ impl AttrMap {
     }
 
     /// Number of indices in use, holes included.
-    pub fn width(&self) -> usize {
+    pub fn index_count(&self) -> usize {
         self.keys.len()
     }
 

@@ -7,9 +7,9 @@ use std::hash::{BuildHasherDefault, Hasher};
 use super::Symbol;
 
 /// With more names than this a table becomes many.
-const ONE_MAX: usize = 4096;
+const SINGLE_MAX: usize = 4096;
 /// So many.
-const PARTS: usize = 64;
+const SHARDS: usize = 64;
 
 type MapShard<V> = HashMap<Symbol, V, BuildHasherDefault<SymbolHasher>>;
 
@@ -41,17 +41,17 @@ const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 /// A table by symbol.
 pub struct SymbolMap<V> {
     /// All of it, while there are few.
-    one: MapShard<V>,
+    single: MapShard<V>,
     /// Otherwise they are here.
-    many: Option<Box<[MapShard<V>]>>,
+    shards: Option<Box<[MapShard<V>]>>,
     length: usize,
 }
 
 impl<V> Default for SymbolMap<V> {
     fn default() -> Self {
         SymbolMap {
-            one: MapShard::default(),
-            many: None,
+            single: MapShard::default(),
+            shards: None,
             length: 0,
         }
     }
@@ -59,21 +59,21 @@ impl<V> Default for SymbolMap<V> {
 
 /// Which of the parts a name is in. The parts themselves go by the lowest and the highest bits of the same product.
 fn part_of(name: Symbol) -> usize {
-    (u64::from(name.0).wrapping_mul(SPREAD) >> 40) as usize % PARTS
+    (u64::from(name.0).wrapping_mul(SPREAD) >> 40) as usize % SHARDS
 }
 
 impl<V> SymbolMap<V> {
     #[inline]
     fn part(&self, name: Symbol) -> &MapShard<V> {
-        match &self.many {
-            None => &self.one,
+        match &self.shards {
+            None => &self.single,
             Some(parts) => &parts[part_of(name)],
         }
     }
 
     fn part_mut(&mut self, name: Symbol) -> &mut MapShard<V> {
-        match &mut self.many {
-            None => &mut self.one,
+        match &mut self.shards {
+            None => &mut self.single,
             Some(parts) => &mut parts[part_of(name)],
         }
     }
@@ -96,12 +96,12 @@ impl<V> SymbolMap<V> {
 
     /// Makes a name lead to a value; what it led to before.
     pub fn insert(&mut self, name: Symbol, value: V) -> Option<V> {
-        if self.length == ONE_MAX && self.many.is_none() {
-            let mut parts: Box<[MapShard<V>]> = (0..PARTS).map(|_| MapShard::default()).collect();
-            for (name, value) in std::mem::take(&mut self.one) {
+        if self.length == SINGLE_MAX && self.shards.is_none() {
+            let mut parts: Box<[MapShard<V>]> = (0..SHARDS).map(|_| MapShard::default()).collect();
+            for (name, value) in std::mem::take(&mut self.single) {
                 parts[part_of(name)].insert(name, value);
             }
-            self.many = Some(parts);
+            self.shards = Some(parts);
         }
         let old = self.part_mut(name).insert(name, value);
         self.length += usize::from(old.is_none());
@@ -117,22 +117,22 @@ impl<V> SymbolMap<V> {
 
     /// What the names lead to, in no order.
     pub fn values(&self) -> impl Iterator<Item = &V> {
-        let parts = self.many.iter().flat_map(|parts| parts.iter());
-        self.one.values().chain(parts.flat_map(MapShard::values))
+        let parts = self.shards.iter().flat_map(|parts| parts.iter());
+        self.single.values().chain(parts.flat_map(MapShard::values))
     }
 
     /// The same, without the table.
     pub fn into_values(self) -> impl Iterator<Item = V> {
-        let parts = self.many.into_iter().flatten();
-        self.one
+        let parts = self.shards.into_iter().flatten();
+        self.single
             .into_values()
             .chain(parts.flat_map(MapShard::into_values))
     }
 
     /// Gives room back that more than twice as many names would need.
     pub fn shrink(&mut self) {
-        self.one.shrink_to(self.one.len() * 2);
-        for part in self.many.iter_mut().flat_map(|parts| parts.iter_mut()) {
+        self.single.shrink_to(self.single.len() * 2);
+        for part in self.shards.iter_mut().flat_map(|parts| parts.iter_mut()) {
             part.shrink_to(part.len() * 2);
         }
     }
@@ -195,8 +195,8 @@ mod tests {
         assert_eq!(map.get(Symbol(7)), Some(&8));
         assert!(!map.contains(Symbol(8)));
         assert_eq!(map.values().count(), 10_000);
-        let parts = map.many.as_ref().map_or(&[][..], |parts| parts);
-        assert!(parts.iter().all(|part| part.len() < 10_000 / PARTS * 2));
+        let parts = map.shards.as_ref().map_or(&[][..], |parts| parts);
+        assert!(parts.iter().all(|part| part.len() < 10_000 / SHARDS * 2));
         assert_eq!(map.into_values().count(), 10_000);
     }
 }

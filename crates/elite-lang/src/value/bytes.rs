@@ -104,19 +104,20 @@ impl ByteArray {
     /// Changes the bytes.
     #[inline]
     pub fn change<O>(&self, change: impl FnOnce(&mut Vec<u8>) -> O) -> O {
-        self.data.change(|data| change(Rc::make_mut(data).all()))
+        self.data.with_mut(|data| change(Rc::make_mut(data).all()))
     }
 
     /// Appends to the vector they lie in, or makes room there; its indices are not those of the bytes.
     #[inline]
     pub fn append<O>(&self, append: impl FnOnce(&mut Vec<u8>) -> O) -> O {
         self.data
-            .change(|data| append(&mut Rc::make_mut(data).whole))
+            .with_mut(|data| append(&mut Rc::make_mut(data).whole))
     }
 
     /// Takes so many bytes away in front.
     pub fn cut_front(&self, count: usize) {
-        self.data.change(|data| Rc::make_mut(data).cut_front(count));
+        self.data
+            .with_mut(|data| Rc::make_mut(data).cut_front(count));
     }
 
     /// Puts other bytes in their place.
@@ -125,7 +126,7 @@ impl ByteArray {
     }
 
     /// Puts other bytes in the place of `before`, unless others are there by now; whether it did.
-    pub fn put_copy(&self, before: &Rc<Buffer>, copy: Vec<u8>) -> bool {
+    pub fn replace_if_unchanged(&self, before: &Rc<Buffer>, copy: Vec<u8>) -> bool {
         let is_same = Rc::ptr_eq(&*self.data.borrow(), before);
         if is_same {
             self.put(copy);

@@ -110,7 +110,7 @@ pub struct Class {
     /// `__qualname__`, if it is another one.
     qualname: RefCell<Option<Rc<str>>>,
     /// CPython has this class in C, so messages name it with its module.
-    pub in_c: Cell<bool>,
+    pub is_c_type: Cell<bool>,
     /// The builtin type its instances extend.
     pub base: BuiltinBase,
     bases: ScriptCell<Rc<[Rc<Class>]>>,
@@ -118,9 +118,9 @@ pub struct Class {
     ancestors: ScriptCell<Rc<[Rc<Class>]>>,
     attrs: ScriptCell<AttrMap>,
     /// How many attributes were there when it was made, those that are not written aside.
-    own: Cell<usize>,
+    body_attr_count: Cell<usize>,
     /// What it shows of the parts that it adds to its instances, once that has been asked for.
-    pub added: ScriptCell<Option<MemberDescriptors>>,
+    pub member_descriptors: ScriptCell<Option<MemberDescriptors>>,
     version: Cell<u32>,
     subclasses: WeakList<Class>,
     layout: RefCell<InstanceLayout>,
@@ -133,7 +133,7 @@ pub struct Class {
     /// A `class` statement made it; only such classes can be changed.
     pub is_script: bool,
     /// How instances are made, and the versions of the class and of its own class which that holds for.
-    making: Cell<(u32, u32, ConstructPath)>,
+    construct_path: Cell<(u32, u32, ConstructPath)>,
     is_abstract: Cell<bool>,
     /// Makes instances without going through `__new__` and `__init__` of scripts.
     pub constructor: ScriptCell<Value>,
@@ -166,7 +166,7 @@ pub enum ConstructPath {
     /// A plain object, then this `__init__`, which is a function.
     Init(AttrLocation),
     /// A plain object without `__init__`.
-    Bare,
+    NoInit,
     /// By its constructor, which is written in Rust.
     Native,
     /// With more care: `__new__`, a metaclass, a builtin type underneath.
@@ -195,13 +195,13 @@ impl Class {
         let class = Rc::new(Class {
             name: RefCell::new(name.into()),
             qualname: RefCell::default(),
-            in_c: Cell::new(false),
+            is_c_type: Cell::new(false),
             base,
             bases: ScriptCell::new(bases.into()),
             ancestors: ScriptCell::new(ancestors.into()),
             attrs: ScriptCell::default(),
-            own: Cell::new(0),
-            added: ScriptCell::default(),
+            body_attr_count: Cell::new(0),
+            member_descriptors: ScriptCell::default(),
             version: Cell::new(UNKNOWN),
             subclasses: WeakList::default(),
             old: Cell::new(false),
@@ -210,7 +210,7 @@ impl Class {
             slotted: Cell::new(slotted),
             metaclass: OnceCell::new(),
             is_script,
-            making: Cell::new((0, 0, ConstructPath::General)),
+            construct_path: Cell::new((0, 0, ConstructPath::General)),
             is_abstract: Cell::new(false),
             constructor: ScriptCell::default(),
         });
@@ -228,7 +228,7 @@ impl Class {
     /// The name in messages: of the library's types as CPython's own in C have it, `datetime.timedelta`.
     pub fn type_name(&self) -> Rc<str> {
         let name = self.name();
-        if self.in_c.get()
+        if self.is_c_type.get()
             && let Some(Value::Str(module)) = self.attrs.borrow().get(super::symbol::known::MODULE)
         {
             return format!("{}.{name}", module.as_str()).into();
@@ -237,13 +237,13 @@ impl Class {
     }
 
     /// Whether it or an ancestor is a builtin type that is called `name`; a script may call its own classes so.
-    pub fn is_builtin_called(&self, name: &str) -> bool {
+    pub fn has_builtin_ancestor(&self, name: &str) -> bool {
         let is_it = |class: &Class| !class.is_script && **class.name.borrow() == *name;
         is_it(self) || self.ancestors.borrow().iter().any(|class| is_it(class))
     }
 
     /// Whether it or an ancestor is called `name`.
-    pub fn is_called(&self, name: &str) -> bool {
+    pub fn has_ancestor(&self, name: &str) -> bool {
         let is_it = |class: &Class| **class.name.borrow() == *name;
         is_it(self) || self.ancestors.borrow().iter().any(|class| is_it(class))
     }
@@ -268,13 +268,13 @@ impl Class {
     }
 
     /// Notes that its own attributes are there; those that every class has follow.
-    pub fn note_own(&self) {
-        self.own.set(self.attrs.borrow().width());
+    pub fn end_body_attrs(&self) {
+        self.body_attr_count.set(self.attrs.borrow().index_count());
     }
 
     /// How many attributes were there then.
-    pub fn own_width(&self) -> usize {
-        self.own.get()
+    pub fn body_attr_count(&self) -> usize {
+        self.body_attr_count.get()
     }
 
     /// Its own class, if that is not `type`.
@@ -287,7 +287,7 @@ impl Class {
     pub fn set_metaclass(&self, metaclass: Rc<Class>) {
         let set = self.metaclass.set(metaclass);
         debug_assert!(set.is_ok(), "a class changes its metaclass");
-        self.making.set((0, 0, ConstructPath::General));
+        self.construct_path.set((0, 0, ConstructPath::General));
     }
 
     /// An attribute that the metaclass has for its own; what `type` itself has does not count.
@@ -307,7 +307,7 @@ impl Class {
     /// Says whether methods are missing.
     pub fn set_abstract(&self, is_abstract: bool) {
         self.is_abstract.set(is_abstract);
-        self.changed();
+        self.invalidate_versions();
     }
 
     /// `__bases__`.
@@ -316,14 +316,14 @@ impl Class {
     }
 
     /// The method resolution order without the class itself.
-    pub fn ancestors(&self) -> Rc<[Rc<Class>]> {
+    pub fn mro_tail(&self) -> Rc<[Rc<Class>]> {
         self.ancestors.get()
     }
 
     /// The method resolution order.
-    pub fn line(self: &Rc<Self>) -> Vec<Rc<Class>> {
+    pub fn mro(self: &Rc<Self>) -> Vec<Rc<Class>> {
         let mut line = vec![self.clone()];
-        line.extend(self.ancestors().iter().cloned());
+        line.extend(self.mro_tail().iter().cloned());
         line
     }
 
@@ -342,14 +342,14 @@ impl Class {
         let slotted = ancestors.iter().any(|class| class.slotted.get());
         self.slotted.set(self.slotted.get() || slotted);
         self.ancestors.put(ancestors.into());
-        self.changed();
+        self.invalidate_versions();
     }
 
     /// Names the present state of the class; equal versions mean that nothing an inline cache relies on has changed.
     #[inline]
     pub fn version(&self) -> u32 {
         match self.version.get() {
-            UNKNOWN => self.named_version(),
+            UNKNOWN => self.assign_version(),
             version => version,
         }
     }
@@ -364,7 +364,7 @@ impl Class {
     /// whether anything below has a name.
     #[cold]
     #[inline(never)]
-    fn named_version(&self) -> u32 {
+    fn assign_version(&self) -> u32 {
         for class in self.ancestors.borrow().iter().map(|class| &**class) {
             if class.version.get() == UNKNOWN {
                 class.version.set(fresh_version());
@@ -395,7 +395,7 @@ impl Class {
     /// Appends those among the `count` listed ones before number `before`, last ones first; the number to go on with, 0
     /// at the end.
     pub fn some_subclasses(&self, before: usize, count: usize, out: &mut Vec<Rc<Class>>) -> usize {
-        self.subclasses.some_alive(before, count, |class| {
+        self.subclasses.each_alive_in(before, count, |class| {
             // Some may have other bases now.
             let bases = class.bases.borrow();
             if bases.iter().any(|base| std::ptr::eq(&**base, self)) {
@@ -473,14 +473,14 @@ impl Class {
 
     /// How calling the class makes an instance.
     #[inline]
-    pub fn making(&self) -> ConstructPath {
-        let (version, of_metaclass, making) = self.making.get();
+    pub fn construct_path(&self) -> ConstructPath {
+        let (version, of_metaclass, making) = self.construct_path.get();
         let metaclass = self.metaclass().map_or(0, |metaclass| metaclass.version());
         if version == self.version() && of_metaclass == metaclass {
             return making;
         }
         let making = self.find_making();
-        self.making.set((self.version(), metaclass, making));
+        self.construct_path.set((self.version(), metaclass, making));
         making
     }
 
@@ -496,7 +496,7 @@ impl Class {
             && self.lookup(known::NEW).is_none();
         match self.locate(known::INIT) {
             Some((location, Value::Function(_))) if is_plain => ConstructPath::Init(location),
-            None if is_plain => ConstructPath::Bare,
+            None if is_plain => ConstructPath::NoInit,
             _ => ConstructPath::General,
         }
     }
@@ -520,25 +520,25 @@ impl Class {
     /// Sets an attribute of the class itself.
     pub fn set(&self, name: Symbol, value: Value) {
         let plain = is_plain(&value);
-        let old = self.attrs.change(|attrs| attrs.insert(name, value));
+        let old = self.attrs.with_mut(|attrs| attrs.insert(name, value));
         // Caches read the value through its place, so a new plain value for an old one needs no new version.
         if old.is_unbound() || !plain || !is_plain(&old) {
-            self.changed();
+            self.invalidate_versions();
         }
     }
 
     /// Deletes an attribute of the class itself.
     pub fn remove(&self, name: Symbol) -> bool {
-        let removed = self.attrs.change(|attrs| attrs.remove(name));
+        let removed = self.attrs.with_mut(|attrs| attrs.remove(name));
         if removed.is_some() {
-            self.changed();
+            self.invalidate_versions();
         }
         removed.is_some()
     }
 
     /// The class and all derived from it have other versions from now on, one after the other: they may be derived a
     /// long way.
-    fn changed(&self) {
+    fn invalidate_versions(&self) {
         let mut left = Vec::new();
         self.forget_version(&mut left);
         while let Some(class) = left.pop() {
@@ -552,7 +552,7 @@ impl Class {
             // Those with other bases by now lose nothing but what is cached of them.
             let named = |class: &Class| class.version.get() != UNKNOWN;
             self.subclasses
-                .each(|class| left.extend(named(class).then(|| class.clone())));
+                .for_each_alive(|class| left.extend(named(class).then(|| class.clone())));
         }
     }
 
@@ -600,13 +600,13 @@ impl Class {
     }
 
     /// Whether this class makes room for any attribute, as those without `__slots__` do.
-    pub fn is_open(&self) -> bool {
+    pub fn adds_dict(&self) -> bool {
         let slots = self.slots.borrow();
         slots.as_ref().is_none_or(|slots| slots.open)
     }
 
     /// Whether this class makes room for weak references, as those without `__slots__` do.
-    pub fn is_referable(&self) -> bool {
+    pub fn adds_weakref(&self) -> bool {
         let slots = self.slots.borrow();
         slots.as_ref().is_none_or(|slots| slots.referable)
     }
@@ -622,10 +622,10 @@ impl Class {
     /// Whether instances have a `__dict__`: exceptions do, others unless the class and all its ancestors have
     /// `__slots__`.
     pub fn has_dict(&self) -> bool {
-        let is_open_script = |class: &Rc<Class>| class.is_script && class.is_open();
+        let is_open_script = |class: &Rc<Class>| class.is_script && class.adds_dict();
         let ancestors = self.ancestors.borrow();
         self.base == BuiltinBase::Exception
-            || self.is_open()
+            || self.adds_dict()
             || ancestors.iter().any(is_open_script)
     }
 
@@ -671,7 +671,7 @@ impl Class {
     }
 
     /// Whether instances have the same layout as those of another class: the same slots, and a `__dict__` or none.
-    pub fn is_laid_out_as(&self, other: &Class) -> bool {
+    pub fn has_layout_of(&self, other: &Class) -> bool {
         let slots = |class: &Class| {
             let own = class.slots.borrow();
             own.as_ref().map(|slots| slots.sorted.clone())
@@ -681,16 +681,16 @@ impl Class {
             && (self.has_dict() || slots(self) == slots(other))
     }
 
-    /// Runs `each` on what it refers to, unless that is being changed.
+    /// Runs `for_each_alive` on what it refers to, unless that is being changed.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
-        let (bases, ancestors) = (self.bases(), self.ancestors());
+        let (bases, ancestors) = (self.bases(), self.mro_tail());
         for class in bases.iter().chain(&*ancestors).chain(self.metaclass.get()) {
             each(&Value::Class(class.clone()));
         }
         if let Some(attrs) = self.attrs.try_borrow() {
             attrs.iter().for_each(|(_, value)| each(value));
         }
-        if let Some(added) = self.added.try_borrow()
+        if let Some(added) = self.member_descriptors.try_borrow()
             && let Some(added) = &*added
         {
             added.iter().for_each(|(_, value)| each(value));
@@ -702,9 +702,9 @@ impl Class {
 
     /// Drops all attributes, to break cycles when an interpreter ends.
     pub fn dismantle(&self) {
-        let values = self.attrs.change(AttrMap::take_values);
-        self.changed();
-        drop(self.added.take());
+        let values = self.attrs.with_mut(AttrMap::take_values);
+        self.invalidate_versions();
+        drop(self.member_descriptors.take());
         drop(values);
     }
 }
@@ -727,6 +727,6 @@ fn is_plain(value: &Value) -> bool {
 impl Drop for Class {
     fn drop(&mut self) {
         let mut values = self.attrs.get_mut().take_values();
-        trash::dismantle(&mut values);
+        trash::drop_values(&mut values);
     }
 }

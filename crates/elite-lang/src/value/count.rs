@@ -15,8 +15,8 @@ pub(crate) type RefCounts = Rc<u64>;
 impl Value {
     /// The `Rc` of a value that has one, for counting only.
     #[inline(always)]
-    pub(crate) fn counted(&self) -> Option<&RefCounts> {
-        if self.is_flat() {
+    pub(crate) fn ref_counts(&self) -> Option<&RefCounts> {
+        if self.is_immediate() {
             return None;
         }
         // SAFETY: a value that is not flat is its tag and an `Rc` in the second word (`Value` has the layout of C, see
@@ -39,8 +39,8 @@ impl Value {
 
     /// One more reference to the object, if there is one; the same value for it.
     #[inline(always)]
-    pub(super) fn copied(&self) -> Value {
-        if let Some(counted) = self.counted() {
+    pub(super) fn clone_counted(&self) -> Value {
+        if let Some(counted) = self.ref_counts() {
             std::mem::forget(counted.clone());
         }
         // SAFETY: flat values are plain words, and for the others the reference has just been counted.
@@ -52,18 +52,18 @@ impl Value {
 
     /// Drops it: numbers and references that are not the last without a call.
     #[inline(always)]
-    pub fn discard(self) {
-        if let Some(last) = self.last() {
-            drop_last(PairOf::of(last));
+    pub fn drop_inline(self) {
+        if let Some(last) = self.into_last() {
+            drop_last(PairOf::pack(last));
         }
     }
 
     /// Drops it, unless its object goes with it: then it is given back.
     #[inline(always)]
     #[must_use = "the object is dropped only now"]
-    pub fn last(self) -> Option<Value> {
+    pub fn into_last(self) -> Option<Value> {
         let value = ManuallyDrop::new(self);
-        if let Some(counted) = value.counted() {
+        if let Some(counted) = value.ref_counts() {
             if Rc::strong_count(counted) == 1 {
                 return Some(ManuallyDrop::into_inner(value));
             }

@@ -69,7 +69,7 @@ impl Drop for NativeData {
     fn drop(&mut self) {
         let mut held = Vec::new();
         self.0.data.take(&mut held);
-        trash::dismantle(&mut held);
+        trash::drop_values(&mut held);
     }
 }
 
@@ -83,7 +83,7 @@ impl NativeData {
     pub fn clear(&self) {
         let mut held = Vec::new();
         self.0.data.clear(&mut held);
-        trash::dismantle(&mut held);
+        trash::drop_values(&mut held);
     }
 
     /// Takes data of type `T`.

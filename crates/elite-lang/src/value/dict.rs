@@ -12,7 +12,7 @@ use std::rc::Rc;
 
 use super::values::DropItem as _;
 use super::{ScriptCell, Value, trash};
-use table::{AT_ONCE, DictTable, EMPTY, SCAN_MAX, place, slots_for};
+use table::{DictTable, EMPTY, INLINE_REHASH_MAX, SCAN_MAX, place, slots_for};
 pub use table::{Entry, KeySearch};
 
 /// A dictionary.
@@ -30,15 +30,15 @@ pub enum ScanResult<T> {
     /// This is the next one.
     Found(T),
     /// None so far; where to go on.
-    Further(usize),
+    Continue(usize),
     /// There is none.
-    Nowhere,
+    End,
 }
 
 /// What is called between pieces of work on a table, with the number of entries done; others may change the table then.
 pub type YieldHook<'b, E> = &'b mut dyn FnMut(usize) -> Result<(), E>;
 /// Entries that are worked on at once.
-pub const SOME: usize = 4096;
+pub const REHASH_CHUNK: usize = 4096;
 /// Times a piece of work starts over because the table has been changed meanwhile; after that it is done at once.
 const RETRIES_MAX: usize = 3;
 
@@ -52,7 +52,7 @@ impl Dict {
     pub fn with_room(keys: usize) -> Self {
         let dict = Dict::default();
         if keys > 0 {
-            dict.table.change(|table| table.make_room(keys));
+            dict.table.with_mut(|table| table.make_room(keys));
         }
         dict
     }
@@ -88,14 +88,14 @@ impl Dict {
 
     /// The value of a key with its hash, if it is there; None if script code has to compare keys.
     #[inline]
-    pub fn get_at_once(&self, hash: u64, key: &Value) -> Option<Option<Value>> {
+    pub fn get_fast(&self, hash: u64, key: &Value) -> Option<Option<Value>> {
         // SAFETY: keys that need no code of a script are compared, and a value is copied; that changes nothing.
         #[allow(unsafe_code)]
-        let table = unsafe { self.table.glimpse() }?;
+        let table = unsafe { self.table.get_unguarded() }?;
         let found = table.find_at_once(hash, key).ok()?;
         Some(found.and_then(|index| match &table.entries[index].value {
             Value::Cell(variable) if table.of_variables() => {
-                Some(variable.value.copied()).filter(|value| !value.is_unbound())
+                Some(variable.value.get_or_unbound()).filter(|value| !value.is_unbound())
             }
             value => Some(value.clone()),
         }))
@@ -104,8 +104,8 @@ impl Dict {
     /// Replaces the value of a key with its hash, or adds both if there is room, unless script code has to compare
     /// keys: the value that was there (`Unbound` if none was), otherwise the new one back.
     #[inline]
-    pub fn set_at_once(&self, hash: u64, key: &Value, value: Value) -> Result<Value, Value> {
-        self.table.change(|table| {
+    pub fn set_fast(&self, hash: u64, key: &Value, value: Value) -> Result<Value, Value> {
+        self.table.with_mut(|table| {
             if table.of_variables() {
                 return Err(value);
             }
@@ -125,10 +125,10 @@ impl Dict {
 
     /// Whether a key with its hash is there, if no script code has to compare keys.
     #[inline]
-    pub fn has_at_once(&self, hash: u64, key: &Value) -> Option<bool> {
+    pub fn contains_fast(&self, hash: u64, key: &Value) -> Option<bool> {
         // SAFETY: keys that need no code of a script are compared; that changes nothing.
         #[allow(unsafe_code)]
-        let table = unsafe { self.table.glimpse() }?;
+        let table = unsafe { self.table.get_unguarded() }?;
         match table.find_at_once(hash, key).ok()? {
             Some(_) if table.of_variables() => None,
             found => Some(found.is_some()),
@@ -162,7 +162,7 @@ impl Dict {
     /// Replaces the value of the entry at an index from `find`.
     #[inline]
     pub fn set_value_at(&self, index: usize, value: Value) {
-        let old = self.table.change(|table| match table.of_variables() {
+        let old = self.table.with_mut(|table| match table.of_variables() {
             true => table.set_variable(index, value),
             false => std::mem::replace(&mut table.entries[index].value, value),
         });
@@ -171,7 +171,7 @@ impl Dict {
 
     /// Adds a key that is known not to be there.
     pub fn append(&self, hash: u64, key: Value, value: Value) {
-        self.table.change(|table| table.append(hash, key, value));
+        self.table.with_mut(|table| table.append(hash, key, value));
     }
 
     /// Bytes of its table.
@@ -192,12 +192,12 @@ impl Dict {
 
     /// Moves the entry at an index from `find` to the front.
     pub fn move_to_front(&self, index: usize) {
-        self.table.change(|table| table.move_to_front(index));
+        self.table.with_mut(|table| table.move_to_front(index));
     }
 
     /// Deletes the entry at an index from `find`; returns key and value.
     pub fn delete_at(&self, index: usize) -> (Value, Value) {
-        self.table.change(|table| {
+        self.table.with_mut(|table| {
             let entry = &table.entries[index];
             if let (true, Value::Cell(variable)) = (table.of_variables(), &entry.value) {
                 let unbound = table.known_unbound();
@@ -221,7 +221,7 @@ impl Dict {
         let table = self.table.borrow();
         let head = table.head.get();
         let begin = from.max(head);
-        let end = table.entries.len().min(begin.saturating_add(SOME));
+        let end = table.entries.len().min(begin.saturating_add(REHASH_CHUNK));
         let mut is_first = from <= head;
         for at in begin..end {
             let entry = &table.entries[at];
@@ -238,8 +238,8 @@ impl Dict {
             table.head.set(end.max(head));
         }
         match end < table.entries.len() {
-            true => ScanResult::Further(end),
-            false => ScanResult::Nowhere,
+            true => ScanResult::Continue(end),
+            false => ScanResult::End,
         }
     }
 
@@ -248,7 +248,7 @@ impl Dict {
         let table = self.table.borrow();
         let tail = table.tail.get();
         let end = from.min(tail);
-        let begin = end.saturating_sub(SOME);
+        let begin = end.saturating_sub(REHASH_CHUNK);
         let mut is_last = from >= tail;
         for at in (begin..end).rev() {
             let entry = &table.entries[at];
@@ -264,8 +264,8 @@ impl Dict {
             table.tail.set(begin);
         }
         match begin > 0 {
-            true => ScanResult::Further(begin),
-            false => ScanResult::Nowhere,
+            true => ScanResult::Continue(begin),
+            false => ScanResult::End,
         }
     }
 
@@ -332,7 +332,7 @@ impl Dict {
         if self.table.borrow().of_variables() {
             return self.clear_variables();
         }
-        let old = self.table.change(|table| {
+        let old = self.table.with_mut(|table| {
             let generation = table.generation + 1;
             let empty = DictTable {
                 generation,
@@ -353,7 +353,7 @@ impl Dict {
             let whole = loop {
                 let end = {
                     let table = self.table.borrow();
-                    let end = table.entries.len().min(at + SOME);
+                    let end = table.entries.len().min(at + REHASH_CHUNK);
                     let some = table.entries.get(at..end).unwrap_or_default();
                     entries.extend(some.iter().filter_map(|entry| {
                         let value = entry.read(table.of_variables())?;
@@ -367,7 +367,7 @@ impl Dict {
                 }
                 at = end;
                 if tries < RETRIES_MAX {
-                    between(SOME)?;
+                    between(REHASH_CHUNK)?;
                     if self.generation() != generation {
                         break false;
                     }
@@ -379,7 +379,7 @@ impl Dict {
                     length => new_slots(slots_for(length), &entries, length, between)?,
                 };
                 let copy = Dict::new();
-                copy.table.change(|table| {
+                copy.table.with_mut(|table| {
                     table.live = entries.len();
                     table.tail.set(entries.len());
                     table.entries = entries;
@@ -392,16 +392,16 @@ impl Dict {
         }
     }
 
-    /// Whether the next new key makes a big table grow, which is better done in pieces (`enlarge`).
+    /// Whether the next new key makes a big table grow, which is better done in pieces (`rehash_incrementally`).
     #[inline]
-    pub fn grows_far(&self) -> bool {
+    pub fn needs_incremental_rehash(&self) -> bool {
         let table = self.table.borrow();
         let length = table.entries.len();
-        length > AT_ONCE && (length + 1) * 3 > table.slots.len() * 2
+        length > INLINE_REHASH_MAX && (length + 1) * 3 > table.slots.len() * 2
     }
 
     /// Makes the table greater before a new key does.
-    pub fn enlarge<E>(&self, between: YieldHook<'_, E>) -> Result<(), E> {
+    pub fn rehash_incrementally<E>(&self, between: YieldHook<'_, E>) -> Result<(), E> {
         for _ in 0..RETRIES_MAX {
             let generation = self.generation();
             let (length, live) = {
@@ -410,12 +410,12 @@ impl Dict {
             };
             if live < length / 2 {
                 // So many are deleted that the table rather shrinks.
-                return self.remake(0, between);
+                return self.rebuild_incrementally(0, between);
             }
             let mut slots = empty_slots(slots_for(length + 1), between)?;
             let mut at = 0;
             while at < length && self.generation() == generation {
-                let end = length.min(at + SOME);
+                let end = length.min(at + REHASH_CHUNK);
                 {
                     let table = self.table.borrow();
                     for (entry, index) in table.entries[at..end].iter().zip(at as u32..) {
@@ -425,10 +425,10 @@ impl Dict {
                     }
                 }
                 at = end;
-                between(SOME)?;
+                between(REHASH_CHUNK)?;
             }
             if self.generation() == generation {
-                drop(self.table.change(|table| {
+                drop(self.table.with_mut(|table| {
                     table.moves = 0;
                     std::mem::replace(&mut table.slots, slots)
                 }));
@@ -438,26 +438,30 @@ impl Dict {
         Ok(())
     }
 
-    /// Whether a big table has become so empty that it is better made anew (`remake`).
+    /// Whether a big table has become so empty that it is better made anew (`rebuild_incrementally`).
     #[inline]
     pub fn is_sparse(&self) -> bool {
         let table = self.table.borrow();
-        table.entries.len() > AT_ONCE && table.is_sparse()
+        table.entries.len() > INLINE_REHASH_MAX && table.is_sparse()
     }
 
     /// Whether a big table has to be made anew, with so much room in front, before an entry can move there.
-    pub fn lacks_room_in_front(&self) -> Option<usize> {
+    pub fn front_capacity_needed(&self) -> Option<usize> {
         let table = self.table.borrow();
         let head = table.head.get();
         let is_first = table.entries.get(head).is_some_and(|e| !e.key.is_unbound());
-        let lacks = table.entries.len() > AT_ONCE
+        let lacks = table.entries.len() > INLINE_REHASH_MAX
             && (head == 0 && is_first || table.moves > table.slots.len() / 16);
         lacks.then_some(table.live)
     }
 
     /// Makes a big table anew without deleted entries, with room for `front` entries in front of the others and as many
     /// behind them; not if others keep changing it meanwhile.
-    pub fn remake<E>(&self, front: usize, between: YieldHook<'_, E>) -> Result<(), E> {
+    pub fn rebuild_incrementally<E>(
+        &self,
+        front: usize,
+        between: YieldHook<'_, E>,
+    ) -> Result<(), E> {
         for _ in 0..RETRIES_MAX {
             let generation = self.generation();
             let live = {
@@ -469,14 +473,14 @@ impl Dict {
             };
             let mut entries = Vec::with_capacity(2 * front + live + 1);
             while entries.len() < front {
-                entries.resize_with(front.min(entries.len() + SOME), Entry::default);
-                between(SOME)?;
+                entries.resize_with(front.min(entries.len() + REHASH_CHUNK), Entry::default);
+                between(REHASH_CHUNK)?;
             }
             let mut at = 0;
             while self.generation() == generation {
                 let end = {
                     let table = self.table.borrow();
-                    let end = table.entries.len().min(at + SOME);
+                    let end = table.entries.len().min(at + REHASH_CHUNK);
                     let some = table.entries.get(at..end).unwrap_or_default();
                     let there = some.iter().filter(|entry| !entry.key.is_unbound());
                     entries.extend(there.cloned());
@@ -486,7 +490,7 @@ impl Dict {
                     break;
                 }
                 at = end;
-                between(SOME)?;
+                between(REHASH_CHUNK)?;
             }
             let length = entries.len();
             let slots = match self.generation() == generation {
@@ -494,7 +498,7 @@ impl Dict {
                 false => Vec::new(),
             };
             if self.generation() == generation {
-                let old = self.table.change(|table| {
+                let old = self.table.with_mut(|table| {
                     table.moves = 0;
                     table.head.set(front);
                     table.tail.set(length);
@@ -540,8 +544,8 @@ impl Dict {
 fn empty_slots<E>(size: usize, between: YieldHook<'_, E>) -> Result<Vec<u32>, E> {
     let mut slots = Vec::with_capacity(size);
     while slots.len() < size {
-        slots.resize(size.min(slots.len() + 16 * SOME), EMPTY);
-        between(SOME)?;
+        slots.resize(size.min(slots.len() + 16 * REHASH_CHUNK), EMPTY);
+        between(REHASH_CHUNK)?;
     }
     Ok(slots)
 }
@@ -554,21 +558,24 @@ fn new_slots<E>(
     between: YieldHook<'_, E>,
 ) -> Result<Vec<u32>, E> {
     let mut slots = empty_slots(size, between)?;
-    for (some, first) in entries[..length].chunks(SOME).zip((0..).step_by(SOME)) {
+    for (some, first) in entries[..length]
+        .chunks(REHASH_CHUNK)
+        .zip((0..).step_by(REHASH_CHUNK))
+    {
         for (entry, index) in some.iter().zip(first..) {
             if !entry.key.is_unbound() {
                 place(&mut slots, entry.hash, index);
             }
         }
-        between(SOME)?;
+        between(REHASH_CHUNK)?;
     }
     Ok(slots)
 }
 
 fn drop_entries(mut entries: Vec<Entry>) {
-    trash::leave(&mut entries, Entry::tells);
+    trash::defer_if_large(&mut entries, Entry::may_run_script);
     let cell = Cell::new(entries);
-    trash::dismantle_with(
+    trash::drop_with_depth(
         || drop(cell.take()),
         |deferred| {
             deferred.extend(

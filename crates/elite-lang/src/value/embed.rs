@@ -67,7 +67,7 @@ impl Value {
         match self {
             Value::List(list) => Some(list.borrow().clone()),
             Value::Tuple(tuple) => Some(tuple.items().to_vec()),
-            Value::Instance(instance) => instance.extended()?.as_items(),
+            Value::Instance(instance) => instance.builtin_value()?.as_items(),
             _ => None,
         }
     }

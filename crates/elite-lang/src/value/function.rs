@@ -32,7 +32,7 @@ pub struct Function {
 
 impl Function {
     /// A function without defaults.
-    pub fn plain(code: Rc<Code>, closure: Box<[Rc<CellVar>]>) -> Rc<Self> {
+    pub fn without_defaults(code: Rc<Code>, closure: Box<[Rc<CellVar>]>) -> Rc<Self> {
         let defaults = ScriptCell::new(Rc::from([]));
         Rc::new(Function {
             code,
@@ -64,16 +64,16 @@ impl Function {
 impl Drop for Function {
     fn drop(&mut self) {
         if let Some(attrs) = self.attrs.get_mut() {
-            trash::dismantle(&mut attrs.take_values());
+            trash::drop_values(&mut attrs.take_values());
         }
         // Shared ones are dropped by the last who has them.
         if let Some(defaults) = Rc::get_mut(self.defaults.get_mut()) {
-            trash::dismantle_all(defaults);
+            trash::drop_slice(defaults);
         }
-        trash::dismantle_all(&mut self.keyword_defaults);
+        trash::drop_slice(&mut self.keyword_defaults);
         for held in [&mut self.keyword_defaults_dict, &mut self.annotations] {
             if let Some(value) = held.get_mut() {
-                trash::dismantle_one(value);
+                trash::drop_value(value);
             }
         }
     }
@@ -97,7 +97,7 @@ impl BoundMethod {
 
 impl Drop for BoundMethod {
     fn drop(&mut self) {
-        trash::hand_over([&mut self.receiver, &mut self.function]);
+        trash::drop_each([&mut self.receiver, &mut self.function]);
     }
 }
 
@@ -128,9 +128,9 @@ impl std::ops::Deref for WrappedFunction {
 impl Drop for WrappedFunction {
     fn drop(&mut self) {
         // They may be wrapped again and again.
-        trash::dismantle_one(&mut self.function);
+        trash::drop_value(&mut self.function);
         if let Some(attrs) = self.attrs.get_mut() {
-            trash::dismantle_one(attrs);
+            trash::drop_value(attrs);
         }
     }
 }
@@ -172,7 +172,7 @@ impl Property {
 
 impl Drop for Property {
     fn drop(&mut self) {
-        trash::hand_over([
+        trash::drop_each([
             &mut self.get,
             &mut self.set,
             &mut self.delete,
@@ -193,6 +193,6 @@ pub struct Super {
 
 impl Drop for Super {
     fn drop(&mut self) {
-        trash::dismantle_one(&mut self.receiver);
+        trash::drop_value(&mut self.receiver);
     }
 }

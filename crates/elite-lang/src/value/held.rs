@@ -1,9 +1,9 @@
 //! The cell for everything scripts can reach and change.
 //!
 //! What it keeps can be looked at and changed only while no script code runs, and dropping a value may run script code
-//! (the `finally` blocks of a generator). So no borrow can be taken to change it: `change` runs a function that gives
+//! (the `finally` blocks of a generator). So no borrow can be taken to change it: `with_mut` runs a function that gives
 //! back what has left, and the caller drops that afterwards. Builds with debug assertions count the open looks and
-//! changes of the OS thread, and `nothing_is_open` stops the test in which script code begins, or a container is
+//! changes of the OS thread, and `assert_no_borrows` stops the test in which script code begins, or a container is
 //! dropped, meanwhile.
 
 use std::cell::{Ref, RefCell};
@@ -40,10 +40,10 @@ impl<T> ScriptCell<T> {
     ///
     /// # Safety
     /// Until the reference is used for the last time nobody changes what the cell keeps: no script code runs, no value
-    /// is dropped, and `change`, `replace`, `put` and `take` are not called.
+    /// is dropped, and `with_mut`, `replace`, `put` and `take` are not called.
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub(crate) unsafe fn glimpse(&self) -> Option<&T> {
+    pub(crate) unsafe fn get_unguarded(&self) -> Option<&T> {
         // SAFETY: the caller's promise.
         unsafe { self.0.try_borrow_unguarded() }.ok()
     }
@@ -57,18 +57,19 @@ impl<T> ScriptCell<T> {
         })
     }
 
-    /// Changes what it keeps. `change` runs no script code, drops no values and gives back those that leave.
+    /// Changes what it keeps. `with_mut` runs no script code, drops no values and gives back those that leave.
     #[inline(always)]
-    pub fn change<O>(&self, change: impl FnOnce(&mut T) -> O) -> O {
+    pub fn with_mut<O>(&self, change: impl FnOnce(&mut T) -> O) -> O {
         let mut value = self.0.borrow_mut();
         let _open = BorrowToken::begin();
         change(&mut value)
     }
 
-    /// The same with a value that `change` takes; it comes back as well while what is kept is being looked at or
-    /// changed. Nothing here can panic, so that the value stays where it is: in registers, if `change` leaves it there.
+    /// The same with a value that `with_mut` takes; it comes back as well while what is kept is being looked at or
+    /// changed. Nothing here can panic, so that the value stays where it is: in registers, if `with_mut` leaves it
+    /// there.
     #[inline(always)]
-    pub fn change_by<V, O>(
+    pub fn try_with_mut<V, O>(
         &self,
         value: V,
         change: impl FnOnce(&mut T, V) -> Result<O, V>,
@@ -113,10 +114,10 @@ impl<T: Clone> ScriptCell<T> {
 impl ScriptCell<Value> {
     /// A copy of the value, without keeping count of the look; `Unbound` if it is being changed.
     #[inline(always)]
-    pub fn copied(&self) -> Value {
+    pub fn get_or_unbound(&self) -> Value {
         // SAFETY: copying a value counts one reference more and does nothing else.
         #[allow(unsafe_code)]
-        unsafe { self.glimpse() }.cloned().unwrap_or_default()
+        unsafe { self.get_unguarded() }.cloned().unwrap_or_default()
     }
 }
 
@@ -187,7 +188,7 @@ impl BorrowToken {
 
 /// Script code may run from here on: in builds with debug assertions a panic if anything is open.
 #[inline(always)]
-pub fn nothing_is_open() {
+pub fn assert_no_borrows() {
     #[cfg(debug_assertions)]
     assert!(
         count::open() == 0 || std::thread::panicking(),

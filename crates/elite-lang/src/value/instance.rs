@@ -82,7 +82,7 @@ impl Instance {
         let attrs = self.attrs.replace(AttrStorage::Slots(InlineSlots::new()));
         self.order.take();
         match attrs {
-            AttrStorage::Slots(mut slots) => trash::dismantle_all(&mut slots),
+            AttrStorage::Slots(mut slots) => trash::drop_slice(&mut slots),
             AttrStorage::Dict(dict, hidden) => {
                 dict.clear();
                 hidden.iter().for_each(|hidden| hidden.clear());
@@ -130,7 +130,7 @@ impl Instance {
     }
 
     /// The builtin value this instance extends.
-    pub fn extended(&self) -> Option<Value> {
+    pub fn builtin_value(&self) -> Option<Value> {
         match &self.payload {
             InstancePayload::Value(value) => Some(value.borrow().clone()),
             _ => None,
@@ -157,12 +157,12 @@ impl Instance {
     /// Where the attribute in slot `slot` lies; None as in `slot`.
     ///
     /// # Safety
-    /// As `ScriptCell::glimpse`.
+    /// As `ScriptCell::get_unguarded`.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(crate) unsafe fn glimpse(&self, slot: usize) -> Option<&Value> {
         // SAFETY: the caller's promise.
-        match unsafe { self.attrs.glimpse() }? {
+        match unsafe { self.attrs.get_unguarded() }? {
             AttrStorage::Slots(slots) => slots.get(slot).filter(|value| !value.is_unbound()),
             AttrStorage::Dict(..) => None,
         }
@@ -170,7 +170,7 @@ impl Instance {
 
     /// What `look` makes of the attribute in slot `slot`; None as in `slot`. No script code may run meanwhile.
     #[inline(always)]
-    pub fn look_at<T>(&self, slot: usize, look: impl FnOnce(&Value) -> T) -> Option<T> {
+    pub fn with_slot<T>(&self, slot: usize, look: impl FnOnce(&Value) -> T) -> Option<T> {
         match &*self.attrs.borrow() {
             AttrStorage::Slots(slots) => match slots.get(slot) {
                 None | Some(Value::Unbound) => None,
@@ -184,7 +184,7 @@ impl Instance {
     /// none.
     #[inline(always)]
     pub fn replace_slot(&self, slot: usize, value: Value) -> Result<Value, Value> {
-        self.attrs.change_by(value, |attrs, value| match attrs {
+        self.attrs.try_with_mut(value, |attrs, value| match attrs {
             AttrStorage::Slots(slots) => match slots.get_mut(slot) {
                 Some(place) if !place.is_unbound() => Ok(std::mem::replace(place, value)),
                 _ => Err(value),
@@ -200,7 +200,7 @@ impl Instance {
         match self.replace_slot(slot, value) {
             Ok(old) => {
                 // Dropped only now: the old value's last reference may run script code.
-                old.discard();
+                old.drop_inline();
                 Ok(())
             }
             Err(value) => self.add_slot(slot, value),
@@ -210,8 +210,8 @@ impl Instance {
     /// Sets a slot that is empty.
     #[inline(never)]
     fn add_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
-        self.attrs.change(|attrs| match attrs {
-            AttrStorage::Slots(slots) if !self.puts_in_order(slots, slot) => Err(value),
+        self.attrs.with_mut(|attrs| match attrs {
+            AttrStorage::Slots(slots) if !self.keeps_slot_order(slots, slot) => Err(value),
             AttrStorage::Slots(slots) if slot < slots.len() => {
                 slots[slot] = value;
                 Ok(())
@@ -227,7 +227,7 @@ impl Instance {
 
     /// Whether an empty slot may be set: scripts see attributes in the order in which they were set. That is the order
     /// of the slots, or kept beside them where it has a place; otherwise the attributes have to be in a dictionary.
-    fn puts_in_order(&self, slots: &InlineSlots, slot: usize) -> bool {
+    fn keeps_slot_order(&self, slots: &InlineSlots, slot: usize) -> bool {
         let before = self.order.get();
         let is_set = |at: &usize| !slots[*at].is_unbound();
         if before.is_natural() && !(slot..slots.len()).any(|at| is_set(&at)) {
@@ -269,7 +269,7 @@ impl Instance {
             false => self.class.slot_for(name),
         };
         if slot.is_some() {
-            symbols.settle(name);
+            symbols.mark_used(name);
         }
         let value = match slot {
             Some(slot) => match self.set_slot(slot, value) {
@@ -279,7 +279,7 @@ impl Instance {
             None => value,
         };
         self.dict(symbols);
-        let dict = self.attrs.change(|attrs| {
+        let dict = self.attrs.with_mut(|attrs| {
             if let AttrStorage::Dict(_, hidden @ None) = attrs
                 && self.class.has_slot(name)
             {
@@ -288,13 +288,13 @@ impl Instance {
             attrs.dict_with(&self.class, name).cloned()
         });
         if let Some(dict) = dict {
-            dict.set_interned(symbols.value(name), value);
+            dict.set_interned(symbols.to_value(name), value);
         }
     }
 
     /// Deletes the attribute `name` of the instance itself; whether it was there.
     pub fn remove(&self, name: Symbol, symbols: &super::symbol::Symbols) -> bool {
-        let removed = self.attrs.change(|attrs| match attrs {
+        let removed = self.attrs.with_mut(|attrs| match attrs {
             AttrStorage::Slots(slots) => {
                 let slot = self.class.slot(name)?;
                 self.order.set(self.order.get().without(slot));
@@ -302,7 +302,7 @@ impl Instance {
             }
             attrs => {
                 let dict = attrs.dict_with(&self.class, name)?;
-                let key = symbols.value(name);
+                let key = symbols.to_value(name);
                 let Value::Str(text) = &key else { return None };
                 match dict.find(text.hash(), &key) {
                     super::dict::KeySearch::At(index) => Some(dict.delete_at(index).1),
@@ -332,7 +332,7 @@ impl Instance {
     /// on.
     pub fn set_dict(&self, dict: Rc<Dict>, symbols: &super::symbol::Symbols) {
         self.dict(symbols);
-        let old = self.attrs.change(|attrs| match attrs {
+        let old = self.attrs.with_mut(|attrs| match attrs {
             AttrStorage::Dict(place, _) => Some(std::mem::replace(place, dict)),
             AttrStorage::Slots(_) => None,
         });
@@ -340,7 +340,7 @@ impl Instance {
     }
 
     /// The dictionary its attributes are in, if they are in one.
-    pub fn shown_dict(&self) -> Option<Rc<Dict>> {
+    pub fn dict_if_any(&self) -> Option<Rc<Dict>> {
         match &*self.attrs.borrow() {
             AttrStorage::Slots(_) => None,
             AttrStorage::Dict(dict, _) => Some(dict.clone()),
@@ -374,7 +374,7 @@ impl Instance {
         let layout = self.class.layout();
         let named = |slot: usize| {
             let (name, value) = (layout.names()[slot], &slots[slot]);
-            (!value.is_unbound()).then(|| (name, symbols.value(name), value.clone()))
+            (!value.is_unbound()).then(|| (name, symbols.to_value(name), value.clone()))
         };
         match self.order.get() {
             order if order.is_natural() => (0..slots.len()).filter_map(named).collect(),
@@ -386,14 +386,14 @@ impl Instance {
 impl Drop for Instance {
     fn drop(&mut self) {
         if let AttrStorage::Slots(slots) = self.attrs.get_mut() {
-            trash::dismantle_all(slots);
+            trash::drop_slice(slots);
         }
         match &mut self.payload {
             InstancePayload::Exception(state) => {
                 let mut values = state.take_values();
-                trash::dismantle(&mut values);
+                trash::drop_values(&mut values);
             }
-            InstancePayload::Value(value) => trash::dismantle_one(value.get_mut()),
+            InstancePayload::Value(value) => trash::drop_value(value.get_mut()),
             // Data takes itself apart.
             InstancePayload::None | InstancePayload::Object(_) => {}
         }

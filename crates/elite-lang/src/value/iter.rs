@@ -92,7 +92,7 @@ pub trait LibraryIterator {
 
     /// Another one that stands where this one stands, over what `each` makes of the values this one holds; None if it
     /// cannot be copied.
-    fn copied(
+    fn copy_with(
         &self,
         _ev: &Evaluator<'_>,
         _each: &dyn Fn(&Value) -> R,
@@ -127,7 +127,7 @@ impl NativeIter {
 impl Iter {
     /// Another iterator over the same characters, bytes, numbers, dictionary or set, which stands where this one
     /// stands; None for other kinds.
-    pub fn twin(&self) -> Option<Iter> {
+    pub fn copy(&self) -> Option<Iter> {
         Some(match self {
             Iter::Str { text, offset } => Iter::Str {
                 text: text.clone(),
@@ -229,21 +229,21 @@ impl Drop for Iter {
             | Iter::Dict { .. }
             | Iter::Set { .. }
             | Iter::ListReversed { .. } => {}
-            Iter::Sequence { object, .. } => trash::dismantle_one(object),
+            Iter::Sequence { object, .. } => trash::drop_value(object),
             Iter::Callable {
                 function, sentinel, ..
-            } => trash::hand_over([function, sentinel]),
+            } => trash::drop_each([function, sentinel]),
             Iter::Map { function, sources } => {
-                trash::dismantle_one(function);
-                trash::dismantle(sources);
+                trash::drop_value(function);
+                trash::drop_values(sources);
             }
-            Iter::Filter { function, source } => trash::hand_over([function, source]),
-            Iter::Zip { sources, .. } => trash::dismantle(sources),
-            Iter::Enumerate { source, .. } => trash::dismantle_one(source),
+            Iter::Filter { function, source } => trash::drop_each([function, source]),
+            Iter::Zip { sources, .. } => trash::drop_values(sources),
+            Iter::Enumerate { source, .. } => trash::drop_value(source),
             Iter::Native(native) => {
                 let mut held = Vec::new();
                 native.steps.clear(&mut held);
-                trash::dismantle(&mut held);
+                trash::drop_values(&mut held);
             }
         }
     }

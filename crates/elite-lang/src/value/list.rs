@@ -13,9 +13,9 @@ pub struct List {
     /// Counts changes, for who makes a new content beside the old one.
     changes: Cell<u32>,
     /// The interpreter knows it as a possible part of a cycle.
-    pub noted: Cell<bool>,
+    pub gc_tracked: Cell<bool>,
     /// A search for cycles has found it in use.
-    pub old: Cell<bool>,
+    pub gc_old: Cell<bool>,
 }
 
 impl List {
@@ -24,8 +24,8 @@ impl List {
         List {
             items: ScriptCell::new(items),
             changes: Cell::new(0),
-            noted: Cell::new(false),
-            old: Cell::new(false),
+            gc_tracked: Cell::new(false),
+            gc_old: Cell::new(false),
         }
     }
 
@@ -44,35 +44,35 @@ impl List {
         self.items.borrow()
     }
 
-    /// Changes the items; gives back what `change` has taken out, to be dropped now that the list is free again.
+    /// Changes the items; gives back what `with_mut` has taken out, to be dropped now that the list is free again.
     #[inline(always)]
     pub fn change<O>(&self, change: impl FnOnce(&mut Vec<Value>) -> O) -> O {
-        self.has_changed();
-        self.items.change(change)
+        self.count_change();
+        self.items.with_mut(change)
     }
 
     #[inline(always)]
-    fn has_changed(&self) {
+    fn count_change(&self) {
         self.changes.set(self.changes.get().wrapping_add(1));
     }
 
     /// A number that is another one after a change.
-    pub fn changes(&self) -> u32 {
+    pub fn change_count(&self) -> u32 {
         self.changes.get()
     }
 
     /// Puts other items in the place of all there were, which are given back.
     #[must_use = "the old items are dropped only now"]
     pub fn replace_all(&self, items: Vec<Value>) -> Vec<Value> {
-        self.has_changed();
+        self.count_change();
         self.items.replace(items)
     }
 
     /// Puts an item in the place of number `index`: the one that was there, or, if there is none, the new one back.
     #[inline(always)]
     pub fn replace(&self, index: usize, value: Value) -> Result<Value, Value> {
-        self.has_changed();
-        self.items.change(|items| match items.get_mut(index) {
+        self.count_change();
+        self.items.with_mut(|items| match items.get_mut(index) {
             Some(place) => Ok(std::mem::replace(place, value)),
             None => Err(value),
         })
@@ -82,8 +82,8 @@ impl List {
     /// there, or, if there is none, the new one back.
     #[inline(always)]
     pub fn replace_at(&self, index: i64, value: Value) -> Result<Value, Value> {
-        self.has_changed();
-        self.items.change(|items| {
+        self.count_change();
+        self.items.with_mut(|items| {
             match place_of(index, items.len()).and_then(|place| items.get_mut(place)) {
                 Some(place) => Ok(std::mem::replace(place, value)),
                 None => Err(value),
@@ -94,12 +94,12 @@ impl List {
     /// The items, without keeping count of the look.
     ///
     /// # Safety
-    /// As `ScriptCell::glimpse`.
+    /// As `ScriptCell::get_unguarded`.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(crate) unsafe fn glimpse(&self) -> &[Value] {
         // SAFETY: the caller's promise.
-        unsafe { self.items.glimpse() }.map_or(&[], Vec::as_slice)
+        unsafe { self.items.get_unguarded() }.map_or(&[], Vec::as_slice)
     }
 
     /// Number of items.
@@ -135,10 +135,10 @@ impl List {
     /// Appends an item if there is room for it; whether there was.
     #[inline(always)]
     pub fn push_within(&self, value: Value) -> bool {
-        self.has_changed();
+        self.count_change();
         let left = self
             .items
-            .change(|items| match items.len() < items.capacity() {
+            .with_mut(|items| match items.len() < items.capacity() {
                 true => {
                     items.push(value);
                     None
@@ -151,14 +151,14 @@ impl List {
     /// Appends an item.
     #[inline]
     pub fn push(&self, value: Value) {
-        self.has_changed();
-        self.items.change(|items| items.push(value));
+        self.count_change();
+        self.items.with_mut(|items| items.push(value));
     }
 }
 
 impl Drop for List {
     fn drop(&mut self) {
-        trash::dismantle(self.items.get_mut());
+        trash::drop_values(self.items.get_mut());
     }
 }
 
@@ -235,9 +235,9 @@ impl Tuple {
 impl Drop for Tuple {
     fn drop(&mut self) {
         match &mut self.items {
-            TupleItems::Two(items) => trash::dismantle_all(items),
-            TupleItems::Three(items) => trash::dismantle_all(items),
-            TupleItems::Many(items) => trash::dismantle(items),
+            TupleItems::Two(items) => trash::drop_slice(items),
+            TupleItems::Three(items) => trash::drop_slice(items),
+            TupleItems::Many(items) => trash::drop_values(items),
         }
     }
 }

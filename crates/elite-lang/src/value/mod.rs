@@ -111,7 +111,7 @@ impl Clone for Value {
     /// Without a call, whatever it is (`count`).
     #[inline(always)]
     fn clone(&self) -> Self {
-        self.copied()
+        self.clone_counted()
     }
 }
 
@@ -176,7 +176,7 @@ pub fn bindings() -> u64 {
 
 impl Drop for CellVar {
     fn drop(&mut self) {
-        trash::dismantle_one(self.value.get_mut());
+        trash::drop_value(self.value.get_mut());
     }
 }
 
@@ -205,7 +205,7 @@ pub type R<T = Value> = Result<T, Raised>;
 impl Value {
     /// Whether dropping it does nothing.
     #[inline(always)]
-    pub fn is_flat(&self) -> bool {
+    pub fn is_immediate(&self) -> bool {
         matches!(
             self,
             Value::Unbound
@@ -218,17 +218,17 @@ impl Value {
         )
     }
 
-    /// Replaces it; the one before goes as in `discard`.
+    /// Replaces it; the one before goes as in `drop_inline`.
     #[inline(always)]
     pub fn put(&mut self, value: Value) {
-        std::mem::replace(self, value).discard();
+        std::mem::replace(self, value).drop_inline();
     }
 
     /// Puts a value into an empty slot.
     #[inline(always)]
     pub fn fill(&mut self, value: Value) {
         let empty = std::mem::replace(self, value);
-        debug_assert!(empty.is_flat());
+        debug_assert!(empty.is_immediate());
         std::mem::forget(empty);
     }
 
@@ -290,7 +290,7 @@ impl Value {
 
     /// Whether it can hold other values, and so be part of a cycle.
     #[inline]
-    pub fn holds_values(&self) -> bool {
+    pub fn can_hold_values(&self) -> bool {
         match self {
             Value::Unbound
             | Value::None
@@ -338,7 +338,7 @@ impl Value {
     }
 
     /// None for an omitted argument.
-    pub fn given(&self) -> Option<&Value> {
+    pub fn if_given(&self) -> Option<&Value> {
         (!self.is_unbound()).then_some(self)
     }
 
@@ -364,7 +364,7 @@ impl Value {
             (Value::Int(a), Value::Int(b)) => a == b,
             (Value::BigInt(a), Value::BigInt(b)) => a == b,
             (Value::Float(a), Value::Float(b)) => a.to_bits() == b.to_bits(),
-            _ => match (self.counted(), other.counted()) {
+            _ => match (self.ref_counts(), other.ref_counts()) {
                 (Some(a), Some(b)) => self.kind() == other.kind() && Rc::ptr_eq(a, b),
                 _ => false,
             },

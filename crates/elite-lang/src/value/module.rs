@@ -28,11 +28,11 @@ pub struct Namespace {
     /// With so many names those that nothing refers to any more leave.
     limit: Cell<usize>,
     /// It is that of an evaluated text, and of nothing else.
-    of_text: Cell<bool>,
+    is_eval_namespace: Cell<bool>,
     /// Its variables are in a dictionary that a script has given to a text.
-    in_dictionary: Cell<bool>,
+    is_in_script_dict: Cell<bool>,
     /// Names at the top level of the text are looked up in a mapping of a script first.
-    by_mapping: Cell<bool>,
+    uses_mapping: Cell<bool>,
     /// Where names are looked up that are not here.
     parent: Option<Rc<Namespace>>,
     /// The dictionary with the same variables that scripts have of it.
@@ -49,7 +49,7 @@ struct NamespaceDict {
 
 impl NamespaceDict {
     fn variable(&self, name: Symbol) -> Rc<CellVar> {
-        self.dict.variable(&self.symbols.value(name))
+        self.dict.variable(&self.symbols.to_value(name))
     }
 
     fn get(&self, name: Symbol) -> Option<Value> {
@@ -59,7 +59,7 @@ impl NamespaceDict {
 
 impl Namespace {
     /// An empty namespace in front of another one.
-    pub fn in_front_of(parent: Rc<Namespace>) -> Self {
+    pub fn child_of(parent: Rc<Namespace>) -> Self {
         Namespace {
             parent: Some(parent),
             ..Namespace::default()
@@ -72,11 +72,11 @@ impl Namespace {
     }
 
     /// Makes `dict` show its variables from now on; names it has are names of the namespace. Once only.
-    pub fn show_in(&self, dict: Rc<Dict>, symbols: &Rc<Symbols>) {
+    pub fn attach_dict(&self, dict: Rc<Dict>, symbols: &Rc<Symbols>) {
         dict.hold_variables();
         for name in &*self.order.borrow() {
             if let Some(variable) = self.cells.borrow().get(*name) {
-                dict.enter_variable(&symbols.value(*name), variable.clone());
+                dict.enter_variable(&symbols.to_value(*name), variable.clone());
             }
         }
         let symbols = symbols.clone();
@@ -91,7 +91,7 @@ impl Namespace {
 
     /// Says that its variables are in a dictionary that a script has given to a text.
     pub fn set_in_dictionary(&self) {
-        self.in_dictionary.set(true);
+        self.is_in_script_dict.set(true);
     }
 
     /// Whether the global variables of the text are in a dictionary that a script has given.
@@ -101,17 +101,17 @@ impl Namespace {
                 .as_ref()
                 .is_some_and(|parent| parent.is_in_dictionary())
         };
-        self.in_dictionary.get() || outer()
+        self.is_in_script_dict.get() || outer()
     }
 
     /// Says that the top level of the text goes through a mapping.
     pub fn set_by_mapping(&self) {
-        self.by_mapping.set(true);
+        self.uses_mapping.set(true);
     }
 
     /// Whether the top level of the text goes through a mapping.
     pub fn is_by_mapping(&self) -> bool {
-        self.by_mapping.get()
+        self.uses_mapping.get()
     }
 
     /// Sets what unbound names mean, once.
@@ -121,30 +121,30 @@ impl Namespace {
 
     /// Makes it the namespace of an evaluated text.
     pub fn set_of_text(&self) {
-        self.of_text.set(true);
+        self.is_eval_namespace.set(true);
     }
 
     /// Whether it is the namespace of an evaluated text.
     pub fn is_of_text(&self) -> bool {
-        self.of_text.get()
+        self.is_eval_namespace.get()
     }
 
     /// The cell of a name; if there is none yet, one is made in the namespace at the back. `Unbound` until assigned.
     pub fn cell(&self, name: Symbol) -> Rc<CellVar> {
         match &self.parent {
-            Some(parent) if !self.mentions(name) => parent.cell(name),
+            Some(parent) if !self.has_name(name) => parent.cell(name),
             _ => self.own_cell(name),
         }
     }
 
     /// The cell that a name of this very namespace hides in the one behind it; None for other names.
-    pub fn behind(&self, name: Symbol) -> Option<Rc<CellVar>> {
+    pub fn shadowed_cell(&self, name: Symbol) -> Option<Rc<CellVar>> {
         let parent = self.parent.as_ref()?;
-        self.mentions(name).then(|| parent.cell(name))
+        self.has_name(name).then(|| parent.cell(name))
     }
 
     /// Whether the name has been mentioned as one of this very namespace, bound or not.
-    pub fn mentions(&self, name: Symbol) -> bool {
+    pub fn has_name(&self, name: Symbol) -> bool {
         self.cells.borrow().contains(name)
             || self
                 .shown
@@ -153,9 +153,9 @@ impl Namespace {
     }
 
     /// Makes a name stand for an existing variable.
-    pub fn share(&self, name: Symbol, cell: Rc<CellVar>) {
+    pub fn bind_cell(&self, name: Symbol, cell: Rc<CellVar>) {
         if let Some(shown) = self.shown.get() {
-            let name = shown.symbols.value(name);
+            let name = shown.symbols.to_value(name);
             shown.dict.enter_variable(&name, cell.clone());
         }
         if self.cells.borrow_mut().insert(name, cell).is_none() {
@@ -184,14 +184,14 @@ impl Namespace {
     fn forget_unused_if_many(&self) {
         let many = self.limit.get().max(NAMES_MIN);
         if (many..NAMES_AT_ONCE).contains(&self.cells.borrow().len()) {
-            self.forget_some_unused(0, NAMES_AT_ONCE);
+            self.purge_unused_chunk(0, NAMES_AT_ONCE);
             self.end_forgetting();
         }
     }
 
     /// Of up to `count` names from number `from` on, those leave that are unbound and that no code refers to. The
     /// number of the name to go on with; None at the end.
-    pub fn forget_some_unused(&self, from: usize, count: usize) -> Option<usize> {
+    pub fn purge_unused_chunk(&self, from: usize, count: usize) -> Option<usize> {
         let mut cells = self.cells.borrow_mut();
         let own = 1 + usize::from(self.shown.get().is_some());
         let mut order = self.order.borrow_mut();
@@ -226,7 +226,7 @@ impl Namespace {
     }
 
     /// Adds up to `count` of its names to a set, from number `from` on; whether there are more.
-    pub fn add_some_names_to(&self, set: &mut SymbolSet, from: usize, count: usize) -> bool {
+    pub fn add_names_chunk(&self, set: &mut SymbolSet, from: usize, count: usize) -> bool {
         let order = self.order.borrow();
         set.extend(order.iter().skip(from).take(count).copied());
         order.len() > from + count
@@ -275,7 +275,7 @@ impl Namespace {
         if let Some(shown) = self.shown.get() {
             let entries = shown.dict.entries().into_iter();
             let named = entries.filter_map(|(_, key, value)| match key {
-                Value::Str(text) => Some((shown.symbols.take(text.as_str()), value)),
+                Value::Str(text) => Some((shown.symbols.intern_used(text.as_str()), value)),
                 _ => None,
             });
             return named.collect();

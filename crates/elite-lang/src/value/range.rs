@@ -130,7 +130,7 @@ impl LongRange {
     }
 
     /// The integers in the opposite order.
-    pub fn reversed(&self) -> LongRange {
+    pub fn to_reversed(&self) -> LongRange {
         let last = &self.start + (&self.len - 1) * &self.step;
         LongRange {
             start: last,
@@ -211,6 +211,6 @@ pub struct Slice {
 
 impl Drop for Slice {
     fn drop(&mut self) {
-        super::trash::hand_over([&mut self.start, &mut self.stop, &mut self.step]);
+        super::trash::drop_each([&mut self.start, &mut self.stop, &mut self.step]);
     }
 }

@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use super::dict::{KeySearch, SOME, ScanResult, YieldHook};
+use super::dict::{KeySearch, REHASH_CHUNK, ScanResult, YieldHook};
 use super::values::DropItem;
 use super::{ScriptCell, Value, trash};
 use crate::ops::hash::{Equality, quick_equal};
@@ -34,18 +34,18 @@ struct SetSlot {
 }
 
 impl DropItem for SetSlot {
-    fn tells(&self) -> bool {
-        self.key.tells()
+    fn may_run_script(&self) -> bool {
+        self.key.may_run_script()
     }
 
     #[inline(always)]
-    fn is_plain(&self) -> bool {
-        self.key.is_plain()
+    fn is_immediate(&self) -> bool {
+        self.key.is_immediate()
     }
 
     #[inline(always)]
-    fn go(self) {
-        self.key.discard();
+    fn drop_fast(self) {
+        self.key.drop_inline();
     }
 }
 
@@ -71,7 +71,7 @@ struct SetTable {
     filled: usize,
     generation: u64,
     /// Where the next `pop` begins to look.
-    finger: usize,
+    pop_hint: usize,
 }
 
 impl Default for Set {
@@ -91,7 +91,7 @@ impl SetTable {
             used: 0,
             filled: 0,
             generation: 0,
-            finger: 0,
+            pop_hint: 0,
         }
     }
 
@@ -215,7 +215,7 @@ impl SetTable {
     fn resize(&mut self, wanted: usize) {
         let old = std::mem::replace(self, SetTable::with_size(size_above(wanted)));
         self.generation = old.generation;
-        self.finger = old.finger;
+        self.pop_hint = old.pop_hint;
         for slot in old.slots {
             if slot.is_used() {
                 self.insert_clean(slot.hash, slot.key);
@@ -270,7 +270,7 @@ impl Set {
 
     /// Adds an element that is known not to be there.
     pub fn append(&self, hash: u64, key: Value) {
-        self.table.change(|table| table.append(hash, key));
+        self.table.with_mut(|table| table.append(hash, key));
     }
 
     /// Bytes of its table.
@@ -292,39 +292,39 @@ impl Set {
 
     /// Removes the element at an index from `find`.
     pub fn delete_at(&self, index: usize) -> Value {
-        self.table.change(|table| table.delete(index))
+        self.table.with_mut(|table| table.delete(index))
     }
 
     /// Takes an element out: the next one behind that of the last call.
     pub fn pop(&self) -> ScanResult<Value> {
-        self.table.change(|table| {
+        self.table.with_mut(|table| {
             if table.used == 0 {
-                return ScanResult::Nowhere;
+                return ScanResult::End;
             }
             let mask = table.slots.len() - 1;
-            for _ in 0..SOME {
-                let at = table.finger & mask;
-                table.finger = at + 1;
+            for _ in 0..REHASH_CHUNK {
+                let at = table.pop_hint & mask;
+                table.pop_hint = at + 1;
                 if table.slots[at].is_used() {
                     return ScanResult::Found(table.delete(at));
                 }
             }
-            ScanResult::Further(table.finger)
+            ScanResult::Continue(table.pop_hint)
         })
     }
 
     /// The first element at position `from` or later, with the position after it and its hash.
     pub fn next_element(&self, from: usize) -> ScanResult<(usize, u64, Value)> {
         let table = self.table.borrow();
-        let end = table.slots.len().min(from.saturating_add(SOME));
+        let end = table.slots.len().min(from.saturating_add(REHASH_CHUNK));
         let some = table.slots.get(from..end).unwrap_or_default();
         match some.iter().position(SetSlot::is_used) {
             Some(offset) => {
                 let (at, slot) = (from + offset, &some[offset]);
                 ScanResult::Found((at + 1, slot.hash, slot.key.clone()))
             }
-            None if end < table.slots.len() => ScanResult::Further(end),
-            None => ScanResult::Nowhere,
+            None if end < table.slots.len() => ScanResult::Continue(end),
+            None => ScanResult::End,
         }
     }
 
@@ -340,35 +340,35 @@ impl Set {
         }
     }
 
-    /// Makes a big table greater before a new element does (`grows_far`).
-    pub fn enlarge<E>(&self, between: YieldHook<'_, E>) -> Result<(), E> {
+    /// Makes a big table greater before a new element does (`needs_incremental_rehash`).
+    pub fn rehash_incrementally<E>(&self, between: YieldHook<'_, E>) -> Result<(), E> {
         let used = self.len();
         self.resize(if used > 50_000 { used * 2 } else { used * 4 }, between)
     }
 
     /// Whether the next new element makes a big table grow.
     #[inline]
-    pub fn grows_far(&self) -> bool {
+    pub fn needs_incremental_rehash(&self) -> bool {
         let table = self.table.borrow();
-        table.slots.len() > 4 * SOME && table.is_full_with(1)
+        table.slots.len() > 4 * REHASH_CHUNK && table.is_full_with(1)
     }
 
     fn resize<E>(&self, wanted: usize, between: YieldHook<'_, E>) -> Result<(), E> {
         let old = match self.copied_to(size_above(wanted), between)? {
             Some(mut table) => {
                 table.generation = self.generation();
-                table.finger = self.table.borrow().finger;
+                table.pop_hint = self.table.borrow().pop_hint;
                 self.table.replace(table)
             }
             // It keeps changing: at once, then.
             None => {
-                self.table.change(|table| table.resize(wanted));
+                self.table.with_mut(|table| table.resize(wanted));
                 return Ok(());
             }
         };
         let mut slots = old.slots;
         // All of them live on in the new table.
-        trash::leave(&mut slots, |_| false);
+        trash::defer_if_large(&mut slots, |_| false);
         drop(slots);
         Ok(())
     }
@@ -382,15 +382,15 @@ impl Set {
                 ..SetTable::with_size(SIZE_MIN)
             };
             while new.slots.len() < size {
-                let more = size.min(new.slots.len() + SOME);
+                let more = size.min(new.slots.len() + REHASH_CHUNK);
                 new.slots.resize(more, SetSlot::default());
-                between(SOME)?;
+                between(REHASH_CHUNK)?;
             }
             let mut at = 0;
             while self.generation() == generation {
                 let end = {
                     let table = self.table.borrow();
-                    let end = table.slots.len().min(at + SOME);
+                    let end = table.slots.len().min(at + REHASH_CHUNK);
                     let same_size = size == table.slots.len() && table.filled == table.used;
                     for index in at..end {
                         let slot = &table.slots[index];
@@ -412,7 +412,7 @@ impl Set {
                     return Ok(Some(new));
                 }
                 at = end;
-                between(SOME)?;
+                between(REHASH_CHUNK)?;
             }
         }
         Ok(None)
@@ -467,7 +467,7 @@ impl Set {
 
     /// Removes everything.
     pub fn clear(&self) {
-        let old = self.table.change(|table| {
+        let old = self.table.with_mut(|table| {
             let generation = table.generation + 1;
             let empty = SetTable {
                 generation,
@@ -476,7 +476,7 @@ impl Set {
             std::mem::replace(table, empty)
         });
         let mut slots = old.slots;
-        trash::leave(&mut slots, SetSlot::tells);
+        trash::defer_if_large(&mut slots, SetSlot::may_run_script);
         drop(slots);
     }
 
@@ -504,9 +504,9 @@ impl Set {
 impl Drop for Set {
     fn drop(&mut self) {
         let mut slots = std::mem::take(&mut self.table.get_mut().slots);
-        trash::leave(&mut slots, SetSlot::tells);
+        trash::defer_if_large(&mut slots, SetSlot::may_run_script);
         let cell = Cell::new(slots);
-        trash::dismantle_with(
+        trash::drop_with_depth(
             || drop(cell.take()),
             |deferred| deferred.extend(cell.take().into_iter().map(|slot| slot.key)),
         );

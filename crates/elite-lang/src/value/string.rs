@@ -89,12 +89,12 @@ impl Str {
         } else {
             text.chars().count()
         };
-        Self::counted(text, chars)
+        Self::with_char_count(text, chars)
     }
 
     /// Takes over `text` with its number of characters, which the caller knows.
     #[inline(always)]
-    pub fn counted(text: impl Into<CompactString>, chars: usize) -> Self {
+    pub fn with_char_count(text: impl Into<CompactString>, chars: usize) -> Self {
         let text = text.into();
         debug_assert_eq!(chars, text.chars().count());
         if chars != text.len() || is_loose(&text) {
@@ -156,7 +156,7 @@ impl Str {
     }
 
     /// Marks where characters are, unless that is known; `between` is called with the bytes of each piece of the text.
-    pub fn mark<E>(
+    pub fn build_char_index<E>(
         &self,
         piece: usize,
         between: &mut dyn FnMut(usize) -> Result<(), E>,

@@ -71,7 +71,7 @@ ABSTRACT_METHODS = "__abstractmethods__", IS_ABSTRACT = "__isabstractmethod__", 
 pub struct Symbols {
     inner: RefCell<SymbolTable>,
     /// What the names weigh that a sweep may give up, and how much makes the next one due.
-    loose: Cell<usize>,
+    sweepable_weight: Cell<usize>,
     /// The same as far as a sweep that is under way has found them in use.
     kept: Cell<usize>,
     due: Cell<usize>,
@@ -117,20 +117,20 @@ struct SymbolEntry {
     hash: u64,
     value: Rc<Str>,
     /// How many ask for it right now.
-    asked: u32,
-    stay: Retention,
+    temp_refs: u32,
+    retention: Retention,
 }
 
 /// How long a name stays.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Retention {
     /// While somebody asks for it.
-    Asked,
+    Temporary,
     /// While something is called by it, as far as is known.
     Used,
     /// The last sweep found nothing called by it. The next one gives it up, if there still is nothing then: whoever has
     /// taken it may not have had the time to call something by it.
-    Doubtful,
+    Unconfirmed,
     /// Always.
     Always,
 }
@@ -151,7 +151,7 @@ impl std::ops::Deref for TempSymbol<'_> {
 
 impl Drop for TempSymbol<'_> {
     fn drop(&mut self) {
-        self.symbols.no_longer_asked(self.symbol);
+        self.symbols.release_temp(self.symbol);
     }
 }
 
@@ -159,7 +159,7 @@ impl Default for Symbols {
     fn default() -> Self {
         let symbols = Symbols {
             inner: RefCell::default(),
-            loose: Cell::new(0),
+            sweepable_weight: Cell::new(0),
             kept: Cell::new(0),
             due: Cell::new(LOOSE_MIN),
             recent: [const { Cell::new(Symbol(0)) }; RECENT],
@@ -177,24 +177,24 @@ impl Symbols {
     pub fn intern(&self, name: &str) -> Symbol {
         let mut inner = self.inner.borrow_mut();
         let symbol = inner.number(name);
-        inner.names[symbol.0 as usize].stay = Retention::Always;
+        inner.names[symbol.0 as usize].retention = Retention::Always;
         symbol
     }
 
     /// The symbol for a name that a program has made up, a new one if need be. Something that
     /// `InterpreterState::sweep_names` looks at is called by it from now on, or soon.
-    pub fn take(&self, name: &str) -> Symbol {
+    pub fn intern_used(&self, name: &str) -> Symbol {
         let symbol = self.inner.borrow_mut().number(name);
-        self.settle(symbol);
+        self.mark_used(symbol);
         symbol
     }
 
     /// The symbol for `name`, to look for what is called by it. Whoever then calls something by it says so with
-    /// `settle`.
-    pub fn ask(&self, name: &str) -> TempSymbol<'_> {
+    /// `mark_used`.
+    pub fn intern_temp(&self, name: &str) -> TempSymbol<'_> {
         let mut inner = self.inner.borrow_mut();
         let symbol = inner.number(name);
-        inner.names[symbol.0 as usize].asked += 1;
+        inner.names[symbol.0 as usize].temp_refs += 1;
         TempSymbol {
             symbols: self,
             symbol,
@@ -202,19 +202,21 @@ impl Symbols {
     }
 
     /// Something is called by this name from now on.
-    pub fn settle(&self, symbol: Symbol) {
+    pub fn mark_used(&self, symbol: Symbol) {
         let name = &mut self.inner.borrow_mut().names[symbol.0 as usize];
-        match name.stay {
-            Retention::Asked => self.loose.set(self.loose.get() + weight(&name.text)),
-            Retention::Doubtful => {}
+        match name.retention {
+            Retention::Temporary => self
+                .sweepable_weight
+                .set(self.sweepable_weight.get() + weight(&name.text)),
+            Retention::Unconfirmed => {}
             Retention::Used | Retention::Always => return,
         }
-        name.stay = Retention::Used;
+        name.retention = Retention::Used;
     }
 
     /// Whether so many names, or such long ones, have come into use that a sweep is worth it.
     pub fn sweep_is_due(&self) -> bool {
-        self.loose.get() >= self.due.get()
+        self.sweepable_weight.get() >= self.due.get()
     }
 
     /// Begins to give up names that nothing is called by any more.
@@ -230,20 +232,20 @@ impl Symbols {
         for number in from..end {
             let symbol = Symbol(number as u32);
             let name = &mut inner.names[number];
-            if !matches!(name.stay, Retention::Used | Retention::Doubtful) {
+            if !matches!(name.retention, Retention::Used | Retention::Unconfirmed) {
                 continue;
             }
             let weight = weight(&name.text);
-            name.stay = match name.stay {
+            name.retention = match name.retention {
                 _ if used.contains(symbol) => Retention::Used,
-                Retention::Used => Retention::Doubtful,
-                _ if name.asked > 0 => Retention::Asked,
+                Retention::Used => Retention::Unconfirmed,
+                _ if name.temp_refs > 0 => Retention::Temporary,
                 _ => {
                     inner.give_up(symbol);
                     continue;
                 }
             };
-            if name.stay != Retention::Asked {
+            if name.retention != Retention::Temporary {
                 self.kept.set(self.kept.get() + weight);
             }
         }
@@ -254,15 +256,15 @@ impl Symbols {
     pub fn end_sweep(&self) {
         self.inner.borrow_mut().numbers.shrink();
         let loose = self.kept.get();
-        self.loose.set(loose);
+        self.sweepable_weight.set(loose);
         self.due.set((loose * 2).max(LOOSE_MIN));
     }
 
-    fn no_longer_asked(&self, symbol: Symbol) {
+    fn release_temp(&self, symbol: Symbol) {
         let mut inner = self.inner.borrow_mut();
         let name = &mut inner.names[symbol.0 as usize];
-        name.asked -= 1;
-        if name.asked == 0 && name.stay == Retention::Asked {
+        name.temp_refs -= 1;
+        if name.temp_refs == 0 && name.retention == Retention::Temporary {
             inner.give_up(symbol);
         }
     }
@@ -291,7 +293,7 @@ impl Symbols {
     }
 
     /// The text of a symbol as a value; always the same object.
-    pub fn value(&self, symbol: Symbol) -> Value {
+    pub fn to_value(&self, symbol: Symbol) -> Value {
         Value::Str(self.inner.borrow().names[symbol.0 as usize].value.clone())
     }
 
@@ -307,7 +309,7 @@ impl SymbolTable {
         let name = &mut self.names[symbol.0 as usize];
         name.text = self.nothing.clone();
         name.value = self.nothing_value.clone();
-        name.stay = Retention::Asked;
+        name.retention = Retention::Temporary;
         self.numbers.remove(name.hash, symbol);
         self.free.push(symbol);
     }
@@ -326,8 +328,8 @@ impl SymbolTable {
             text: text.into(),
             hash,
             value: Rc::new(Str::new(text)),
-            asked: 0,
-            stay: Retention::Asked,
+            temp_refs: 0,
+            retention: Retention::Temporary,
         };
         let symbol = match self.free.pop() {
             Some(symbol) => {

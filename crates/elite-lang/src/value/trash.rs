@@ -2,9 +2,9 @@
 //! bounded native stack.
 //!
 //! Owns the one queue that takes what is too deep to be dropped where it lies. Every struct that keeps a value hands
-//! its parts to it in `drop` (`hand_over`); `nests` names the kinds, without a wildcard, so that a new kind of value
-//! cannot be forgotten. Dropping may run script code (the `finally` blocks of generators), so nothing may be borrowed
-//! meanwhile.
+//! its parts to it in `drop` (`drop_each`); `owns_values` names the kinds, without a wildcard, so that a new kind of
+//! value cannot be forgotten. Dropping may run script code (the `finally` blocks of generators), so nothing may be
+//! borrowed meanwhile.
 
 use std::cell::{Cell, RefCell};
 
@@ -15,7 +15,7 @@ use crate::stack::work_on_tree;
 
 /// Levels that are dropped by plain recursion; deeper ones are put aside and dropped one after the other. So few that
 /// they fit what a native keeps free of its stack.
-const DEPTH_MAX: u32 = 16;
+const DROP_DEPTH_MAX: u32 = 16;
 
 /// In the place of a depth: nothing is taken apart any more.
 const LEFT: u32 = u32::MAX;
@@ -23,12 +23,12 @@ const LEFT: u32 = u32::MAX;
 /// What containers of this thread hold is left where it is from now on, for ever: it may be half changed.
 pub fn leave_all() {
     DEPTH.with(|depth| depth.set(LEFT));
-    let _ = PUT_OFF.try_with(|put_off| {
-        put_off
+    let _ = QUEUE.try_with(|queue| {
+        queue
             .try_borrow_mut()
-            .map(|mut put_off| std::mem::forget(std::mem::take(&mut *put_off)))
+            .map(|mut queue| std::mem::forget(std::mem::take(&mut *queue)))
     });
-    let _ = DEFERRED.try_with(|deferred| {
+    let _ = TOO_DEEP.try_with(|deferred| {
         deferred
             .try_borrow_mut()
             .map(|mut deferred| std::mem::forget(std::mem::take(&mut *deferred)))
@@ -37,13 +37,13 @@ pub fn leave_all() {
 
 thread_local! {
     static DEPTH: Cell<u32> = const { Cell::new(0) };
-    static DEFERRED: RefCell<Vec<Value>> = const { RefCell::new(Vec::new()) };
+    static TOO_DEEP: RefCell<Vec<Value>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Whether dropping a value may drop others. Every kind named here has a `drop` that hands its parts over, directly or
 /// through the one struct it consists of.
 #[inline]
-fn nests(value: &Value) -> bool {
+fn owns_values(value: &Value) -> bool {
     match value {
         Value::Unbound
         | Value::None
@@ -87,11 +87,11 @@ fn nests(value: &Value) -> bool {
 }
 
 /// With so many parts it does not matter any more whether they tell: they are left to be dropped.
-const VERY_MANY: usize = 32 << 10;
+const DEFER_ALWAYS_MIN: usize = 32 << 10;
 /// From so many parts on a container is dropped in portions.
-const MANY: usize = 16 << 10;
+const DEFER_MIN: usize = 16 << 10;
 /// Containers with fewer parts are dropped where they are, always.
-const FEW: usize = 64;
+const DEFER_NEVER_BELOW: usize = 64;
 /// Parts that are dropped at once.
 const PORTION: usize = if cfg!(debug_assertions) {
     4 << 10
@@ -106,16 +106,16 @@ const PORTION_BYTES: isize = if cfg!(debug_assertions) {
 };
 
 thread_local! {
-    static PUTS_OFF: Cell<bool> = const { Cell::new(false) };
-    static PUT_OFF: RefCell<Vec<Box<dyn DeferredDrop>>> = const { RefCell::new(Vec::new()) };
+    static DEFERRING: Cell<bool> = const { Cell::new(false) };
+    static QUEUE: RefCell<Vec<Box<dyn DeferredDrop>>> = const { RefCell::new(Vec::new()) };
     /// Parts that have been dropped since the last portion was begun: a few thousand containers of a few thousand parts
     /// each are millions, none of which is in a big one.
-    static DONE: Cell<usize> = const { Cell::new(0) };
+    static DROPPED_ITEMS: Cell<usize> = const { Cell::new(0) };
 }
 
 /// Counts parts that are dropped; how many there are since the last portion was begun.
-fn count(parts: usize) -> usize {
-    let done = DONE.try_with(|done| {
+fn count_dropped(parts: usize) -> usize {
+    let done = DROPPED_ITEMS.try_with(|done| {
         done.set(done.get().saturating_add(parts));
         done.get()
     });
@@ -129,22 +129,22 @@ trait DeferredDrop {
 }
 
 /// Bytes that were taken up by parts that are gone, and go back at once.
-const ROOM: usize = 4 << 20;
+const SHRINK_MIN_BYTES: usize = 4 << 20;
 
 struct DeferredItems<T>(Vec<T>);
 
 impl<T: DropItem> DeferredDrop for DeferredItems<T> {
     fn drop_some(&mut self) -> bool {
-        let taken = memory::taken();
+        let taken = memory::allocated_bytes();
         let mut others = 0_usize;
         loop {
             // Those that consist of nothing else go together.
-            let among = self.0.len().saturating_sub(FEW);
+            let among = self.0.len().saturating_sub(DEFER_NEVER_BELOW);
             let last = self.0[among..].iter().rev();
-            let plain = last.take_while(|part| part.is_plain()).count();
+            let plain = last.take_while(|part| part.is_immediate()).count();
             let first = self.0.len() - plain;
-            self.0.drain(first..).for_each(DropItem::go);
-            if count(plain) >= PORTION {
+            self.0.drain(first..).for_each(DropItem::drop_fast);
+            if count_dropped(plain) >= PORTION {
                 break;
             }
             if plain > 0 {
@@ -154,70 +154,75 @@ impl<T: DropItem> DeferredDrop for DeferredItems<T> {
                 break;
             };
             // It may be a container of many, which has counted those.
-            part.go();
-            if count(1) >= PORTION {
+            part.drop_fast();
+            if count_dropped(1) >= PORTION {
                 break;
             }
             others += 1;
-            if others.is_multiple_of(FEW) && taken - memory::taken() >= PORTION_BYTES {
-                count(PORTION);
+            if others.is_multiple_of(DEFER_NEVER_BELOW)
+                && taken - memory::allocated_bytes() >= PORTION_BYTES
+            {
+                count_dropped(PORTION);
                 break;
             }
         }
         let left = self.0.len();
         // Their room goes back bit by bit, too: the system takes many milliseconds for hundreds of megabytes at once.
-        if (self.0.capacity() - left) * size_of::<T>() > ROOM {
+        if (self.0.capacity() - left) * size_of::<T>() > SHRINK_MIN_BYTES {
             self.0.shrink_to(left);
         }
         !self.0.is_empty()
     }
 }
 
-/// From now on (or no longer, `false`) the parts of big containers are dropped bit by bit, by `drop_some`. A container
-/// of millions of values takes many milliseconds otherwise, in which nobody else has a turn.
-pub fn put_off(on: bool) -> bool {
-    memory::put_off(on);
-    PUTS_OFF.with(|puts_off| puts_off.replace(on))
+/// From now on (or no longer, `false`) the parts of big containers are dropped bit by bit, by `run_deferred_drops`. A
+/// container of millions of values takes many milliseconds otherwise, in which nobody else has a turn.
+pub fn set_deferring(on: bool) -> bool {
+    memory::set_unmap_deferred(on);
+    DEFERRING.with(|deferring| deferring.replace(on))
 }
 
 /// Leaves the parts of a container to be dropped bit by bit, if they are many, or many have been dropped just now, and
-/// nobody could tell the difference: `tells` says which of them may end a generator, whose `finally` block must run at
-/// once (with very many parts it has to wait, too).
-pub fn leave<T: DropItem>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
-    if !PUTS_OFF.with(Cell::get) {
+/// nobody could tell the difference: `may_run_script` says which of them may end a generator, whose `finally` block
+/// must run at once (with very many parts it has to wait, too).
+pub fn defer_if_large<T: DropItem>(parts: &mut Vec<T>, may_run_script: impl Fn(&T) -> bool) {
+    if !DEFERRING.with(Cell::get) {
         return;
     }
-    let done = count(parts.len());
-    if parts.len() >= FEW
-        && (parts.len() >= MANY || done > PORTION)
-        && (done >= VERY_MANY || !parts.iter().any(tells))
+    let done = count_dropped(parts.len());
+    if parts.len() >= DEFER_NEVER_BELOW
+        && (parts.len() >= DEFER_MIN || done > PORTION)
+        && (done >= DEFER_ALWAYS_MIN || !parts.iter().any(may_run_script))
     {
-        put_aside(DeferredItems(std::mem::take(parts)));
+        enqueue(DeferredItems(std::mem::take(parts)));
     }
 }
 
 impl<T> DeferredDrop for std::vec::IntoIter<T> {
     fn drop_some(&mut self) -> bool {
-        count(PORTION);
+        count_dropped(PORTION);
         self.take(PORTION).for_each(drop);
         self.len() > 0
     }
 }
 
 /// The same for parts that a native has not taken any more.
-pub fn leave_rest<T: 'static>(rest: std::vec::IntoIter<T>, tells: impl Fn(&T) -> bool) {
+pub fn defer_rest_if_large<T: 'static>(
+    rest: std::vec::IntoIter<T>,
+    may_run_script: impl Fn(&T) -> bool,
+) {
     let parts = rest.as_slice();
-    let are_left = parts.len() >= MANY
-        && PUTS_OFF.with(Cell::get)
-        && (parts.len() >= VERY_MANY || !parts.iter().any(tells));
+    let are_left = parts.len() >= DEFER_MIN
+        && DEFERRING.with(Cell::get)
+        && (parts.len() >= DEFER_ALWAYS_MIN || !parts.iter().any(may_run_script));
     if are_left {
-        put_aside(rest);
+        enqueue(rest);
     }
 }
 
-fn put_aside(rest: impl DeferredDrop + 'static) {
+fn enqueue(rest: impl DeferredDrop + 'static) {
     // At the very end of an OS thread the store may be gone already; then they are dropped here.
-    let _ = PUT_OFF.try_with(|put_off| put_off.borrow_mut().push(Box::new(rest)));
+    let _ = QUEUE.try_with(|queue| queue.borrow_mut().push(Box::new(rest)));
 }
 
 /// Nodes of code, many of which are dropped bit by bit. They hold constants only, so nobody can tell the difference.
@@ -233,22 +238,22 @@ const NODES: isize = if cfg!(debug_assertions) {
 
 thread_local! {
     /// What nodes have given back since the last portion.
-    static GIVEN_BACK: Cell<isize> = const { Cell::new(0) };
+    static FREED_NODE_BYTES: Cell<isize> = const { Cell::new(0) };
 }
 
 /// Drops nodes, last ones first, while the portion lasts.
 fn drop_nodes<T>(nodes: &mut Vec<T>) {
-    let mut taken = memory::taken();
-    let mut given_back = GIVEN_BACK.with(Cell::get);
+    let mut taken = memory::allocated_bytes();
+    let mut given_back = FREED_NODE_BYTES.with(Cell::get);
     while given_back < NODES
         && let Some(node) = nodes.pop()
     {
         drop(node);
-        let now = memory::taken();
+        let now = memory::allocated_bytes();
         given_back += NODE + (taken - now).max(0);
         taken = now;
         // Nodes below this one have noted a part of that.
-        GIVEN_BACK.with(|cell| cell.set(given_back));
+        FREED_NODE_BYTES.with(|cell| cell.set(given_back));
     }
 }
 
@@ -266,13 +271,13 @@ impl<T> DeferredDrop for DeferredNodes<T> {
 }
 
 /// Drops nodes, or leaves those that are too many to be dropped bit by bit.
-pub fn leave_nodes<T: 'static>(nodes: &mut Vec<T>) {
-    if nodes.is_empty() || !PUTS_OFF.with(Cell::get) {
+pub fn drop_or_defer_nodes<T: 'static>(nodes: &mut Vec<T>) {
+    if nodes.is_empty() || !DEFERRING.with(Cell::get) {
         return;
     }
     drop_nodes(nodes);
     if !nodes.is_empty() {
-        put_aside(DeferredNodes(std::mem::take(nodes)));
+        enqueue(DeferredNodes(std::mem::take(nodes)));
     }
 }
 
@@ -317,15 +322,15 @@ impl<T: 'static> Drop for NodeList<T> {
     #[inline]
     fn drop(&mut self) {
         if !self.0.is_empty() {
-            leave_nodes(&mut std::mem::take(&mut self.0).into_vec());
+            drop_or_defer_nodes(&mut std::mem::take(&mut self.0).into_vec());
         }
     }
 }
 
 /// Whether dropping a value, or what a container holds directly, may run code of the script. What is deeper in a
 /// container of many containers may have to wait.
-pub fn tells(value: &Value) -> bool {
-    nests(value)
+pub fn may_run_script(value: &Value) -> bool {
+    owns_values(value)
         && !matches!(
             value,
             Value::List(_)
@@ -338,74 +343,77 @@ pub fn tells(value: &Value) -> bool {
 }
 
 /// Drops some of what has been left; whether there is more.
-pub fn drop_some() -> bool {
+pub fn run_deferred_drops() -> bool {
     let more = drop_portion();
     // Both are to be done.
-    memory::tidy() | more
+    memory::unmap_deferred() | more
 }
 
 fn drop_portion() -> bool {
-    let _ = GIVEN_BACK.try_with(|given_back| given_back.set(0));
-    let _ = DROPPED.try_with(|dropped| dropped.set(0));
-    let _ = DONE.try_with(|done| done.set(0));
+    let _ = FREED_NODE_BYTES.try_with(|given_back| given_back.set(0));
+    let _ = DROPPED_DEEP.try_with(|dropped| dropped.set(0));
+    let _ = DROPPED_ITEMS.try_with(|done| done.set(0));
     loop {
-        let taken = PUT_OFF.try_with(|put_off| put_off.borrow_mut().pop());
+        let taken = QUEUE.try_with(|queue| queue.borrow_mut().pop());
         let Ok(Some(mut rest)) = taken else {
             return false;
         };
         if rest.drop_some() {
-            PUT_OFF.with(|put_off| put_off.borrow_mut().push(rest));
+            QUEUE.with(|queue| queue.borrow_mut().push(rest));
         }
-        if GIVEN_BACK.with(Cell::get) >= NODES || count(1) >= PORTION {
-            return PUT_OFF.with(|put_off| !put_off.borrow().is_empty());
+        if FREED_NODE_BYTES.with(Cell::get) >= NODES || count_dropped(1) >= PORTION {
+            return QUEUE.with(|queue| !queue.borrow().is_empty());
         }
     }
 }
 
 /// Drops several single values a struct held, one after the other.
 #[inline]
-pub fn hand_over<'v>(parts: impl IntoIterator<Item = &'v mut Value>) {
-    parts.into_iter().for_each(dismantle_one);
+pub fn drop_each<'v>(parts: impl IntoIterator<Item = &'v mut Value>) {
+    parts.into_iter().for_each(drop_value);
 }
 
 /// Drops the values a container held. Values that hold no others are left to be dropped where they are.
 #[inline]
-pub fn dismantle(values: &mut Vec<Value>) {
-    if values.len() >= FEW {
-        leave(values, tells);
+pub fn drop_values(values: &mut Vec<Value>) {
+    if values.len() >= DEFER_NEVER_BELOW {
+        defer_if_large(values, may_run_script);
     }
-    if values.iter().any(nests) {
+    if values.iter().any(owns_values) {
         let values = Cell::new(std::mem::take(values));
-        dismantle_with(
+        drop_with_depth(
             || drop_all(values.take()),
             |deferred| deferred.append(&mut values.take()),
         );
-    } else if values.len() >= FEW {
+    } else if values.len() >= DEFER_NEVER_BELOW {
         // Most of many are numbers, or have others who refer to them.
-        values.drain(..).for_each(Value::discard);
+        values.drain(..).for_each(Value::drop_inline);
     }
 }
 
 /// Drops values, and leaves the rest of them once they have come to many with all they hold. So what lay side by side
 /// goes side by side, and the system gets it back in few pieces.
 fn drop_all(mut values: Vec<Value>) {
-    if values.len() < FEW || !PUTS_OFF.with(Cell::get) || values.iter().any(tells) {
+    if values.len() < DEFER_NEVER_BELOW
+        || !DEFERRING.with(Cell::get)
+        || values.iter().any(may_run_script)
+    {
         return;
     }
     while let Some(value) = values.pop() {
         drop(value);
-        if count(0) >= PORTION && !values.is_empty() {
-            return put_aside(DeferredItems(values));
+        if count_dropped(0) >= PORTION && !values.is_empty() {
+            return enqueue(DeferredItems(values));
         }
     }
 }
 
 /// The same for values that are part of the object itself.
 #[inline]
-pub fn dismantle_all(values: &mut [Value]) {
-    if values.iter().any(nests) {
+pub fn drop_slice(values: &mut [Value]) {
+    if values.iter().any(owns_values) {
         let values = Cell::new(values);
-        dismantle_with(
+        drop_with_depth(
             || {
                 values
                     .take()
@@ -419,10 +427,10 @@ pub fn dismantle_all(values: &mut [Value]) {
 
 /// Drops the single value a container held.
 #[inline]
-pub fn dismantle_one(value: &mut Value) {
-    if nests(value) {
+pub fn drop_value(value: &mut Value) {
+    if owns_values(value) {
         let value = Cell::new(std::mem::take(value));
-        dismantle_with(
+        drop_with_depth(
             || drop(value.take()),
             |deferred| deferred.push(value.take()),
         );
@@ -431,17 +439,17 @@ pub fn dismantle_one(value: &mut Value) {
 
 /// Drops the parts of a container: `now` drops them in place, `later` hands them over to be dropped when the native
 /// stack is shallow again.
-pub fn dismantle_with(now: impl FnOnce(), later: impl FnOnce(&mut Vec<Value>)) {
-    super::held::nothing_is_open();
+pub fn drop_with_depth(now: impl FnOnce(), later: impl FnOnce(&mut Vec<Value>)) {
+    super::held::assert_no_borrows();
     let depth = DEPTH.with(Cell::get);
-    if depth >= DEPTH_MAX {
+    if depth >= DROP_DEPTH_MAX {
         if depth == LEFT {
             let mut left = Vec::new();
             later(&mut left);
             return std::mem::forget(left);
         }
         // At the very end of an OS thread the store may be gone already; then recursion is all that is left.
-        let _ = DEFERRED.try_with(|deferred| later(&mut deferred.borrow_mut()));
+        let _ = TOO_DEEP.try_with(|deferred| later(&mut deferred.borrow_mut()));
         return;
     }
     let _level = DropDepthGuard::enter(depth);
@@ -453,29 +461,30 @@ pub fn dismantle_with(now: impl FnOnce(), later: impl FnOnce(&mut Vec<Value>)) {
 
 thread_local! {
     /// Values that were too deep and have been dropped since the last portion.
-    static DROPPED: Cell<usize> = const { Cell::new(0) };
+    static DROPPED_DEEP: Cell<usize> = const { Cell::new(0) };
 }
 
 /// Drops what was too deep. A chain may have millions of links, each of which hands over the next one: what does not
 /// fit into a portion is left to be dropped bit by bit.
 fn drop_deferred() {
     loop {
-        let is_enough = PUTS_OFF.with(Cell::get) && DROPPED.with(Cell::get) >= PORTION;
+        let is_enough = DEFERRING.with(Cell::get) && DROPPED_DEEP.with(Cell::get) >= PORTION;
         if is_enough {
-            let rest = DEFERRED.try_with(|deferred| std::mem::take(&mut *deferred.borrow_mut()));
+            let rest = TOO_DEEP.try_with(|deferred| std::mem::take(&mut *deferred.borrow_mut()));
             if let Ok(rest) = rest
                 && !rest.is_empty()
             {
-                put_aside(DeferredItems(rest));
+                enqueue(DeferredItems(rest));
             }
             return;
         }
-        let Ok(Some(value)) = DEFERRED.try_with(|deferred| deferred.borrow_mut().pop()) else {
+        let Ok(Some(value)) = TOO_DEEP.try_with(|deferred| deferred.borrow_mut().pop()) else {
             return;
         };
         // Each takes as many others with it, as deep as they may be dropped.
-        let _ = DROPPED.try_with(|dropped| dropped.set(dropped.get() + DEPTH_MAX as usize));
-        count(DEPTH_MAX as usize);
+        let _ =
+            DROPPED_DEEP.try_with(|dropped| dropped.set(dropped.get() + DROP_DEPTH_MAX as usize));
+        count_dropped(DROP_DEPTH_MAX as usize);
         drop(value);
     }
 }

@@ -10,82 +10,82 @@ use super::{Symbol, Value, trash};
 /// What a native holds many of: values, or values with what belongs to each.
 pub trait DropItem: Sized + 'static {
     /// Whether dropping it may run code of the script.
-    fn tells(&self) -> bool;
+    fn may_run_script(&self) -> bool;
 
     /// Whether nothing goes with it.
-    fn is_plain(&self) -> bool;
+    fn is_immediate(&self) -> bool;
 
     /// Drops it.
     #[inline(always)]
-    fn go(self) {
+    fn drop_fast(self) {
         drop(self);
     }
 
     /// Drops many of them, or leaves them to be dropped bit by bit.
     fn drop_all(parts: &mut Vec<Self>) {
-        trash::leave(parts, Self::tells);
+        trash::defer_if_large(parts, Self::may_run_script);
         drop(std::mem::take(parts));
     }
 }
 
 impl DropItem for Value {
-    fn tells(&self) -> bool {
-        trash::tells(self)
+    fn may_run_script(&self) -> bool {
+        trash::may_run_script(self)
     }
 
     #[inline(always)]
-    fn is_plain(&self) -> bool {
-        self.counted().is_none()
+    fn is_immediate(&self) -> bool {
+        self.ref_counts().is_none()
     }
 
     #[inline(always)]
-    fn go(self) {
-        self.discard();
+    fn drop_fast(self) {
+        self.drop_inline();
     }
 
     #[inline]
     fn drop_all(parts: &mut Vec<Self>) {
-        trash::dismantle(parts);
+        trash::drop_values(parts);
     }
 }
 
 impl DropItem for u64 {
-    fn tells(&self) -> bool {
+    fn may_run_script(&self) -> bool {
         false
     }
 
-    fn is_plain(&self) -> bool {
+    fn is_immediate(&self) -> bool {
         true
     }
 }
 
 impl DropItem for Symbol {
-    fn tells(&self) -> bool {
+    fn may_run_script(&self) -> bool {
         false
     }
 
-    fn is_plain(&self) -> bool {
+    fn is_immediate(&self) -> bool {
         true
     }
 }
 
 impl<A: DropItem, B: DropItem> DropItem for (A, B) {
-    fn tells(&self) -> bool {
-        self.0.tells() || self.1.tells()
+    fn may_run_script(&self) -> bool {
+        self.0.may_run_script() || self.1.may_run_script()
     }
 
-    fn is_plain(&self) -> bool {
-        self.0.is_plain() && self.1.is_plain()
+    fn is_immediate(&self) -> bool {
+        self.0.is_immediate() && self.1.is_immediate()
     }
 }
 
 impl<A: DropItem, B: DropItem, C: DropItem> DropItem for (A, B, C) {
-    fn tells(&self) -> bool {
-        self.0.tells() || self.1.tells() || self.2.tells()
+    fn may_run_script(&self) -> bool {
+        self.0.may_run_script() || self.1.may_run_script() || self.2.may_run_script()
     }
 
-    fn is_plain(&self) -> bool {
-        self.0.is_plain() && self.1.is_plain() && self.2.is_plain()
+    fn is_immediate(&self) -> bool {
+        self.0.is_immediate() && self.1.is_immediate() && self.2.is_immediate()
     }
 }
 
@@ -191,7 +191,7 @@ impl<T: DropItem> Drop for ValuesIntoIter<T> {
     #[inline]
     fn drop(&mut self) {
         if self.0.len() > 0 {
-            trash::leave_rest(std::mem::take(&mut self.0), T::tells);
+            trash::defer_rest_if_large(std::mem::take(&mut self.0), T::may_run_script);
         }
     }
 }

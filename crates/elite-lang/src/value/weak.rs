@@ -55,15 +55,20 @@ impl<T> WeakList<T> {
         all.push(Rc::downgrade(object));
     }
 
-    /// Runs `each`, which lists nothing here, on those that are alive.
-    pub fn each(&self, each: impl FnMut(&Rc<T>)) {
-        self.some_alive(usize::MAX, usize::MAX, each);
+    /// Runs `for_each_alive`, which lists nothing here, on those that are alive.
+    pub fn for_each_alive(&self, each: impl FnMut(&Rc<T>)) {
+        self.each_alive_in(usize::MAX, usize::MAX, each);
     }
 
-    /// Runs `each`, which lists nothing here, on those that are alive among the `count` listed ones before number
-    /// `before`, last ones first; the number to go on with, 0 at the end. Others may be listed in between: what is
-    /// listed already only moves to the front, so none is left out.
-    pub fn some_alive(&self, before: usize, count: usize, mut each: impl FnMut(&Rc<T>)) -> usize {
+    /// Runs `for_each_alive`, which lists nothing here, on those that are alive among the `count` listed ones before
+    /// number `before`, last ones first; the number to go on with, 0 at the end. Others may be listed in between: what
+    /// is listed already only moves to the front, so none is left out.
+    pub fn each_alive_in(
+        &self,
+        before: usize,
+        count: usize,
+        mut each: impl FnMut(&Rc<T>),
+    ) -> usize {
         let all = self.all.borrow();
         let end = all.len().min(before);
         let begin = end.saturating_sub(count);
@@ -123,7 +128,7 @@ mod tests {
         let mut some = Vec::new();
         let mut before = usize::MAX;
         while before > 0 {
-            before = list.some_alive(before, 10, |object| some.push(object.clone()));
+            before = list.each_alive_in(before, 10, |object| some.push(object.clone()));
             list.push(&Rc::new(0));
         }
         some.reverse();

@@ -19,7 +19,7 @@ use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
 use crate::task::{CallRestriction, JobId, NetworkAccess, TaskContext, TaskEnd, Wait};
 
 /// Suspends the script thread that `native` belongs to until `future` has its result; other threads go on meanwhile.
-pub(super) fn wait_outside<T: 'static>(
+pub(super) fn wait_for_future<T: 'static>(
     context: &TaskContext,
     native: &mut NativeCall<'_>,
     function: &str,
@@ -44,9 +44,9 @@ fn wait_for_job(
     job: JobId,
 ) -> Result<(), Raised> {
     while !context.outside().is_done(job) {
-        let wait = match context.answer_others(native)? {
+        let wait = match context.run_wait_hook(native)? {
             true => Wait::Cycle(context.robot().moment().cycle + 1),
-            false => Wait::Outside(job),
+            false => Wait::Job(job),
         };
         native.wait(context.register_wait(wait))?;
     }
@@ -75,14 +75,14 @@ impl<'a, 'n> Call<'a, 'n> {
             context,
             native,
         };
-        if !context.may_call() {
+        if !context.count_call() {
             // Whoever unwinds may not wait, so this ends it.
             call.wait(Wait::Never)?;
         }
         if builtin.waits && context.is_secondary() {
             let name = builtin.name;
             let text = match context.bounds() {
-                CallRestriction::Look => {
+                CallRestriction::Inspection => {
                     format!(
                         "{name}() waits; only the debug console of a program that runs here may wait"
                     )
@@ -95,10 +95,10 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Runs a builtin whose answer comes from elsewhere: it is noted, or the recording gives it.
-    pub(super) fn ask_outside(&mut self, run: Body) -> Result<Value, Raised> {
+    pub(super) fn run_external(&mut self, run: Body) -> Result<Value, Raised> {
         let (builtin, context) = (self.builtin, self.context);
         let arguments = self.native.args().to_vec();
-        crate::external::from_outside(context, self.native, builtin.name, &arguments, |native| {
+        crate::external::call_external(context, self.native, builtin.name, &arguments, |native| {
             run(&mut Call {
                 builtin,
                 context,
@@ -199,7 +199,7 @@ impl<'a, 'n> Call<'a, 'n> {
     pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
         if let Wait::Cycle(wanted) = wait {
             let now = || self.context.robot().moment().cycle;
-            while now() + 1 < wanted && self.context.answer_others(self.native)? {
+            while now() + 1 < wanted && self.context.run_wait_hook(self.native)? {
                 let token = self.context.register_wait(Wait::Cycle(now() + 1));
                 self.native.wait(token)?;
             }
@@ -209,11 +209,11 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Suspends the script thread until `future` has its result; other threads go on meanwhile.
-    pub(crate) fn outside<T: 'static>(
+    pub(crate) fn wait_for_future<T: 'static>(
         &mut self,
         future: impl Future<Output = T> + 'static,
     ) -> Result<T, Raised> {
-        wait_outside(self.context, self.native, self.builtin.name, future)
+        wait_for_future(self.context, self.native, self.builtin.name, future)
     }
 
     /// Refuses what needs the network when scripts may not use it.
@@ -229,9 +229,9 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Refuses a machine that nobody plays where scripts may use no other.
-    pub(crate) fn check_played(&mut self, host: &str, port: u16) -> Result<(), Raised> {
+    pub(crate) fn check_simulated(&mut self, host: &str, port: u16) -> Result<(), Raised> {
         let may_meet_others = self.context.permissions().network == NetworkAccess::Everything;
-        if may_meet_others || self.context.is_played(host, port) {
+        if may_meet_others || self.context.has_responder(host, port) {
             return Ok(());
         }
         let text = format!(
@@ -293,7 +293,7 @@ impl<'a, 'n> Call<'a, 'n> {
         if kind.starts_motion() && self.context.is_secondary() {
             let name = self.builtin.name;
             let text = match self.context.bounds() {
-                CallRestriction::Look => {
+                CallRestriction::Inspection => {
                     format!(
                         "{name}() moves the arm; only the debug console of a program that runs here may move it"
                     )
@@ -306,7 +306,7 @@ impl<'a, 'n> Call<'a, 'n> {
         }
         self.wait_for_rest(&kind)?;
         if let Err(refusal) = self.context.robot().foreseen().check(&kind) {
-            return Err(self.refused(&refusal));
+            return Err(self.refusal_error(&refusal));
         }
         self.send(kind).map(drop)
     }
@@ -327,7 +327,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// What a refusal is for a script: an exception that it can catch.
-    pub(super) fn refused(&mut self, refusal: &Refusal) -> Raised {
+    pub(super) fn refusal_error(&mut self, refusal: &Refusal) -> Raised {
         let kind = match refusal {
             Refusal::BadValue { .. } => ExceptionKind::ValueError,
             _ => ExceptionKind::RuntimeError,
@@ -339,14 +339,14 @@ impl<'a, 'n> Call<'a, 'n> {
     /// Sends a command and waits for its end, or, for a motion with a blend, until the next may follow.
     ///
     /// A refusal is a `RuntimeError` that the script can catch. A protective stop ends the task and cannot be caught.
-    pub fn perform(&mut self, kind: CommandKind) -> Result<(), Raised> {
+    pub fn run_command(&mut self, kind: CommandKind) -> Result<(), Raised> {
         self.wait_for_rest(&kind)?;
         let id = self.enter(kind, true)?;
-        self.follow(&kind, id)
+        self.wait_for_command(&kind, id)
     }
 
-    /// Sends a moveml through points and waits for its end, as [`perform`](Self::perform) does.
-    pub fn perform_points(&mut self, points: &Arc<PointList>, interval: f64) -> Result<(), Raised> {
+    /// Sends a moveml through points and waits for its end, as [`run_command`](Self::run_command) does.
+    pub fn run_points(&mut self, points: &Arc<PointList>, interval: f64) -> Result<(), Raised> {
         let count = points.count();
         let kind = CommandKind::MoveMl { count, interval };
         self.wait_for_rest(&kind)?;
@@ -357,28 +357,28 @@ impl<'a, 'n> Call<'a, 'n> {
                 Err(_) => self.wait(Wait::Cycle(robot.moment().cycle + 1))?,
             }
         };
-        self.follow(&kind, id)
+        self.wait_for_command(&kind, id)
     }
 
     /// Waits for the end of a command that was sent, or until the next motion may follow.
-    fn follow(&mut self, kind: &CommandKind, id: CommandId) -> Result<(), Raised> {
+    fn wait_for_command(&mut self, kind: &CommandKind, id: CommandId) -> Result<(), Raised> {
         if kind.is_motion() {
             self.wait(Wait::Motion(id))?;
             if !self.context.robot().has_ended(id) {
-                self.context.go_ahead(id);
+                self.context.add_queued_motion(id);
                 return Ok(());
             }
         } else {
             self.context.note_steering(kind, id);
             self.wait(Wait::Command(id))?;
         }
-        self.ended(id)
+        self.check_outcome(id)
     }
 
     /// Waits until the arm has caught up with the motions of this thread whose calls have returned already: what a
     /// builtin reads and changes is that of the moment when the last of them has entered its blend. Where the arm would
     /// have to slow down for that, who `may_hurry` does not wait so long: only until the next motion is due.
-    pub(super) fn catch_up(&mut self, may_hurry: bool) -> Result<(), Raised> {
+    pub(super) fn wait_for_queued_motions(&mut self, may_hurry: bool) -> Result<(), Raised> {
         if let Some(last) = self.context.last_ahead() {
             self.wait(match may_hurry {
                 true => Wait::Due(last),
@@ -386,7 +386,7 @@ impl<'a, 'n> Call<'a, 'n> {
             })?;
         }
         while let Some(id) = self.context.take_ended_ahead() {
-            self.ended(id)?;
+            self.check_outcome(id)?;
         }
         Ok(())
     }
@@ -398,7 +398,7 @@ impl<'a, 'n> Call<'a, 'n> {
             if self.context.count_change_ahead(motion) <= CHANGES_AHEAD {
                 return self.send(CommandKind::SetIoAtZone { motion, change });
             }
-            self.catch_up(false)?;
+            self.wait_for_queued_motions(false)?;
         }
         self.send(match change.standard_digital_out() {
             Some((index, level)) => CommandKind::SetStandardDigitalOut { index, level },
@@ -427,12 +427,12 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// What the end of a command means for its caller.
-    fn ended(&mut self, id: CommandId) -> Result<(), Raised> {
+    fn check_outcome(&mut self, id: CommandId) -> Result<(), Raised> {
         match self.context.robot().take_outcome(id) {
             Some(Outcome::Done) | None => Ok(()),
             // The motion was ended by somebody else's stop; the program goes on after the call.
             Some(Outcome::Aborted) => Ok(()),
-            Some(Outcome::Refused(refusal)) => Err(self.refused(&refusal)),
+            Some(Outcome::Refused(refusal)) => Err(self.refusal_error(&refusal)),
             Some(Outcome::ProtectiveStop(reason)) if self.context.extras().attendant.is_some() => {
                 let text = format!("{}(): the motion ended with a stop: {reason}", self.name());
                 Err(self.error(ExceptionKind::RuntimeError, text))

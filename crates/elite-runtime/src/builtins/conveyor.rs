@@ -236,7 +236,7 @@ fn track_conveyor_linear(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 fn stop_conveyor_tracking(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.perform(CommandKind::StopConveyorTracking)?;
+    call.run_command(CommandKind::StopConveyorTracking)?;
     Ok(Value::None)
 }
 

@@ -158,7 +158,7 @@ pub enum ParameterType {
     /// One of these words.
     Word(&'static [&'static str]),
     /// A value that the builtin checks itself; the text says what it takes.
-    Checked(&'static str),
+    Custom(&'static str),
     /// A pose relative to the base, `"base"` or `"tool"`.
     Frame,
     /// Any value, shown with `str()`.
@@ -170,7 +170,7 @@ pub enum ParameterType {
     /// Handle of a thread.
     ThreadHandle,
     /// Any number of values (`*values`).
-    Rest,
+    Variadic,
 }
 
 /// `0, 12 or 24`.
@@ -265,11 +265,11 @@ impl ParameterType {
             Self::Number(_) => "float".into(),
             Self::Integer(..) | Self::OneOf(_) => "int".into(),
             Self::Word(_) => "str".into(),
-            Self::Checked(what) => what.into(),
+            Self::Custom(what) => what.into(),
             Self::Boolean => "bool".into(),
             Self::Frame => "list[6] float | str".into(),
             Self::Text => "str".into(),
-            Self::Printable | Self::Rest => "any".into(),
+            Self::Printable | Self::Variadic => "any".into(),
             Self::Function => "callable".into(),
             Self::Arguments => "tuple".into(),
             Self::ThreadHandle => "thread id".into(),
@@ -328,7 +328,7 @@ impl Parameter {
 
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.kind == ParameterType::Rest {
+        if self.kind == ParameterType::Variadic {
             return write!(f, "*{}", self.name);
         }
         f.write_str(self.name)?;

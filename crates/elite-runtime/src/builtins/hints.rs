@@ -57,7 +57,7 @@ fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
     };
     // What the language itself provides is listed here and not bound by its declaration.
     let misfits = match builtin.run {
-        Some(_) => signature_check::misfits(builtin, site),
+        Some(_) => signature_check::signature_errors(builtin, site),
         None => Vec::new(),
     };
     let args = site.args.iter().enumerate();
@@ -204,7 +204,7 @@ pub(super) fn explain(
 }
 
 /// Warns, once a task and function, of a move whose joint positions are the arm's pose, or the other way round.
-pub(super) fn before(
+pub(super) fn warn_swapped_target(
     builtin: &'static Builtin,
     context: &Rc<TaskContext>,
     native: &NativeCall<'_>,
@@ -231,7 +231,7 @@ pub(super) fn before(
             }
             _ => continue,
         };
-        if context.warns_first(&format!("{} {}", builtin.name, parameter.name)) {
+        if context.is_first_warning(&format!("{} {}", builtin.name, parameter.name)) {
             let (name, place) = (builtin.name, parameter.name);
             let text = format!("{name}(): '{place}' takes {wanted}, but is {given}; {help}");
             let origin = context.origin(native.line());

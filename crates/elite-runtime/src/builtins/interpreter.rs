@@ -101,16 +101,16 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
     let (interpreter, observer) = (call.context().interpreter(), call.context().observer());
     let mut executed = 0_u32;
     loop {
-        match memory::outside(|| interpreter.next()) {
+        match memory::uncounted(|| interpreter.next()) {
             NextAction::End => return Ok(()),
             NextAction::Nothing => call.wait(Wait::Statement)?,
             NextAction::Statement(id, statement) => {
                 let text = statement.file().text();
                 let lost = "it was given statements at the interpreter port".to_owned();
-                call.context().note(ExternalInputKind::Lost(lost));
+                call.context().note(ExternalInputKind::Unrecorded(lost));
                 observer.interpreter(&InterpreterEvent::Executing { id: id.0, text });
                 let result = call.native().run_statement(&statement);
-                memory::outside(|| {
+                memory::uncounted(|| {
                     // It was compiled on the port's thread, and may be freed here.
                     drop(statement);
                     interpreter.finish();
@@ -142,7 +142,7 @@ fn clear_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn clear(call: &mut Call<'_, '_>, queue: bool) {
     call.native().clear_statements();
-    let id = call.context().interpreter().cleared(queue);
+    let id = call.context().interpreter().finish_clear(queue);
     let event = InterpreterEvent::Cleared { id: id.0 };
     call.context().observer().interpreter(&event);
 }

@@ -14,7 +14,7 @@ use motion_api::{CommandKind, PointList};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
-use crate::external::from_outside;
+use crate::external::call_external;
 use crate::micro_line::{MicroLine, MicroLineError, Space, Units};
 
 /// An arm this near to the first point, rad, stands at it.
@@ -186,7 +186,7 @@ fn text_of(call: &mut Call<'_, '_>, name: &str) -> Result<String, Raised> {
     loop {
         let key = [Value::str(name), Value::Int(text.len() as i64)];
         let function = call.name();
-        let piece = from_outside(&context, call.native(), function, &key, |native| {
+        let piece = call_external(&context, call.native(), function, &key, |native| {
             let whole = match file.take() {
                 Some(whole) => whole,
                 None => context.task_folder().points(name).map_err(|error| {
@@ -229,7 +229,7 @@ fn get_micro_line_values_by_index(call: &mut Call<'_, '_>) -> Result<Value, Rais
     let number = call.integer(2)?;
     // What is no number of a point is beyond the last one.
     let place = usize::try_from(number).unwrap_or(0);
-    let (count, values) = with_line(call, index, |line, model, flange_from_tcp, start| {
+    let (count, values) = with_micro_line(call, index, |line, model, flange_from_tcp, start| {
         let values = line.values(place, wanted, model, flange_from_tcp, start);
         (line.count(), values)
     })?;
@@ -248,7 +248,7 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let index = call.integer(0)?;
     let (first, last) = (call.integer(1)?, call.integer(2)?);
     let (count, interval) =
-        with_line(call, index, |line, _, _, _| (line.count(), line.interval()))?;
+        with_micro_line(call, index, |line, _, _, _| (line.count(), line.interval()))?;
     let place = |number: i64, default: usize| match usize::try_from(number) {
         Ok(0) => Some(default),
         Ok(number) if number <= count => Some(number),
@@ -261,23 +261,24 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         let allowed = format!("0 or {} to {count}, after start_line", begin + 1);
         return Err(call.not_allowed(2, &allowed, last));
     };
-    let (points, space, start) = with_line(call, index, |line, model, flange_from_tcp, start| {
-        let first = line.reach((begin, end), model, flange_from_tcp, start);
-        // The list is for the motion thread, and is freed where the next is handed over.
-        let samples = memory::outside(|| line.samples((begin, end)));
-        (samples, line.space(), first)
-    })?;
+    let (points, space, start) =
+        with_micro_line(call, index, |line, model, flange_from_tcp, start| {
+            let first = line.reach((begin, end), model, flange_from_tcp, start);
+            // The list is for the motion thread, and is freed where the next is handed over.
+            let samples = memory::uncounted(|| line.samples((begin, end)));
+            (samples, line.space(), first)
+        })?;
     let start = match start {
         Ok(start) => start,
         Err(error) => {
-            memory::outside(|| drop(points));
+            memory::uncounted(|| drop(points));
             let text = format!("moveml(): {error}");
             return Err(call.error(ExceptionKind::RuntimeError, text));
         }
     };
     let here = call.context().robot().state().target_q;
     if (0..6).any(|joint| (start[joint] - here[joint]).abs() > AT_FIRST_POINT) {
-        call.perform(CommandKind::MoveJ {
+        call.run_command(CommandKind::MoveJ {
             target: start,
             acceleration: APPROACH.0,
             speed: APPROACH.1,
@@ -286,16 +287,16 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         })?;
     }
     let points =
-        memory::outside(|| PointList::new(points, space == Space::Cartesian).map(Arc::new));
-    let points = points.map_err(|refusal| call.refused(&refusal))?;
-    let done = call.perform_points(&points, interval);
-    memory::outside(|| drop(points));
+        memory::uncounted(|| PointList::new(points, space == Space::Cartesian).map(Arc::new));
+    let points = points.map_err(|refusal| call.refusal_error(&refusal))?;
+    let done = call.run_points(&points, interval);
+    memory::uncounted(|| drop(points));
     done?;
     Ok(Value::None)
 }
 
 /// What `look` finds in the file of an index, with the arm as it is now.
-fn with_line<T>(
+fn with_micro_line<T>(
     call: &mut Call<'_, '_>,
     index: i64,
     look: impl FnOnce(&MicroLine, &RobotModel, &Pose, &JointPositions) -> T,

@@ -87,19 +87,19 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
                 params: builtin.params.iter().map(param).collect(),
                 call: NativeBody::with(Rc::clone(context), move |context, native| {
                     injection::point("builtin");
-                    hints::before(builtin, context, native);
+                    hints::warn_swapped_target(builtin, context, native);
                     let called = Call::new(builtin, context, native);
                     let result = called.and_then(|mut call| {
-                        if sees_the_robot(builtin, &call) {
-                            call.catch_up(may_hurry(builtin))?;
+                        if needs_motion_sync(builtin, &call) {
+                            call.wait_for_queued_motions(may_hurry(builtin))?;
                         }
-                        match asks_outside(builtin) {
-                            true => call.ask_outside(run),
+                        match is_external_call(builtin) {
+                            true => call.run_external(run),
                             false => run(&mut call),
                         }
                     });
                     if builtin.waits && builtin.category == Category::Motion {
-                        native.motion_ended(result.is_err());
+                        native.on_motion_end(result.is_err());
                     }
                     result.map_err(|raised| hints::explain(builtin, native, raised))
                 }),
@@ -110,7 +110,7 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
 
 /// Whether a call has to wait for the motions that the program has sent ahead: it reads or changes what they do, or
 /// what the world is when they do it. Computing with given numbers does not, and further motions follow.
-fn sees_the_robot(builtin: &Builtin, call: &Call<'_, '_>) -> bool {
+fn needs_motion_sync(builtin: &Builtin, call: &Call<'_, '_>) -> bool {
     match builtin.name {
         "movej" | "movel" | "movec" | "movep" => false,
         // Without joint positions they take those of the arm.
@@ -159,7 +159,7 @@ fn may_hurry(builtin: &Builtin) -> bool {
 }
 
 /// Whether the answer comes from elsewhere: from machines, people, and whoever else writes what it reads.
-fn asks_outside(builtin: &Builtin) -> bool {
+fn is_external_call(builtin: &Builtin) -> bool {
     match builtin.category {
         // What a program writes there follows from itself.
         Category::Modbus => !builtin.name.starts_with("write_port_"),
@@ -175,7 +175,7 @@ fn param(parameter: &declare::Parameter) -> Param {
         name: parameter.name,
         aliases: parameter.aliases,
         kind: match (parameter.kind, parameter.default) {
-            (ParameterType::Rest, _) => ParamKind::VarArgs,
+            (ParameterType::Variadic, _) => ParamKind::VarArgs,
             (_, ParameterDefault::Required) => ParamKind::Required,
             _ => ParamKind::Optional,
         },

@@ -87,7 +87,7 @@ const FUNCTION: Parameter = Parameter::required(
 );
 const DATA: Parameter = Parameter::required(
     "data",
-    ParameterType::Checked("list[int]"),
+    ParameterType::Custom("list[int]"),
     "bytes after the function code, 0 to 255 each, at most 252",
 );
 const ONESHOT: Parameter = Parameter::required(
@@ -98,12 +98,12 @@ const ONESHOT: Parameter = Parameter::required(
 .or(ParameterDefault::Boolean(true));
 const REGISTER_VALUE: Parameter = Parameter::required(
     "register_value",
-    ParameterType::Checked("int or list[int]"),
+    ParameterType::Custom("int or list[int]"),
     "value or values; their low 16 bits are written",
 );
 const DIGITAL_VALUE: Parameter = Parameter::required(
     "digital_value",
-    ParameterType::Checked("bool or list[bool]"),
+    ParameterType::Custom("bool or list[bool]"),
     "level or levels",
 );
 const CHOICE: Parameter = Parameter::required(

@@ -13,7 +13,7 @@ use super::call::Call;
 use super::declare::{
     Builtin, Category::ModbusRtu, Parameter, ParameterDefault, ParameterType, Range,
 };
-use super::serial::{OLD_PORT, Port, at_line, check_not_daemon};
+use super::serial::{OLD_PORT, Port, check_not_daemon, on_line_thread};
 
 const SLAVE: Parameter = Parameter::required("slave", ParameterType::Integer(1, 247), "the device");
 const ADDR: Parameter =
@@ -41,22 +41,22 @@ const TIMEOUT_5: Parameter =
 const TIMEOUT_3: Parameter = TIMEOUT_5.or(ParameterDefault::Number(3.0));
 const BIT: Parameter = Parameter::required(
     "data",
-    ParameterType::Checked("bool or int, alone or as a list of one"),
+    ParameterType::Custom("bool or int, alone or as a list of one"),
     "0 low, otherwise high",
 );
 const BITS_TO_WRITE: Parameter = Parameter::required(
     "data",
-    ParameterType::Checked("bool, int or list"),
+    ParameterType::Custom("bool, int or list"),
     "levels: 0 low, otherwise high; at most 1968",
 );
 const REGISTER: Parameter = Parameter::required(
     "data",
-    ParameterType::Checked("int, alone or as a list of one"),
+    ParameterType::Custom("int, alone or as a list of one"),
     "0 to 65535",
 );
 const REGISTERS_TO_WRITE: Parameter = Parameter::required(
     "data",
-    ParameterType::Checked("int or list[int]"),
+    ParameterType::Custom("int or list[int]"),
     "0 to 65535 each; at most 123",
 );
 
@@ -321,8 +321,8 @@ fn ask(call: &mut Call<'_, '_>, port: Port, request: Request) -> Result<Option<R
     }
     check_not_daemon(call, port)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let theirs = memory::outside(|| request.clone());
-    let done = at_line(call, async move {
+    let theirs = memory::uncounted(|| request.clone());
+    let done = on_line_thread(call, async move {
         port.line(&fieldbus).request(slave, theirs, patience).await
     })?;
     match done {

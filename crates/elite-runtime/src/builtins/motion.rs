@@ -247,7 +247,7 @@ fn movej(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         duration: call.number(3)?,
         radius: call.number(4)?,
     };
-    call.perform(kind)?;
+    call.run_command(kind)?;
     Ok(Value::None)
 }
 
@@ -259,7 +259,7 @@ fn movel(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         duration: call.number(3)?,
         radius: call.number(4)?,
     };
-    call.perform(kind)?;
+    call.run_command(kind)?;
     Ok(Value::None)
 }
 
@@ -272,7 +272,7 @@ fn movec(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         radius: call.number(4)?,
         fixed: call.integer(5)? == 0,
     };
-    call.perform(kind)?;
+    call.run_command(kind)?;
     Ok(Value::None)
 }
 

@@ -165,7 +165,7 @@ fn movep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         speed: call.number(2)?,
         radius: call.number(3)?,
     };
-    call.perform(kind)?;
+    call.run_command(kind)?;
     Ok(Value::None)
 }
 
@@ -176,7 +176,7 @@ fn path_offset_enable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn path_offset_disable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let acceleration = call.number(0)?;
-    call.perform(CommandKind::PathOffsetDisable { acceleration })?;
+    call.run_command(CommandKind::PathOffsetDisable { acceleration })?;
     Ok(Value::None)
 }
 

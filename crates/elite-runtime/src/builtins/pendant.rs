@@ -80,7 +80,7 @@ pub const BUILTINS: &[Builtin] = &[
 
 const COPIED: &[Parameter] = &[Parameter::required(
     "x",
-    ParameterType::Checked("any"),
+    ParameterType::Custom("any"),
     "what is copied",
 )];
 

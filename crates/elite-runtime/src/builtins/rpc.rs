@@ -8,7 +8,7 @@ use io_bus::xmlrpc::{RpcClient, RpcUrl, RpcValue};
 
 use super::call::Call;
 use super::declare::{Builtin, Category::Rpc, Parameter, ParameterType};
-use crate::external::from_outside;
+use crate::external::call_external;
 use crate::task::TaskContext;
 
 const TYPE: Parameter = Parameter::required("type", ParameterType::Word(&["xmlrpc"]), "protocol");
@@ -69,9 +69,9 @@ impl Remote {
         let arguments = args.iter().map(|value| to_rpc(native, method, value, 0));
         let arguments: Vec<RpcValue> = arguments.collect::<Result<_, _>>()?;
         let (client, name) = (Rc::clone(&self.client), method.to_owned());
-        from_outside(&self.context, native, method, args, |native| {
+        call_external(&self.context, native, method, args, |native| {
             let job = async move { client.call(&name, &arguments).await };
-            match super::call::wait_outside(&self.context, native, method, job)? {
+            match super::call::wait_for_future(&self.context, native, method, job)? {
                 Ok(value) => native.recurse(|_| Ok(from_rpc(value))),
                 Err(error) => {
                     Err(native.raise(ExceptionKind::RuntimeError, format!("{method}(): {error}")))

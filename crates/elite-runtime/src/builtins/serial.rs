@@ -143,7 +143,7 @@ const TIMEOUT_OR_DEFAULT: Parameter = Parameter::required(
 .also(&["time_out"])
 .or(ParameterDefault::Number(0.1))
 .in_unit("s");
-const DATA_KIND: ParameterType = ParameterType::Checked("str, int, list[int], bytes or bytearray");
+const DATA_KIND: ParameterType = ParameterType::Custom("str, int, list[int], bytes or bytearray");
 const WRITE_DATA: Parameter = Parameter::required(
     "write_data",
     DATA_KIND,
@@ -394,14 +394,14 @@ pub(super) fn check_not_daemon(call: &mut Call<'_, '_>, port: Port) -> Result<()
 
 /// What a line does for a program is done on the thread of the line: what passes between the two is not in the account
 /// of the task, which gets copies of results and of what is said of errors.
-pub(super) fn at_line<T: Clone + 'static, E: Display>(
+pub(super) fn on_line_thread<T: Clone + 'static, E: Display>(
     call: &mut Call<'_, '_>,
     work: impl Future<Output = Result<T, E>> + 'static,
 ) -> Result<Result<T, String>, Raised> {
     let work = async move { work.await.map_err(|error| error.to_string()) };
-    let theirs = call.outside(UnmeteredFuture(Box::pin(work)))?;
+    let theirs = call.wait_for_future(UnmeteredFuture(Box::pin(work)))?;
     let own = theirs.clone();
-    memory::outside(|| drop(theirs));
+    memory::uncounted(|| drop(theirs));
     Ok(own)
 }
 
@@ -412,7 +412,7 @@ impl<F: Future> Future for UnmeteredFuture<F> {
     type Output = F::Output;
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<F::Output> {
-        memory::outside(|| self.0.as_mut().poll(context))
+        memory::uncounted(|| self.0.as_mut().poll(context))
     }
 }
 
@@ -433,7 +433,7 @@ fn config(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
     };
     let fieldbus = Arc::clone(call.context().fieldbus());
     let wanted = enable.then_some(settings);
-    let done = at_line(
+    let done = on_line_thread(
         call,
         async move { port.line(&fieldbus).configure(wanted).await },
     )?;
@@ -452,7 +452,7 @@ fn read(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
     let (as_numbers, patience) = (call.boolean(1)?, call.patience(2)?);
     check_not_daemon(call, port)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let received = at_line(call, async move {
+    let received = on_line_thread(call, async move {
         port.line(&fieldbus).read(count, patience).await
     })?;
     let bytes = received.unwrap_or_else(|error| {
@@ -489,8 +489,8 @@ fn write(call: &mut Call<'_, '_>, port: Port) -> Result<usize, Raised> {
     };
     check_not_daemon(call, port)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let theirs = memory::outside(|| bytes.clone());
-    let sent = at_line(
+    let theirs = memory::uncounted(|| bytes.clone());
+    let sent = on_line_thread(
         call,
         async move { port.line(&fieldbus).write(theirs).await },
     )?;
@@ -507,7 +507,7 @@ fn write_masterboard(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn flush(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let done = at_line(call, async move {
+    let done = on_line_thread(call, async move {
         // Everything written has left already: writes wait for that.
         let flush = fieldbus.masterboard_serial.flush();
         match tokio::time::timeout(FLUSH_TIME, flush).await {

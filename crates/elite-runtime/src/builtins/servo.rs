@@ -142,7 +142,7 @@ fn servoj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         lookahead: call.clamped(2, (0.03, 0.2))?,
         gain: call.clamped(3, (100.0, 2000.0))?,
     };
-    call.perform(kind)?;
+    call.run_command(kind)?;
     Ok(Value::None)
 }
 
@@ -159,7 +159,7 @@ fn speedj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         acceleration: call.number(1)?,
         duration: duration(call)?,
     };
-    call.perform(kind)?;
+    call.run_command(kind)?;
     Ok(Value::None)
 }
 
@@ -183,18 +183,18 @@ fn speedl(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         rotation_acceleration,
         duration,
     };
-    call.perform(kind)?;
+    call.run_command(kind)?;
     Ok(Value::None)
 }
 
 fn stopj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let acceleration = call.number(0)?;
-    call.perform(CommandKind::StopJ { acceleration })?;
+    call.run_command(CommandKind::StopJ { acceleration })?;
     Ok(Value::None)
 }
 
 fn stopl(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let acceleration = call.number(0)?;
-    call.perform(CommandKind::StopL { acceleration })?;
+    call.run_command(CommandKind::StopL { acceleration })?;
     Ok(Value::None)
 }

@@ -65,12 +65,12 @@ const SUFFIX: Parameter =
         .or(ParameterDefault::Text(""));
 const BYTE_LIST: Parameter = Parameter::required(
     "value",
-    ParameterType::Checked("list[int]"),
+    ParameterType::Custom("list[int]"),
     "bytes, 0 to 255 each",
 );
 const BYTE: Parameter = Parameter::required(
     "value",
-    ParameterType::Checked("int or str"),
+    ParameterType::Custom("int or str"),
     "a number, of which the low 8 bits are sent, or one ASCII character",
 );
 const INT: Parameter = Parameter::required(
@@ -259,7 +259,7 @@ fn socket_open(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     }
     let opened = match call.context().stand_in(&address, port) {
         Some(stream) => stream.and_then(PeerStream::local).map(ScriptSocket::over),
-        None => call.outside(async move { ScriptSocket::open(&address, port).await })?,
+        None => call.wait_for_future(async move { ScriptSocket::open(&address, port).await })?,
     };
     Ok(Value::Bool(match opened {
         Ok(socket) => {
@@ -289,7 +289,7 @@ fn socket_get_var(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let Some(socket) = socket(call, 1)? else {
         return Ok(Value::Int(0));
     };
-    let value = call.outside(async move { socket.query_var(&variable).await })?;
+    let value = call.wait_for_future(async move { socket.query_var(&variable).await })?;
     Ok(Value::Int(value.into()))
 }
 
@@ -309,7 +309,9 @@ fn wanted(call: &mut Call<'_, '_>) -> Result<usize, Raised> {
 fn socket_read_ascii_float(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let (wanted, patience) = (wanted(call)?, call.patience(2)?);
     let numbers = match socket(call, 1)? {
-        Some(socket) => call.outside(async move { socket.read_floats(wanted, patience).await })?,
+        Some(socket) => {
+            call.wait_for_future(async move { socket.read_floats(wanted, patience).await })?
+        }
         None => Vec::new(),
     };
     Ok(counted(
@@ -323,7 +325,7 @@ fn socket_read_binary_integer(call: &mut Call<'_, '_>) -> Result<Value, Raised> 
     let (wanted, patience) = (wanted(call)?, call.patience(2)?);
     let integers = match socket(call, 1)? {
         Some(socket) => {
-            call.outside(async move { socket.read_integers(wanted, patience).await })?
+            call.wait_for_future(async move { socket.read_integers(wanted, patience).await })?
         }
         None => Vec::new(),
     };
@@ -334,7 +336,9 @@ fn socket_read_binary_integer(call: &mut Call<'_, '_>) -> Result<Value, Raised> 
 fn socket_read_byte_list(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let (wanted, patience) = (wanted(call)?, call.patience(2)?);
     let bytes = match socket(call, 1)? {
-        Some(socket) => call.outside(async move { socket.read_bytes(wanted, patience).await })?,
+        Some(socket) => {
+            call.wait_for_future(async move { socket.read_bytes(wanted, patience).await })?
+        }
         None => Vec::new(),
     };
     let values = bytes.into_iter().map(|b| Value::Int(b.into()));
@@ -346,14 +350,15 @@ fn socket_read_string(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let Some(socket) = socket(call, 0)? else {
         return Ok(Value::str(""));
     };
-    let text = call.outside(async move { socket.read_text(&prefix, &suffix, patience).await })?;
+    let text =
+        call.wait_for_future(async move { socket.read_text(&prefix, &suffix, patience).await })?;
     Ok(Value::str(text))
 }
 
 /// Sends to the socket named in argument `index`; how many bytes went.
 fn send(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<usize, Raised> {
     match socket(call, index)? {
-        Some(socket) => call.outside(async move { socket.send(&bytes).await }),
+        Some(socket) => call.wait_for_future(async move { socket.send(&bytes).await }),
         None => Ok(0),
     }
 }

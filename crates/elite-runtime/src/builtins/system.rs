@@ -20,7 +20,7 @@ pub const BUILTINS: &[Builtin] = &[
             default: ParameterDefault::EmptyTuple,
             ..parameter(
                 "values",
-                ParameterType::Rest,
+                ParameterType::Variadic,
                 "what to write; Python's keywords sep and end work too",
             )
         }],
@@ -286,7 +286,7 @@ fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     };
     let context = call.context();
     let now = context.robot().moment().time;
-    memory::outside(|| {
+    memory::uncounted(|| {
         context
             .panel()
             .with_watchdogs(|dogs| dogs.watch(&variable, frequency, action, now));
@@ -297,7 +297,7 @@ fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let text = shown(call, 0, "")? + &shown(call, 1, "")?;
     log(call, Severity::Info, &text);
-    call.native().said(text.len())?;
+    call.native().charge_output(text.len())?;
     Ok(Value::None)
 }
 
@@ -317,7 +317,7 @@ fn popup(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         return Ok(Value::None);
     }
     // The panel keeps its own copy, which others close.
-    let id = memory::outside(|| {
+    let id = memory::uncounted(|| {
         panel.open_popup(Popup {
             title: title.clone(),
             text: text.clone(),

@@ -32,7 +32,7 @@ impl AnswerCache {
 }
 
 /// Runs a call of a builtin whose answer comes from elsewhere; where a run is repeated, the recording answers.
-pub(crate) fn from_outside(
+pub(crate) fn call_external(
     context: &TaskContext,
     native: &mut NativeCall<'_>,
     function: &str,
@@ -54,12 +54,12 @@ pub(crate) fn from_outside(
     if let Some(repeat) = context.repeat().cloned() {
         let number = context.next_call();
         let key = key(function, arguments);
-        let answered = repeat.answered(context.program(), number, function);
+        let answered = repeat.recorded_answer(context.program(), number, function);
         return match answered {
             RecordedAnswer::AsBefore => {
                 match key.and_then(|key| context.memo().0.get(&key).cloned()) {
-                    Some(answer) => give(context, native, &answer),
-                    None => never(context, native),
+                    Some(answer) => apply_recorded(context, native, &answer),
+                    None => wait_forever(context, native),
                 }
             }
             RecordedAnswer::So(call) => {
@@ -70,7 +70,7 @@ pub(crate) fn from_outside(
                 if call.waits.is_empty() {
                     context.memo().note(key, &call.answer);
                 }
-                give(context, native, &call.answer)
+                apply_recorded(context, native, &call.answer)
             }
         };
     }
@@ -97,7 +97,7 @@ pub(crate) fn from_outside(
     };
     let Some(answer) = answer.filter(|answer| bytes(answer) <= ANSWER_BYTES_MAX) else {
         let text = format!("an answer of {function}() is longer than {ANSWER_BYTES_MAX} bytes");
-        context.note(ExternalInputKind::Lost(text));
+        context.note(ExternalInputKind::Unrecorded(text));
         return result;
     };
     if waits.is_empty() {
@@ -121,20 +121,20 @@ pub(crate) fn from_outside(
 }
 
 /// The call has not ended in the recording.
-fn never(context: &TaskContext, native: &mut NativeCall<'_>) -> Result<Value, Raised> {
+fn wait_forever(context: &TaskContext, native: &mut NativeCall<'_>) -> Result<Value, Raised> {
     let token = context.register_wait(Wait::Never);
     native.wait(token)?;
     Ok(Value::None)
 }
 
-fn give(
+fn apply_recorded(
     context: &TaskContext,
     native: &mut NativeCall<'_>,
     answer: &CallOutcome,
 ) -> Result<Value, Raised> {
     match answer {
         CallOutcome::Value(value) => Ok(from_rpc(value.clone())),
-        CallOutcome::Stopped => never(context, native),
+        CallOutcome::Stopped => wait_forever(context, native),
         CallOutcome::Raised { kind, text } => {
             let kinds = ExceptionKind::ALL.iter();
             let known = kinds.copied().find(|known| known.name() == kind);

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use io_bus::xmlrpc::RpcValue;
 use motion_api::ProgramId;
 
-pub(crate) use calls::{AnswerCache, from_outside};
+pub(crate) use calls::{AnswerCache, call_external};
 pub use rerun::{Divergence, Rerun};
 
 /// Longest answer of a machine that is noted, bytes; a program that was given a longer one cannot be repeated.
@@ -43,14 +43,14 @@ pub struct ExternalInput {
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExternalInputKind {
     /// The program begins, with these globals set (`NAME = VALUE`).
-    Begins {
+    Started {
         /// See above.
         presets: Vec<String>,
     },
     /// It ends: this is its last turn.
     Ends,
     /// It sees this cycle, and not the one that follows from what it did: the next one after a wait, else the same.
-    Sees,
+    CycleObserved,
     /// An order.
     Order(TaskOrder),
     /// A builtin has answered that asks somebody else.
@@ -61,9 +61,9 @@ pub enum ExternalInputKind {
         thread: u64,
     },
     /// The time of day, s since 1970.
-    Clock(f64),
+    TimeOfDay(f64),
     /// Something that is not noted, in words: from here on it cannot be repeated.
-    Lost(String),
+    Unrecorded(String),
 }
 
 /// An order to a running program.
@@ -119,7 +119,7 @@ pub enum CallOutcome {
 /// clock.
 pub trait ExternalInputSink: Send + Sync {
     /// Something has come.
-    fn note(&self, external: &ExternalInput);
+    fn record(&self, external: &ExternalInput);
 }
 
 /// Whether what comes from outside is noted, or comes from a recording.
@@ -129,7 +129,7 @@ pub enum InputMode {
     #[default]
     Live,
     /// It is noted.
-    Witnessed(Arc<dyn ExternalInputSink>),
+    Recorded(Arc<dyn ExternalInputSink>),
     /// It comes from a recording.
     Repeated(Arc<Rerun>),
 }

@@ -14,7 +14,7 @@ use super::{ExternalInput, ExternalInputKind, RecordedCall, TaskOrder};
 
 /// A program whose end is not in the recording computes for so many slices at most, seconds of work, while no cycle
 /// passes.
-const WORK_MAX: u32 = 20_000;
+const SLICES_WITHOUT_CYCLE_MAX: u32 = 20_000;
 
 /// Where the programs of a repeated run leave what was recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -108,12 +108,12 @@ impl Rerun {
         {
             let program = programs.entry(program).or_default();
             match what {
-                ExternalInputKind::Begins { presets } => {
+                ExternalInputKind::Started { presets } => {
                     program.begins = cycle;
                     program.presets = presets;
                 }
                 ExternalInputKind::Ends => program.ends = Some(turn),
-                ExternalInputKind::Sees => {
+                ExternalInputKind::CycleObserved => {
                     program.sees.insert(turn, cycle);
                 }
                 ExternalInputKind::Order(order) => {
@@ -125,10 +125,10 @@ impl Rerun {
                 ExternalInputKind::Woken { thread } => {
                     program.woken.entry(turn).or_default().push(thread)
                 }
-                ExternalInputKind::Clock(time) => {
+                ExternalInputKind::TimeOfDay(time) => {
                     program.clock.insert(turn, time);
                 }
-                ExternalInputKind::Lost(text) => {
+                ExternalInputKind::Unrecorded(text) => {
                     program.lost.get_or_insert((cycle, text));
                 }
             }
@@ -185,14 +185,14 @@ impl Rerun {
     }
 
     /// The recording has no further cycle.
-    pub fn ends(&self) {
+    pub fn finish(&self) {
         self.is_over.store(true, Ordering::Release);
     }
 
     /// A cycle is to pass: false where the recording has none after the one with this number.
-    pub fn has_after(&self, cycle: u64) -> bool {
+    pub fn allow_cycle_after(&self, cycle: u64) -> bool {
         if cycle >= self.last_cycle {
-            self.ends();
+            self.finish();
         }
         !self.is_over.load(Ordering::Acquire)
     }
@@ -206,7 +206,7 @@ impl Rerun {
         if is_missing {
             let name = command.kind.name();
             let text = format!("it has not given {name}, which was taken in this cycle");
-            self.depart(&mut progress, command.origin, cycle, text);
+            self.record_divergence(&mut progress, command.origin, cycle, text);
         }
     }
 
@@ -227,7 +227,7 @@ impl Rerun {
         if let Some(command) = left.filter(|_| !self.is_over() && progress.departure.is_none()) {
             let name = command.kind.name();
             let text = format!("it has ended without giving {name}, which was recorded");
-            self.depart(&mut progress, command.origin, cycle, text);
+            self.record_divergence(&mut progress, command.origin, cycle, text);
         }
     }
 
@@ -262,13 +262,19 @@ impl Rerun {
             None => format!("it gives {name}, and nothing more was recorded of it"),
         };
         if !self.is_over() {
-            self.depart(&mut progress, origin, cycle, text);
+            self.record_divergence(&mut progress, origin, cycle, text);
         }
         // A number that no command has: it never ends.
         CommandId(u64::MAX)
     }
 
-    fn depart(&self, progress: &mut RerunProgress, origin: Origin, cycle: u64, text: String) {
+    fn record_divergence(
+        &self,
+        progress: &mut RerunProgress,
+        origin: Origin,
+        cycle: u64,
+        text: String,
+    ) {
         let departure = Divergence {
             program: origin.program,
             line: origin.line,
@@ -280,7 +286,7 @@ impl Rerun {
     }
 
     /// Nothing of a program is to go on: it has left the recording, or that is at its end.
-    pub(crate) fn is_at_its_end(&self) -> bool {
+    pub(crate) fn is_finished(&self) -> bool {
         self.has_departed.load(Ordering::Acquire) || self.is_over()
     }
 
@@ -293,19 +299,19 @@ impl Rerun {
     }
 
     /// The cycle that a task sees in this turn, where that does not follow from what it did.
-    pub(crate) fn seen(&self, program: ProgramId, turn: u64) -> Option<u64> {
+    pub(crate) fn observed_cycle(&self, program: ProgramId, turn: u64) -> Option<u64> {
         self.program(program)?.sees.get(&turn).copied()
     }
 
     /// Looks whether a program that has this turn, after so many in which no cycle passed, is still what was recorded.
     pub(crate) fn watch(&self, origin: Origin, turn: u64, worked: u32, cycle: u64) {
         match self.program(origin.program).and_then(|known| known.ends) {
-            Some(ends) if turn > ends && !self.is_at_its_end() => {
+            Some(ends) if turn > ends && !self.is_finished() => {
                 let text = "it goes on where it had ended when it was recorded".to_owned();
-                self.depart(&mut self.progress(), origin, cycle, text);
+                self.record_divergence(&mut self.progress(), origin, cycle, text);
             }
             // Its end was not recorded: it computed when the recording broke off.
-            None if worked > WORK_MAX => self.ends(),
+            None if worked > SLICES_WITHOUT_CYCLE_MAX => self.finish(),
             _ => {}
         }
     }
@@ -328,7 +334,7 @@ impl Rerun {
         self.program(program)?.clock.get(&turn).copied()
     }
 
-    pub(crate) fn answered(
+    pub(crate) fn recorded_answer(
         &self,
         program: ProgramId,
         number: u64,
@@ -350,7 +356,7 @@ impl Rerun {
                     call.function
                 );
                 let mut progress = self.progress();
-                self.depart(&mut progress, origin, 0, text);
+                self.record_divergence(&mut progress, origin, 0, text);
                 RecordedAnswer::AsBefore
             }
         }

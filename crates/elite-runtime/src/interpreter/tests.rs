@@ -7,7 +7,7 @@ use super::*;
 fn statement(text: &str) -> SubmittedStatement {
     SubmittedStatement {
         text: text.to_owned(),
-        thrown_away: Box::new(|_| {}),
+        on_discard: Box::new(|_| {}),
     }
 }
 

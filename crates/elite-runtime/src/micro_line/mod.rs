@@ -28,7 +28,7 @@ const COARSEST: f64 = 1e-3;
 /// Rounding that any file has, m and rad: that of 32-bit numbers.
 const FINEST: f64 = 1e-6;
 /// Rounding matters where it looks like a jerk of that much, m/s³ and rad/s³.
-const FELT: f64 = 10.0;
+const ROUNDING_JERK_MIN: f64 = 10.0;
 /// Joint positions of one pose this near to one another are the same, rad.
 const SAME_BRANCH: f64 = 1e-6;
 /// Share of a file's numbers that show how many decimals it is written with.
@@ -370,7 +370,7 @@ fn samples(points: &[[f64; 6]], space: Space, interval: f64, rounding: &[f64; 6]
             // A quaternion turns by half the angle.
             (Space::Cartesian, _) => 0.5 * rounding[3].max(rounding[4]).max(rounding[5]),
         };
-        if 4.0 * own < FELT * interval.powi(3) {
+        if 4.0 * own < ROUNDING_JERK_MIN * interval.powi(3) {
             continue;
         }
         let values: Vec<f64> = samples.iter().map(|sample| sample[column]).collect();

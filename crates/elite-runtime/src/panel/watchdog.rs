@@ -63,7 +63,7 @@ struct Watch {
     period: f64,
     action: WatchdogAction,
     last_set: f64,
-    has_bitten: bool,
+    has_fired: bool,
 }
 
 /// The watches of the running task, by variable.
@@ -79,7 +79,7 @@ impl Watchdogs {
             period: 1.0 / frequency_hz,
             action,
             last_set: now,
-            has_bitten: false,
+            has_fired: false,
         };
         self.watches.insert(variable.to_owned(), watch);
     }
@@ -88,7 +88,7 @@ impl Watchdogs {
     pub fn was_set(&mut self, variable: &str, now: f64) {
         if let Some(watch) = self.watches.get_mut(variable) {
             watch.last_set = now;
-            watch.has_bitten = false;
+            watch.has_fired = false;
         }
     }
 
@@ -96,18 +96,18 @@ impl Watchdogs {
     pub fn restart(&mut self, now: f64) {
         for watch in self.watches.values_mut() {
             watch.last_set = now;
-            watch.has_bitten = false;
+            watch.has_fired = false;
         }
     }
 
     /// The watches that bite now, each once.
-    pub fn bites(&mut self, now: f64, step_time: f64) -> Vec<(String, WatchdogAction)> {
+    pub fn expired(&mut self, now: f64, step_time: f64) -> Vec<(String, WatchdogAction)> {
         let mut bites = Vec::new();
         for (variable, watch) in &mut self.watches {
             // A thousandth of a cycle keeps rounding of the sum from biting a cycle early.
             let late = now - watch.last_set > watch.period + step_time * 1.001;
-            if late && !watch.has_bitten {
-                watch.has_bitten = true;
+            if late && !watch.has_fired {
+                watch.has_fired = true;
                 bites.push((variable.clone(), watch.action));
             }
         }
@@ -135,17 +135,17 @@ mod tests {
     fn it_bites_once_a_cycle_after_the_period_and_again_after_the_input_was_set() {
         let mut dogs = Watchdogs::default();
         dogs.watch("speed_slider_mask", 10.0, WatchdogAction::Pause, 1.0);
-        assert!(dogs.bites(1.104, STEP).is_empty());
+        assert!(dogs.expired(1.104, STEP).is_empty());
         let bite = [("speed_slider_mask".to_owned(), WatchdogAction::Pause)];
-        assert_eq!(dogs.bites(1.108, STEP), bite);
-        assert!(dogs.bites(2.0, STEP).is_empty(), "once");
+        assert_eq!(dogs.expired(1.108, STEP), bite);
+        assert!(dogs.expired(2.0, STEP).is_empty(), "once");
         dogs.was_set("speed_slider_mask", 2.0);
-        assert!(dogs.bites(2.1, STEP).is_empty());
-        assert_eq!(dogs.bites(2.2, STEP), bite);
+        assert!(dogs.expired(2.1, STEP).is_empty());
+        assert_eq!(dogs.expired(2.2, STEP), bite);
         dogs.restart(3.0);
-        assert_eq!(dogs.bites(3.2, STEP), bite);
+        assert_eq!(dogs.expired(3.2, STEP), bite);
         dogs.clear();
-        assert!(dogs.bites(9.0, STEP).is_empty());
+        assert!(dogs.expired(9.0, STEP).is_empty());
     }
 
     #[test]
@@ -158,7 +158,7 @@ mod tests {
                 dogs.was_set("x", now);
             }
             dogs.was_set("y", now);
-            assert!(dogs.bites(now, STEP).is_empty(), "cycle {cycle}");
+            assert!(dogs.expired(now, STEP).is_empty(), "cycle {cycle}");
         }
     }
 }

@@ -47,7 +47,7 @@ impl Supervisor {
             if self.is_running() {
                 let answer = self.panel().expect_answer(&name);
                 let mut source = ProgramSource::Compiled(program.clone());
-                if self.join(&mut source).await.is_some() {
+                if self.join_secondary(&mut source).await.is_some() {
                     return answer.await.ok();
                 }
             }
@@ -117,7 +117,7 @@ impl Supervisor {
                 has_company: Arc::default(),
             };
             let observer = self.shared.settings.observer.clone();
-            self.beside(Arc::new(LogOnlyObserver(observer)), attendant)
+            self.test_supervisor(Arc::new(LogOnlyObserver(observer)), attendant)
         })
     }
 

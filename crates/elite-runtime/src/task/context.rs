@@ -40,13 +40,13 @@ pub(crate) const THREADS_MAX: usize = 20;
 
 /// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its
 /// own work costs there; a call may cost far more than one step of that.
-const CALLS_OF_UNWINDING: u32 = 20 * CALLS_OF_A_LOOK - 1;
+const CALLS_OF_UNWINDING: u32 = 20 * CALLS_PER_SAMPLE - 1;
 /// What `finally` and `with` blocks of a stopped program may compute, in seconds of the real clock.
 const CLEAN_UP: f64 = 0.5;
 /// Length of a clean-up where no time passes: looks, each after 4096 steps, which take about 0.3 ms.
 const LOOKS_OF_CLEAN_UP: u32 = 1500;
 /// So many of them see the robot of one cycle, as a turn of a thread does.
-const CALLS_OF_A_LOOK: u32 = 256;
+const CALLS_PER_SAMPLE: u32 = 256;
 
 /// 2026-01-01T00:00:00Z, where simulated time begins.
 const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
@@ -89,9 +89,9 @@ pub(crate) struct TaskContext {
     braking: RefCell<Option<HandoverStop>>,
     extras: Instrumentation,
     /// The task has to do with machines outside of this process.
-    met_the_world: Cell<bool>,
+    uses_real_network: Cell<bool>,
     /// Motions whose calls have returned before they ended, and whose they were.
-    ahead: RefCell<Vec<(ThreadNumber, CommandId)>>,
+    queued_motions: RefCell<Vec<(ThreadNumber, CommandId)>>,
     /// Motions of threads that have ended, on their way to their blends.
     left_behind: RefCell<Vec<CommandId>>,
     /// The latest command that moves the arm on when its call has returned, and whose it is.
@@ -101,7 +101,7 @@ pub(crate) struct TaskContext {
     /// The last change of an output register by each thread that was ahead of the arm.
     register_changes: RefCell<BTreeMap<ThreadNumber, CommandId>>,
     /// Whether what comes from outside is noted, or comes from a recording.
-    course: InputMode,
+    input_mode: InputMode,
     /// How often the task has looked round.
     turn: Cell<u64>,
     /// Calls of builtins that ask somebody else.
@@ -112,7 +112,7 @@ pub(crate) struct TaskContext {
     /// The time of day in this turn.
     clock: Cell<Option<(u64, f64)>>,
     /// A debugger asks something, which is no part of the run.
-    is_aside: Cell<bool>,
+    in_debugger_evaluation: Cell<bool>,
     /// What a program beside another does while it waits.
     answering: RefCell<Option<Rc<WaitHook>>>,
 }
@@ -133,7 +133,7 @@ pub enum CallRestriction {
     /// A secondary program: neither.
     Secondary,
     /// A debugger looks at a program that stands: neither.
-    Look,
+    Inspection,
 }
 
 #[derive(Default)]
@@ -200,26 +200,26 @@ impl TaskContext {
             clean_up_until: Cell::default(),
             braking: RefCell::new(braking),
             extras: settings.extras.clone(),
-            met_the_world: Cell::default(),
-            ahead: RefCell::default(),
+            uses_real_network: Cell::default(),
+            queued_motions: RefCell::default(),
             left_behind: RefCell::default(),
             steering: Cell::default(),
             changes_ahead: Cell::default(),
             register_changes: RefCell::default(),
-            course: settings.course.clone(),
+            input_mode: settings.course.clone(),
             turn: Cell::default(),
             calls: Cell::default(),
             memo: RefCell::default(),
             waits_of_calls: RefCell::default(),
             clock: Cell::default(),
-            is_aside: Cell::default(),
+            in_debugger_evaluation: Cell::default(),
             answering: RefCell::default(),
         })
     }
 
     /// The call of a motion returns before it has ended.
-    pub fn go_ahead(&self, id: CommandId) {
-        let mut ahead = self.ahead.borrow_mut();
+    pub fn add_queued_motion(&self, id: CommandId) {
+        let mut ahead = self.queued_motions.borrow_mut();
         ahead.retain(|(_, id)| {
             let has_ended = self.robot.has_ended(*id);
             if has_ended {
@@ -294,7 +294,7 @@ impl TaskContext {
     /// The last of the running thread's motions whose calls have returned before they ended.
     pub fn last_ahead(&self) -> Option<CommandId> {
         let running = self.running.get().number;
-        let ahead = self.ahead.borrow();
+        let ahead = self.queued_motions.borrow();
         let mut own = ahead.iter().filter(|(thread, _)| *thread == running);
         own.next_back().map(|(_, id)| *id)
     }
@@ -302,21 +302,24 @@ impl TaskContext {
     /// The first of these motions, if it has ended: somebody has waited for that.
     pub fn take_ended_ahead(&self) -> Option<CommandId> {
         let running = self.running.get().number;
-        let mut ahead = self.ahead.borrow_mut();
+        let mut ahead = self.queued_motions.borrow_mut();
         let first = ahead.iter().position(|(thread, _)| *thread == running)?;
         let (_, id) = ahead[first];
         self.robot.has_ended(id).then(|| ahead.remove(first).1)
     }
 
     /// Whether a motion is one whose call has returned already.
-    pub fn is_ahead(&self, id: CommandId) -> bool {
-        self.ahead.borrow().iter().any(|(_, other)| *other == id)
+    pub fn is_queued_motion(&self, id: CommandId) -> bool {
+        self.queued_motions
+            .borrow()
+            .iter()
+            .any(|(_, other)| *other == id)
             || self.left_behind.borrow().contains(&id)
     }
 
     /// The motions of a thread that is stopped.
     pub fn take_ahead(&self, thread: ThreadNumber) -> Vec<CommandId> {
-        let mut ahead = self.ahead.borrow_mut();
+        let mut ahead = self.queued_motions.borrow_mut();
         let (own, others): (Vec<_>, Vec<_>) = ahead.drain(..).partition(|(t, _)| *t == thread);
         *ahead = others;
         own.into_iter().map(|(_, id)| id).collect()
@@ -327,7 +330,7 @@ impl TaskContext {
         let stand_ins = self.extras.stand_ins.as_ref()?;
         let connected = stand_ins.connect(host, port);
         if connected.is_none() {
-            self.meets_the_world();
+            self.mark_real_network();
         }
         connected
     }
@@ -337,20 +340,20 @@ impl TaskContext {
         let stand_ins = self.extras.stand_ins.as_ref();
         let known = stand_ins.is_some_and(|stand_ins| stand_ins.simulates(host, port));
         if !known {
-            self.meets_the_world();
+            self.mark_real_network();
         }
         known
     }
 
     /// Whether somebody in this process answers for a machine.
-    pub fn is_played(&self, host: &str, port: u16) -> bool {
+    pub fn has_responder(&self, host: &str, port: u16) -> bool {
         let stand_ins = self.extras.stand_ins.as_ref();
         stand_ins.is_some_and(|stand_ins| stand_ins.answers(host, port))
     }
 
     /// Somebody out there is waited for from now on: where time-outs were simulated time, they are time of the machine.
-    pub fn meets_the_world(&self) {
-        if self.extras.stand_ins.is_some() && !self.met_the_world.replace(true) {
+    pub fn mark_real_network(&self) {
+        if self.extras.stand_ins.is_some() && !self.uses_real_network.replace(true) {
             tokio::time::resume();
         }
     }
@@ -367,25 +370,25 @@ impl TaskContext {
 
     /// Who notes what comes from outside.
     pub fn witness(&self) -> Option<&dyn ExternalInputSink> {
-        match &self.course {
-            InputMode::Witnessed(witness) => Some(&**witness),
+        match &self.input_mode {
+            InputMode::Recorded(witness) => Some(&**witness),
             InputMode::Live | InputMode::Repeated(_) => None,
         }
     }
 
     /// The recorded run that is repeated.
     pub fn repeat(&self) -> Option<&Arc<Rerun>> {
-        match &self.course {
+        match &self.input_mode {
             InputMode::Repeated(repeat) => Some(repeat),
-            InputMode::Live | InputMode::Witnessed(_) => None,
+            InputMode::Live | InputMode::Recorded(_) => None,
         }
     }
 
     /// Notes something that has come from outside.
     pub fn note(&self, what: ExternalInputKind) {
         if let Some(witness) = self.witness() {
-            memory::outside(|| {
-                witness.note(&ExternalInput {
+            memory::uncounted(|| {
+                witness.record(&ExternalInput {
                     program: self.program,
                     turn: self.turn.get(),
                     cycle: self.robot.moment().cycle,
@@ -438,14 +441,14 @@ impl TaskContext {
 
     /// A debugger asks something, which is no part of the run.
     pub fn is_aside(&self) -> bool {
-        self.is_aside.get()
+        self.in_debugger_evaluation.get()
     }
 
     /// Runs `work` as such.
-    pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
-        let before = self.is_aside.replace(true);
+    pub fn unrecorded<T>(&self, work: impl FnOnce() -> T) -> T {
+        let before = self.in_debugger_evaluation.replace(true);
         let done = work();
-        self.is_aside.set(before);
+        self.in_debugger_evaluation.set(before);
         done
     }
 
@@ -454,7 +457,7 @@ impl TaskContext {
     }
 
     /// Answers whoever waits for this program, which waits itself; false where nobody ever does.
-    pub fn answer_others(&self, native: &mut NativeCall<'_>) -> Result<bool, Raised> {
+    pub fn run_wait_hook(&self, native: &mut NativeCall<'_>) -> Result<bool, Raised> {
         let answering = self.answering.borrow().clone();
         answering.map_or(Ok(false), |answer| answer(native))
     }
@@ -527,7 +530,7 @@ impl TaskContext {
             return time;
         }
         self.clock.set(Some((turn, time)));
-        self.note(ExternalInputKind::Clock(time));
+        self.note(ExternalInputKind::TimeOfDay(time));
         time
     }
 
@@ -552,7 +555,7 @@ impl TaskContext {
     }
 
     /// Said by the scheduler when all threads of the task are about to unwind.
-    pub fn unwinds(&self) {
+    pub fn begin_unwinding(&self) {
         self.unwinding.set(Some(CALLS_OF_UNWINDING));
         self.clean_up_begins();
     }
@@ -587,16 +590,16 @@ impl TaskContext {
     }
 
     /// Counts a call of a builtin; false when a task that unwinds may make no more.
-    pub fn may_call(&self) -> bool {
+    pub fn count_call(&self) -> bool {
         match self.unwinding.get() {
             None => true,
             Some(left) => {
                 let left_then = left.saturating_sub(1);
                 self.unwinding.set(Some(left_then));
-                if left_then > 0 && left_then.is_multiple_of(CALLS_OF_A_LOOK) {
+                if left_then > 0 && left_then.is_multiple_of(CALLS_PER_SAMPLE) {
                     self.robot.look();
                     let text = "clean-up behind a stop called very many functions".to_owned();
-                    self.note(ExternalInputKind::Lost(text));
+                    self.note(ExternalInputKind::Unrecorded(text));
                 }
                 left > 0
             }
@@ -627,7 +630,7 @@ impl TaskContext {
     }
 
     /// Said by the scheduler before it resumes a thread.
-    pub fn enter(&self, number: ThreadNumber, secondary: bool) {
+    pub fn set_current_thread(&self, number: ThreadNumber, secondary: bool) {
         let bounds = match secondary {
             true => CallRestriction::Secondary,
             false => CallRestriction::None,
@@ -641,10 +644,10 @@ impl TaskContext {
     }
 
     /// Runs `work` under the bounds of a look at a program that stands.
-    pub fn as_look<T>(&self, work: impl FnOnce() -> T) -> T {
+    pub fn with_inspection_bounds<T>(&self, work: impl FnOnce() -> T) -> T {
         let running = self.running.get();
         self.running.set(CurrentThread {
-            bounds: CallRestriction::Look,
+            bounds: CallRestriction::Inspection,
             ..running
         });
         let done = work();
@@ -673,7 +676,7 @@ impl TaskContext {
     }
 
     /// True the first time `what` is warned of in this task.
-    pub fn warns_first(&self, what: &str) -> bool {
+    pub fn is_first_warning(&self, what: &str) -> bool {
         self.warned.borrow_mut().insert(what.to_owned())
     }
 

@@ -28,7 +28,7 @@ pub enum Control {
 }
 
 /// Makes the two ends for one task.
-pub(crate) fn controls() -> (ControlSender, ControlReceiver) {
+pub(crate) fn control_channel() -> (ControlSender, ControlReceiver) {
     let orders = Arc::new(PendingControls::default());
     let (sender, secondaries) = mpsc::channel(SECONDARIES_WAITING_MAX);
     let controller = ControlSender {
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn no_flood_keeps_a_stop_out() {
-        let (controller, mut controls) = controls();
+        let (controller, mut controls) = control_channel();
         let mut joined = 0;
         let program = secondary();
         while controller.join(&program).is_some() {
@@ -196,7 +196,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_task_that_waits_hears_at_once_and_notices_when_nobody_is_left() {
-        let (controller, mut controls) = controls();
+        let (controller, mut controls) = control_channel();
         controller.pause();
         assert!(matches!(controls.next().await, Some(Control::Pause)));
         let (heard, ()) = tokio::join!(controls.next(), async { controller.stop() });

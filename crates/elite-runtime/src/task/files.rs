@@ -111,7 +111,7 @@ impl Files {
         checked(Path::new(path))?;
         match &self.within {
             Some(folders) => folders.target(&self.full(path)),
-            None => Ok(SandboxedPath::free(self.full(path))),
+            None => Ok(SandboxedPath::unrestricted(self.full(path))),
         }
     }
 
@@ -120,7 +120,7 @@ impl Files {
         checked(Path::new(path))?;
         match &self.within {
             Some(folders) => folders.entry(&self.full(path)),
-            None => Ok(SandboxedPath::free(self.full(path))),
+            None => Ok(SandboxedPath::unrestricted(self.full(path))),
         }
     }
 

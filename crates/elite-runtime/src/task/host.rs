@@ -37,7 +37,7 @@ pub enum NetworkAccess {
     /// None.
     Nothing,
     /// Those that somebody in this process stands in for; no other, in either direction.
-    Played,
+    SimulatedOnly,
     /// All, and all may reach programs.
     Everything,
 }
@@ -48,7 +48,7 @@ pub enum FileAccess {
     /// None.
     Nothing,
     /// Those beneath some folders.
-    Beneath(SandboxRoots),
+    Sandboxed(SandboxRoots),
     /// All that the controller itself may reach.
     Everything,
 }
@@ -81,7 +81,7 @@ impl TaskHost {
     /// Random numbers follow from `seed`.
     pub fn new(context: Rc<TaskContext>, seed: u64, permissions: Permissions) -> Self {
         let within = match &permissions.files {
-            FileAccess::Beneath(folders) => Some(folders.clone()),
+            FileAccess::Sandboxed(folders) => Some(folders.clone()),
             FileAccess::Nothing | FileAccess::Everything => None,
         };
         let sockets = Rc::new(Sockets::new(context.clone()));
@@ -120,10 +120,10 @@ impl TaskHost {
     }
 
     /// The program looks at something that is not noted.
-    fn leaves_the_recording(&self, what: &str) {
-        if self.context.witness().is_some() && self.context.warns_first(what) {
+    fn note_unrecorded(&self, what: &str) {
+        if self.context.witness().is_some() && self.context.is_first_warning(what) {
             self.context
-                .note(ExternalInputKind::Lost(format!("it used {what}")));
+                .note(ExternalInputKind::Unrecorded(format!("it used {what}")));
         }
     }
 
@@ -186,7 +186,7 @@ impl Host for TaskHost {
     }
 
     fn environment(&self) -> Vec<(String, String)> {
-        self.leaves_the_recording("environment variables");
+        self.note_unrecorded("environment variables");
         let entries = std::env::vars_os();
         let text = |(name, value): (OsString, OsString)| {
             Some((name.into_string().ok()?, value.into_string().ok()?))
@@ -195,17 +195,17 @@ impl Host for TaskHost {
     }
 
     fn files(&self) -> Option<&dyn HostFiles> {
-        self.leaves_the_recording("files");
+        self.note_unrecorded("files");
         Some(&*self.files)
     }
 
     fn processes(&self) -> Option<&dyn HostProcesses> {
-        self.leaves_the_recording("other processes");
+        self.note_unrecorded("other processes");
         Some(&self.processes)
     }
 
     fn open_socket(&self) -> io::Result<Rc<dyn HostSocket>> {
-        self.leaves_the_recording("sockets of the module socket");
+        self.note_unrecorded("sockets of the module socket");
         self.sockets.open()
     }
 

@@ -25,21 +25,26 @@ impl Task {
         let turn = self.context.next_turn();
         let program = self.context.program();
         let expected = match since {
-            TurnCause::Work => self.seen,
-            TurnCause::Wait => self.seen + 1,
+            TurnCause::Work => self.observed_cycle,
+            TurnCause::Wait => self.observed_cycle + 1,
         };
-        self.worked = match since {
-            TurnCause::Work => self.worked.saturating_add(1),
+        self.slices_since_cycle = match since {
+            TurnCause::Work => self.slices_since_cycle.saturating_add(1),
             TurnCause::Wait => 0,
         };
         let woken = if let Some(repeat) = self.context.repeat().cloned() {
-            repeat.watch(self.context.origin(0), turn, self.worked, self.seen);
-            let cycle = repeat.seen(program, turn).unwrap_or(expected);
+            repeat.watch(
+                self.context.origin(0),
+                turn,
+                self.slices_since_cycle,
+                self.observed_cycle,
+            );
+            let cycle = repeat.observed_cycle(program, turn).unwrap_or(expected);
             while self.context.robot().moment().cycle < cycle
-                && !repeat.is_at_its_end()
+                && !repeat.is_finished()
                 && !self.settings.robot.timeline().has_ended()
                 && !self
-                    .attached
+                    .debugger
                     .as_ref()
                     .is_some_and(|attached| attached.is_over())
             {
@@ -54,17 +59,17 @@ impl Task {
             self.context.robot().look();
             self.host.take_woken_outside()
         };
-        self.seen = self.context.robot().moment().cycle;
-        if self.seen != expected {
-            self.worked = 0;
-            self.context.note(ExternalInputKind::Sees);
+        self.observed_cycle = self.context.robot().moment().cycle;
+        if self.observed_cycle != expected {
+            self.slices_since_cycle = 0;
+            self.context.note(ExternalInputKind::CycleObserved);
         }
         for thread in woken {
             self.context
                 .note(ExternalInputKind::Woken { thread: thread.0 });
             self.ready_woken(thread);
         }
-        if let Some(attached) = self.attached.clone()
+        if let Some(attached) = self.debugger.clone()
             && since == TurnCause::Wait
         {
             self.interpreter.halted(|halt| attached.between_turns(halt));
@@ -75,7 +80,7 @@ impl Task {
     pub(super) fn has_waits_outside(&self) -> bool {
         let mut waiting = self.threads.values().filter_map(|entry| entry.waiting);
         waiting.any(|waiting| match waiting {
-            BlockReason::Token(token) => self.context.wait_of(token).is_on_the_outside(),
+            BlockReason::Token(token) => self.context.wait_of(token).is_external(),
             BlockReason::Parked { .. } => false,
         })
     }
@@ -83,22 +88,24 @@ impl Task {
     /// Carries out what was ordered up to this turn.
     pub(super) fn take_orders(&mut self) {
         while let Some(control) = self
-            .came_meanwhile
+            .early_control
             .take()
             .or_else(|| self.controls.try_next())
         {
             self.note_order(&control);
-            self.take(control);
+            self.apply_control(control);
         }
         let Some(repeat) = self.context.repeat().cloned() else {
             return;
         };
         for order in repeat.orders(self.context.program(), self.context.turn()) {
             match order {
-                TaskOrder::Stop => self.take(Control::Stop),
-                TaskOrder::Replace(successor) => self.take(Control::Replace(successor.into())),
-                TaskOrder::Pause => self.take(Control::Pause),
-                TaskOrder::Resume => self.take(Control::Resume),
+                TaskOrder::Stop => self.apply_control(Control::Stop),
+                TaskOrder::Replace(successor) => {
+                    self.apply_control(Control::Replace(successor.into()))
+                }
+                TaskOrder::Pause => self.apply_control(Control::Pause),
+                TaskOrder::Resume => self.apply_control(Control::Resume),
                 TaskOrder::Secondary { name, text } => self.repeat_secondary(name, text),
             }
         }
@@ -126,18 +133,19 @@ impl Task {
             return;
         }
         let known = &self.known;
-        let compiled = memory::outside(|| elite_lang::compile(SourceFile::new(name, text), known));
+        let compiled =
+            memory::uncounted(|| elite_lang::compile(SourceFile::new(name, text), known));
         // It compiled when it was recorded; another version may think otherwise, which shows in what follows.
         if let Ok(program) = compiled {
             self.start_secondary(&program);
-            memory::outside(|| drop(program));
+            memory::uncounted(|| drop(program));
         }
     }
 
     /// The end of a task whose recorded run is at its end, or was left.
     pub(super) fn end_of_recording(&self) -> Option<TaskEnd> {
         let repeat = self.context.repeat()?;
-        repeat.is_at_its_end().then_some(TaskEnd::Stopped)
+        repeat.is_finished().then_some(TaskEnd::Stopped)
     }
 
     /// A thread goes on that was parked.

@@ -2,7 +2,7 @@
 //!
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
 //! - `instrumentation`: what only tests of programs ask for.
-//! - `controls`: what others ask of it.
+//! - `control_channel`: what others ask of it.
 //! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end; `startup`:
 //!   how the program gets there; `pause`: what holds the task and lets it go on.
 //! - `robot_view`: the robot as the task sees it in one turn; `inputs`: when it looks round, and what it finds then.
@@ -36,12 +36,12 @@ mod time;
 mod wait;
 
 pub(crate) use context::{CallRestriction, TaskContext, TaskRequest, ThreadLookup};
-pub(crate) use controls::{ControlReceiver, ControlSender, controls};
+pub(crate) use controls::{ControlReceiver, ControlSender, control_channel};
 pub(crate) use handover::HandoverStop;
 pub use host::{FileAccess, NetworkAccess, Permissions};
 pub use instrumentation::{Instrumentation, LineCountsByText};
 pub(crate) use jobs::JobId;
-pub use process_tree::all_children_are_tasks;
+pub use process_tree::claim_all_children;
 pub(crate) use report::message_of;
 pub(crate) use robot_view::RobotView;
 pub use sandbox::{SandboxError, SandboxRoots, SandboxedPath};

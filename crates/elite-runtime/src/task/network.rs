@@ -108,7 +108,7 @@ impl Sockets {
     fn check_open_to_others(&self) -> io::Result<()> {
         match self.context.permissions().network {
             NetworkAccess::Everything => Ok(()),
-            NetworkAccess::Nothing | NetworkAccess::Played => Err(io::Error::new(
+            NetworkAccess::Nothing | NetworkAccess::SimulatedOnly => Err(io::Error::new(
                 io::ErrorKind::PermissionDenied,
                 "no machine reaches this program: it may use those only that a test plays",
             )),
@@ -235,7 +235,7 @@ const EISCONN: i32 = 106;
 const ENOTCONN: i32 = 107;
 
 /// The address of both ends of a connection within this process.
-const HERE: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
+const LOOPBACK_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
 
 /// The address of a name of this machine.
 fn own_address(host: &str, port: u16) -> io::Result<SocketAddr> {
@@ -293,7 +293,7 @@ impl HostSocket for TaskSocket {
         Ok(())
     }
 
-    fn connected(&self) -> io::Result<()> {
+    fn connect_result(&self) -> io::Result<()> {
         let result = match &*self.state.borrow() {
             SocketState::Connecting(pending) => lock(pending).result.take(),
             SocketState::Connected(_) => return Ok(()),
@@ -420,7 +420,7 @@ impl HostSocket for TaskSocket {
             SocketState::New(socket) => socket.local_addr(),
             SocketState::Connected(stream) => match &**stream {
                 PeerStream::Tcp(stream) => stream.local_addr(),
-                PeerStream::Local(_) => Ok(HERE),
+                PeerStream::Local(_) => Ok(LOOPBACK_ADDRESS),
             },
             SocketState::Listening(listener, _) => listener.local_addr(),
             SocketState::Connecting(..) => Err(io::Error::from_raw_os_error(ENOTCONN)),
@@ -431,7 +431,7 @@ impl HostSocket for TaskSocket {
     fn peer_address(&self) -> io::Result<SocketAddr> {
         match &*self.stream()? {
             PeerStream::Tcp(stream) => stream.peer_addr(),
-            PeerStream::Local(_) => Ok(HERE),
+            PeerStream::Local(_) => Ok(LOOPBACK_ADDRESS),
         }
     }
 

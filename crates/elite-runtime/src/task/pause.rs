@@ -14,7 +14,7 @@ impl Task {
     pub(super) fn go_on(&mut self) {
         if self.paused {
             self.paused = false;
-            self.tell_robot(CommandKind::Resume);
+            self.queue_command(CommandKind::Resume);
             self.program_is(ProgramState::Running);
             let now = self.context.robot().moment().time;
             self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
@@ -24,28 +24,28 @@ impl Task {
 
     /// What a debugger holds while orders are heard.
     pub(super) fn holds(&self) -> SuspendState {
-        let attached = self.attached.as_ref();
-        attached.map_or(SuspendState::Nothing, |attached| attached.holds())
+        let attached = self.debugger.as_ref();
+        attached.map_or(SuspendState::Nothing, |attached| attached.suspend_state())
     }
 
     /// Holds the task, or lets it go on, as a debugger wants; an order to hold it counts besides.
-    pub(super) fn follow_hold(&mut self) {
+    pub(super) fn apply_suspend_state(&mut self) {
         match self.holds() {
-            SuspendState::Nothing if self.is_paused_by_others => {}
+            SuspendState::Nothing if self.pause_ordered => {}
             SuspendState::Nothing => self.go_on(),
             SuspendState::Program | SuspendState::At(_) => self.halt(),
         }
     }
 
     pub(super) fn pause(&mut self) {
-        self.is_paused_by_others = true;
+        self.pause_ordered = true;
         self.halt();
     }
 
     fn halt(&mut self) {
         if !self.paused {
             self.paused = true;
-            self.tell_robot(CommandKind::Pause);
+            self.queue_command(CommandKind::Pause);
             self.program_is(ProgramState::Paused);
             self.show(TaskState::Paused);
         }
@@ -57,20 +57,20 @@ impl Task {
 
     /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop
     /// is late at worst, never lost.
-    pub(super) fn tell_robot(&mut self, kind: CommandKind) {
-        self.untold.push_back(kind);
-        self.tell_what_is_untold();
+    pub(super) fn queue_command(&mut self, kind: CommandKind) {
+        self.pending_commands.push_back(kind);
+        self.flush_commands();
     }
 
-    pub(super) fn tell_what_is_untold(&mut self) {
+    pub(super) fn flush_commands(&mut self) {
         let origin = Origin {
             program: self.context.program(),
             ..Origin::default()
         };
-        while let Some(kind) = self.untold.front()
+        while let Some(kind) = self.pending_commands.front()
             && self.settings.robot.send(origin, *kind).is_ok()
         {
-            self.untold.pop_front();
+            self.pending_commands.pop_front();
         }
     }
 
@@ -80,7 +80,7 @@ impl Task {
             return;
         }
         let runs = state == ProgramState::Running;
-        self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
+        self.queue_command(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
         self.settings.fieldbus.set_program(state);
     }
 }

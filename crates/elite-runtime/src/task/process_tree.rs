@@ -22,7 +22,7 @@ const STARTED_MAX: usize = 256;
 
 /// Tells that this process starts no other processes than those of tasks: every child it comes to have is then ended
 /// with the task that runs.
-pub fn all_children_are_tasks() {
+pub fn claim_all_children() {
     ALL_CHILDREN.store(true, Ordering::Relaxed);
 }
 
@@ -63,7 +63,7 @@ impl ProcessTree {
         for _ in 0..ROUNDS_MAX {
             let table = table();
             let all = ALL_CHILDREN.load(Ordering::Relaxed);
-            let members = members(&table, own, &self.started, all);
+            let members = descendants(&table, own, &self.started, all);
             for number in &members {
                 processes::kill(SignalTarget::Process(*number));
             }
@@ -78,7 +78,7 @@ impl ProcessTree {
 }
 
 /// Those who live and belong to the processes `started` by a task of process `own`; with `all`, every descendant does.
-fn members(table: &ProcessTable, own: i32, started: &BTreeSet<i32>, all: bool) -> Vec<i32> {
+fn descendants(table: &ProcessTable, own: i32, started: &BTreeSet<i32>, all: bool) -> Vec<i32> {
     let is_member = |number: i32, entry: &ProcessEntry| {
         let mut ancestors = 0;
         let (mut at, mut belongs) = (number, false);
@@ -159,15 +159,15 @@ mod tests {
         ]);
         let started = BTreeSet::from([200, 300]);
         assert_eq!(
-            members(&table, own, &started, false),
+            descendants(&table, own, &started, false),
             [200, 201, 202, 301, 302]
         );
         assert_eq!(
-            members(&table, own, &started, true),
+            descendants(&table, own, &started, true),
             [200, 201, 202, 301, 302, 303, 400]
         );
         let mut gone = table;
         gone.get_mut(&301).unwrap().ended = true;
-        assert!(!members(&gone, own, &started, true).contains(&301));
+        assert!(!descendants(&gone, own, &started, true).contains(&301));
     }
 }

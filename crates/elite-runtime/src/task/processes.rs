@@ -67,7 +67,7 @@ impl Drop for Processes {
 impl HostProcesses for Processes {
     fn spawn(&self, command: HostCommand) -> io::Result<Rc<dyn HostProcess>> {
         let mut all = self.all.borrow_mut();
-        all.retain(|process| process.ended().is_none());
+        all.retain(|process| process.exit_status().is_none());
         if all.len() >= PROCESSES_MAX {
             let text = format!("{PROCESSES_MAX} processes run already, more are not allowed");
             return Err(io::Error::other(text));
@@ -249,7 +249,7 @@ impl ProcessShared {
     }
 
     /// Changes the state and wakes who waits for that.
-    fn news(&self, change: impl FnOnce(&mut ChildState)) {
+    fn update_and_wake(&self, change: impl FnOnce(&mut ChildState)) {
         let waiters = {
             let mut state = self.lock();
             change(&mut state);
@@ -273,8 +273,12 @@ async fn drain(mut pipe: impl AsyncRead + Unpin, shared: Arc<ProcessShared>, whi
         }
         let most = room.min(buffer.len());
         match pipe.read(&mut buffer[..most]).await {
-            Ok(0) | Err(_) => return shared.news(|state| state.pipes[which].open = false),
-            Ok(count) => shared.news(|state| state.pipes[which].data.extend(&buffer[..count])),
+            Ok(0) | Err(_) => {
+                return shared.update_and_wake(|state| state.pipes[which].open = false);
+            }
+            Ok(count) => {
+                shared.update_and_wake(|state| state.pipes[which].data.extend(&buffer[..count]))
+            }
         }
     }
 }
@@ -294,16 +298,16 @@ async fn feed(mut pipe: ChildStdin, shared: Arc<ProcessShared>) {
             }
             shared.input.notified().await;
         } else if pipe.write_all(&piece).await.is_err() {
-            return shared.news(|state| state.takes_input = false);
+            return shared.update_and_wake(|state| state.takes_input = false);
         } else {
-            shared.news(|_| {});
+            shared.update_and_wake(|_| {});
         }
     }
 }
 
 async fn reap(mut child: Child, shared: Arc<ProcessShared>) {
     let code = child.wait().await.map_or(-1, processes::code_of);
-    shared.news(|state| state.ended = Some(code));
+    shared.update_and_wake(|state| state.ended = Some(code));
 }
 
 /// One process of a task.
@@ -317,7 +321,7 @@ struct ChildProcess {
 impl ChildProcess {
     /// Kills it and its group; the futures end with what they hold.
     fn end(&self) {
-        if self.ended().is_none() {
+        if self.exit_status().is_none() {
             processes::kill(SignalTarget::Group(self.number));
         }
         for future in &self.futures {
@@ -331,12 +335,12 @@ impl HostProcess for ChildProcess {
         self.number
     }
 
-    fn ended(&self) -> Option<i32> {
+    fn exit_status(&self) -> Option<i32> {
         self.shared.lock().ended
     }
 
     fn signal(&self, signal: i32) -> io::Result<()> {
-        match self.ended() {
+        match self.exit_status() {
             Some(_) => Ok(()),
             None => processes::send(SignalTarget::Process(self.number), signal),
         }

@@ -34,7 +34,7 @@ pub(super) struct ReportedPosition {
 
 impl ReportedPosition {
     /// Takes note of a place; true if it is another one. A thread that has not begun is nowhere.
-    fn goes_to(&mut self, line: u32, node: Option<TaskNode>) -> bool {
+    fn update(&mut self, line: u32, node: Option<TaskNode>) -> bool {
         let is_news = line > 0 && (line != self.line || node != self.node);
         if is_news {
             (self.line, self.node) = (line, node);
@@ -115,70 +115,70 @@ impl Task {
     }
 
     /// After a slice of a thread: its nodes are told as it came to them, its line when the cycle is over.
-    pub(super) fn follow(&mut self, number: ThreadNumber) {
+    pub(super) fn report_nodes(&mut self, number: ThreadNumber) {
         let cycle = self.settings.robot.moment().cycle;
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
-        let passages = entry.script.take_passages();
-        if entry.told.nodes_in != cycle {
-            (entry.told.nodes_in, entry.told.nodes) = (cycle, 0);
+        let passages = entry.script.take_node_changes();
+        if entry.reported.nodes_in != cycle {
+            (entry.reported.nodes_in, entry.reported.nodes) = (cycle, 0);
         }
         for passage in passages {
-            if entry.told.nodes < NODES_OF_CYCLE {
-                entry.told.nodes += 1;
-                entry.told.line = passage.line;
-                entry.told.node = Some(passage.node);
-                let node = entry.told.node.as_ref();
+            if entry.reported.nodes < NODES_OF_CYCLE {
+                entry.reported.nodes += 1;
+                entry.reported.line = passage.line;
+                entry.reported.node = Some(passage.node);
+                let node = entry.reported.node.as_ref();
                 let observer = &self.settings.observer;
                 observer.line_changed(self.context.program(), number, passage.line, node);
             }
         }
-        if !self.moved.contains(&number) {
-            self.moved.push(number);
+        if !self.threads_to_report.contains(&number) {
+            self.threads_to_report.push(number);
         }
         // Under the real clock time passes while scripts compute; under the virtual one only when they all wait.
         if cycle != self.moved_in && !self.settings.robot.timeline().is_virtual() {
-            self.tell_lines();
+            self.report_lines();
             self.moved_in = cycle;
         }
     }
 
     /// Before a cycle passes: where the threads stand that ran in it, once a cycle and thread.
-    pub(super) fn tell_lines(&mut self) {
+    pub(super) fn report_lines(&mut self) {
         let cycle = self.settings.robot.moment().cycle;
         let mut later = Vec::new();
-        for number in std::mem::take(&mut self.moved) {
+        for number in std::mem::take(&mut self.threads_to_report) {
             let Some(entry) = self.threads.get_mut(&number) else {
                 continue;
             };
-            if entry.told.cycle == Some(cycle) {
+            if entry.reported.cycle == Some(cycle) {
                 later.push(number);
                 continue;
             }
             let line = entry.script.current_line();
-            if entry.told.goes_to(line, entry.script.current_node()) {
-                entry.told.cycle = Some(cycle);
-                let node = entry.told.node.as_ref();
+            if entry.reported.update(line, entry.script.current_node()) {
+                entry.reported.cycle = Some(cycle);
+                let node = entry.reported.node.as_ref();
                 let observer = &self.settings.observer;
                 observer.line_changed(self.context.program(), number, line, node);
             }
         }
-        self.moved = later;
+        self.threads_to_report = later;
     }
 
     /// Where a thread ended: in `line`, or where it stands.
-    pub(super) fn tell_last_line(&mut self, number: ThreadNumber, line: Option<u32>) {
+    pub(super) fn report_last_line(&mut self, number: ThreadNumber, line: Option<u32>) {
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
         let line = line.unwrap_or_else(|| entry.script.current_line());
-        if !entry.told.is_last && entry.told.goes_to(line, entry.script.current_node()) {
-            let node = entry.told.node.as_ref();
+        if !entry.reported.is_last && entry.reported.update(line, entry.script.current_node()) {
+            let node = entry.reported.node.as_ref();
             let observer = &self.settings.observer;
             observer.line_changed(self.context.program(), number, line, node);
         }
-        entry.told.is_last = true;
+        entry.reported.is_last = true;
     }
 
     /// Publishes the global variables that have changed; looks at them ten times a second of simulated time, and once
@@ -199,7 +199,7 @@ impl Task {
                 type_name: value.type_name().to_string(),
                 value: repr_text(&value, VALUE_CHARS_MAX),
             };
-            let is_news = memory::outside(|| {
+            let is_news = memory::uncounted(|| {
                 self.settings.panel.with_variables(|variables| {
                     (at_the_end || variables.is_due(name, state.time))
                         && variables.publish(name, &value, state.time)
@@ -214,7 +214,7 @@ impl Task {
     }
 
     /// Inputs that are set too rarely (manual 9.5.6). A task that is held is not watched.
-    pub(super) fn look_at_watchdogs(&mut self) {
+    pub(super) fn check_watchdogs(&mut self) {
         // What watchdogs did is in the recording as an order.
         if self.paused || self.context.repeat().is_some() {
             return;
@@ -223,7 +223,7 @@ impl Task {
         let panel = &self.settings.panel;
         let bites = panel.with_watchdogs(|dogs| match dogs.is_empty() {
             true => Vec::new(),
-            false => dogs.bites(state.time, state.step_time),
+            false => dogs.expired(state.time, state.step_time),
         });
         for (variable, action) in bites {
             let (severity, what) = match action {

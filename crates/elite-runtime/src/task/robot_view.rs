@@ -28,7 +28,7 @@ impl Deref for RobotView {
 
 impl RobotView {
     pub fn new(robot: Arc<Robot>) -> Self {
-        let seen = (!robot.timeline().is_virtual()).then(|| Box::new(robot.told()));
+        let seen = (!robot.timeline().is_virtual()).then(|| Box::new(robot.published_state()));
         Self {
             robot,
             seen: RefCell::new(seen),
@@ -40,7 +40,7 @@ impl RobotView {
         if let Some(seen) = &mut *self.seen.borrow_mut()
             && self.robot.told_cycle() != seen.cycle
         {
-            **seen = self.robot.told();
+            **seen = self.robot.published_state();
         }
     }
 
@@ -88,11 +88,11 @@ impl RobotView {
         }
     }
 
-    /// See [`Robot::may_be_followed`].
+    /// See [`Robot::accepts_next_motion`].
     pub fn may_be_followed(&self, id: CommandId) -> bool {
         match &*self.seen.borrow() {
-            Some(state) => self.robot.may_be_followed_by(id, state.cycle),
-            None => self.robot.may_be_followed(id),
+            Some(state) => self.robot.accepted_next_motion_by(id, state.cycle),
+            None => self.robot.accepts_next_motion(id),
         }
     }
 

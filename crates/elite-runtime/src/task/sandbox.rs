@@ -57,7 +57,7 @@ pub struct SandboxedPath {
 
 impl SandboxedPath {
     /// A path that is used as it is.
-    pub const fn free(path: PathBuf) -> Self {
+    pub const fn unrestricted(path: PathBuf) -> Self {
         Self { path, _held: None }
     }
 
@@ -87,14 +87,17 @@ impl SandboxRoots {
     /// # Errors
     /// [`SandboxError`] when one is not there or is no folder.
     pub fn open(paths: &[PathBuf]) -> Result<Self, SandboxError> {
-        Self::open_because(paths, ALLOWED_TO_PROGRAMS)
+        Self::open_with_reason(paths, ALLOWED_TO_PROGRAMS)
     }
 
     /// Opens folders, one at least; `because` says why there are no others: "the folder it was started in".
     ///
     /// # Errors
     /// [`SandboxError`] when one is not there or is no folder.
-    pub fn open_because(paths: &[PathBuf], because: &'static str) -> Result<Self, SandboxError> {
+    pub fn open_with_reason(
+        paths: &[PathBuf],
+        because: &'static str,
+    ) -> Result<Self, SandboxError> {
         let open = |path: &PathBuf| -> io::Result<SandboxRoot> {
             Ok(SandboxRoot {
                 opened: Held::open(path)?,

@@ -153,7 +153,7 @@ pub(crate) struct Task {
     pub(super) status: watch::Sender<TaskStatus>,
     pub(super) paused: bool,
     /// Others than a debugger want it held.
-    pub(super) is_paused_by_others: bool,
+    pub(super) pause_ordered: bool,
     stops_at_start: u64,
     pub(super) end: Option<TaskEnd>,
     /// A fault of ours has left the language as it was: no script runs any more.
@@ -166,7 +166,7 @@ pub(crate) struct Task {
     /// Names declared `global`, in the order in which they were met.
     pub(super) global_names: Vec<String>,
     /// Threads that may have come to other lines in the cycle after it.
-    pub(super) moved: Vec<ThreadNumber>,
+    pub(super) threads_to_report: Vec<ThreadNumber>,
     pub(super) moved_in: u64,
     /// The cycle of the latest look at watchdogs and variables.
     pub(super) looked_at: u64,
@@ -175,15 +175,15 @@ pub(crate) struct Task {
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
     /// Who debugs it.
-    pub(super) attached: Option<Rc<dyn TaskDebugger>>,
+    pub(super) debugger: Option<Rc<dyn TaskDebugger>>,
     /// The cycle that was seen in the latest turn.
-    pub(super) seen: u64,
+    pub(super) observed_cycle: u64,
     /// Turns since a cycle has passed.
-    pub(super) worked: u32,
+    pub(super) slices_since_cycle: u32,
     /// An order that came while the task waited.
-    pub(super) came_meanwhile: Option<Control>,
+    pub(super) early_control: Option<Control>,
     /// What the robot has to be told as soon as there is room for it.
-    pub(super) untold: VecDeque<CommandKind>,
+    pub(super) pending_commands: VecDeque<CommandKind>,
 }
 
 /// The task makes time pass, until this is dropped.
@@ -209,7 +209,7 @@ pub(super) struct ThreadEntry {
     pub secondary: Option<SecondaryBudget>,
     /// Who waits for what it is worth.
     pub answer: Option<oneshot::Sender<Answer>>,
-    pub told: ReportedPosition,
+    pub reported: ReportedPosition,
 }
 
 /// What a secondary program may still use.
@@ -264,7 +264,7 @@ impl Task {
         let debug = settings.extras.debug.as_ref();
         let attached = debug.and_then(|link| link.attach(DebuggedTask(context.clone())));
         let stops_at_start = context.robot().protective_stops().0;
-        memory::outside(|| settings.panel.with_variables(Variables::clear));
+        memory::uncounted(|| settings.panel.with_variables(Variables::clear));
         Self {
             settings,
             context,
@@ -277,7 +277,7 @@ impl Task {
             controls,
             status,
             paused: false,
-            is_paused_by_others: false,
+            pause_ordered: false,
             stops_at_start,
             end: None,
             is_broken: false,
@@ -285,16 +285,16 @@ impl Task {
             has_begun: false,
             successor: None,
             global_names: Vec::new(),
-            moved: Vec::new(),
+            threads_to_report: Vec::new(),
             moved_in: 0,
             looked_at: u64::MAX,
             variables_due: 0,
             next_tick: None,
-            attached,
-            seen: 0,
-            worked: 0,
-            came_meanwhile: None,
-            untold: VecDeque::new(),
+            debugger: attached,
+            observed_cycle: 0,
+            slices_since_cycle: 0,
+            early_control: None,
+            pending_commands: VecDeque::new(),
         }
     }
 
@@ -309,8 +309,8 @@ impl Task {
         let _driving = DriveGuard::begin(self.settings.robot.clone());
         self.context.robot().look();
         let ran = CatchPanic::new(self.run_program(program)).await;
-        let mut end = ran.unwrap_or_else(|panicked| self.met_fault(panicked));
-        if let Some(attached) = self.attached.clone().filter(|_| !self.is_broken) {
+        let mut end = ran.unwrap_or_else(|panicked| self.handle_panic(panicked));
+        if let Some(attached) = self.debugger.clone().filter(|_| !self.is_broken) {
             self.interpreter
                 .halted(|halt| attached.before_end(halt, &end));
         }
@@ -320,14 +320,14 @@ impl Task {
                 self.stop_all_threads();
             });
             if let Err(panicked) = ended {
-                end = self.met_fault(panicked);
+                end = self.handle_panic(panicked);
             }
         }
         if self.is_broken {
             self.give_up_threads();
         } else if self.settings.extras.line_counts.is_some() {
             let counted = self.interpreter.line_counts();
-            memory::outside(|| self.settings.extras.add_counts(counted.clone()));
+            memory::uncounted(|| self.settings.extras.add_counts(counted.clone()));
         }
         self.program_is(ProgramState::Stopped);
         let braking = self.settle(&end).await;
@@ -337,12 +337,12 @@ impl Task {
         FinishedTask {
             end,
             braking,
-            leftovers: Some(self.interpreter.leftovers()),
+            leftovers: Some(self.interpreter.free_list_purge()),
         }
     }
 
     /// Tells a fault as the error of the program. No script runs after it: what the language holds may be half changed.
-    fn met_fault(&mut self, panicked: CaughtPanic) -> TaskEnd {
+    fn handle_panic(&mut self, panicked: CaughtPanic) -> TaskEnd {
         self.is_broken = true;
         let program = self.context.program();
         let fault = Fault::new(ThreadRole::Task, format!("program {}", program.0), panicked);
@@ -405,7 +405,7 @@ impl Task {
                 waiting: None,
                 secondary: bounds,
                 answer: None,
-                told: ReportedPosition::default(),
+                reported: ReportedPosition::default(),
             },
         );
         self.ready.push_back(number);
@@ -425,10 +425,10 @@ impl Task {
             repeat.begins(self.context.program());
         }
         self.context.robot().look();
-        self.seen = self.context.robot().moment().cycle;
+        self.observed_cycle = self.context.robot().moment().cycle;
         if self.context.witness().is_some() {
             let presets = self.presets.iter().map(Preset::statement).collect();
-            self.context.note(ExternalInputKind::Begins { presets });
+            self.context.note(ExternalInputKind::Started { presets });
         }
     }
 
@@ -439,15 +439,15 @@ impl Task {
                 return self.lost_clock();
             }
             if let Some(panicked) = self.context.outside().take_panic() {
-                return self.met_fault(panicked);
+                return self.handle_panic(panicked);
             }
             self.take_orders();
             if let Some(end) = self.follow_debugger().or_else(|| self.end_of_recording()) {
                 return end;
             }
-            self.follow_hold();
-            self.look_around();
-            self.make_way();
+            self.apply_suspend_state();
+            self.run_cycle_checks();
+            self.end_for_successor();
             if let Some(end) = self.end.clone() {
                 // A main program that ran to its end does not take the secondary ones with it: they are short.
                 match self.next_ready_secondary() {
@@ -471,9 +471,9 @@ impl Task {
                 }
                 continue;
             }
-            self.tell_lines();
+            self.report_lines();
             if self.paused {
-                self.hold().await;
+                self.wait_while_paused().await;
                 self.look(TurnCause::Wait);
                 // A secondary program may wait for a command of its own; the others are ready when the task goes on.
                 self.end_waits();
@@ -491,7 +491,7 @@ impl Task {
 
     /// Ends the task for its successor, once the main program has had its first turn: whatever comes in is begun,
     /// however soon something else follows.
-    fn make_way(&mut self) {
+    fn end_for_successor(&mut self) {
         let may_end = self.end.is_none() && (self.has_begun || self.paused);
         if let Some(successor) = self.successor.as_ref().filter(|_| may_end) {
             self.report_replacement(successor);
@@ -532,25 +532,25 @@ impl Task {
     }
 
     /// What is looked at once a cycle, however often the loop comes round.
-    fn look_around(&mut self) {
+    fn run_cycle_checks(&mut self) {
         self.look_for_protective_stop();
         let cycle = self.context.robot().moment().cycle;
         if cycle != self.looked_at {
             self.looked_at = cycle;
-            self.tell_what_is_untold();
-            self.look_at_watchdogs();
+            self.flush_commands();
+            self.check_watchdogs();
             self.publish_variables(false);
             self.end_late_secondaries();
         }
     }
 
-    pub(super) fn take(&mut self, control: Control) {
+    pub(super) fn apply_control(&mut self, control: Control) {
         match control {
             Control::Stop => self.end = Some(TaskEnd::Stopped),
             Control::Replace(successor) => self.successor = Some(successor),
             Control::Pause => self.pause(),
             Control::Resume => {
-                self.is_paused_by_others = false;
+                self.pause_ordered = false;
                 if self.holds() == SuspendState::Nothing {
                     self.go_on();
                 }
@@ -562,7 +562,7 @@ impl Task {
                 let _ = taken.send(());
                 self.start_secondary(&program);
                 // It was compiled for this task, but not on its thread.
-                memory::outside(|| drop(program));
+                memory::uncounted(|| drop(program));
             }
         }
     }
@@ -601,12 +601,13 @@ impl Task {
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
-        self.context.enter(number, entry.secondary.is_some());
+        self.context
+            .set_current_thread(number, entry.secondary.is_some());
         self.host.sockets().outside().forget(entry.script.id());
         injection::point("task");
         let step = entry.script.resume(Resume::Continue, FUEL_PER_SLICE);
         self.note_first_turn(number);
-        self.follow(number);
+        self.report_nodes(number);
         match step {
             ResumeOutcome::OutOfFuel => self.out_of_fuel(number),
             ResumeOutcome::Waiting(token) => self.suspend(number, BlockReason::Token(token)),
@@ -643,7 +644,7 @@ impl Task {
     }
 
     fn out_of_fuel(&mut self, number: ThreadNumber) {
-        if self.interpreter.is_searching() {
+        if self.interpreter.is_gc_running() {
             // It has its turn when the search is over.
             return self.ready.push_front(number);
         }

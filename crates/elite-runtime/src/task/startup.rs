@@ -35,7 +35,7 @@ impl Task {
                 {
                     return end;
                 }
-                if let Some(attached) = self.attached.clone() {
+                if let Some(attached) = self.debugger.clone() {
                     self.interpreter.debug(attached);
                 }
                 self.begin_turns();
@@ -43,10 +43,10 @@ impl Task {
                 let text = program.file().text();
                 self.settings
                     .observer
-                    .program_runs(self.context.program(), text);
+                    .program_compiled(self.context.program(), text);
                 self.context.interpreter().task_runs(&program);
                 // It may have been compiled on another thread; what runs is in the account by now.
-                memory::outside(|| drop(program));
+                memory::uncounted(|| drop(program));
                 self.program_is(ProgramState::Running);
                 let end = self.run_threads().await;
                 self.context.note(ExternalInputKind::Ends);
@@ -117,7 +117,7 @@ impl Task {
                 compiled = &mut compiling => break compiled,
             };
             self.note_order(&order);
-            self.take(order);
+            self.apply_control(order);
             if self.end.is_some() {
                 return None;
             }

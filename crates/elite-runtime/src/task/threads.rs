@@ -49,7 +49,7 @@ impl Task {
             let number = start.number;
             match self.interpreter.spawn_call(start.function, start.args) {
                 Ok(mut script) => {
-                    script.begin_at(start.node);
+                    script.start_at_node(start.node);
                     self.add_thread(number, script, None);
                 }
                 Err(error) => {
@@ -63,7 +63,7 @@ impl Task {
 
     /// Takes over what a debugger evaluates beside the program; the end of the task, if it wants that.
     pub(super) fn follow_debugger(&mut self) -> Option<TaskEnd> {
-        let attached = self.attached.as_ref()?;
+        let attached = self.debugger.as_ref()?;
         if attached.is_over() {
             return Some(TaskEnd::Stopped);
         }
@@ -85,14 +85,14 @@ impl Task {
         if let Some(id) = self.context.take_steering(number)
             && number != ThreadNumber(0)
         {
-            self.tell_robot(CommandKind::Stop { only: id });
+            self.queue_command(CommandKind::Stop { only: id });
         }
         self.context.leave_ahead(number);
-        if let Some(attached) = &self.attached {
+        if let Some(attached) = &self.debugger {
             attached.thread_ended(number);
         }
-        self.tell_last_line(number, None);
-        self.moved.retain(|moved| *moved != number);
+        self.report_last_line(number, None);
+        self.threads_to_report.retain(|moved| *moved != number);
         self.threads.remove(&number);
         self.context.thread_ended(number);
         if number == ThreadNumber(0) {
@@ -107,12 +107,12 @@ impl Task {
             return false;
         };
         // Whoever asked may have lost interest. The text goes to another thread.
-        memory::outside(|| drop(sender.send(answer())));
+        memory::uncounted(|| drop(sender.send(answer())));
         true
     }
 
     pub(super) fn thread_failed(&mut self, number: ThreadNumber, error: &ScriptError) {
-        self.tell_last_line(number, line_in_program(error));
+        self.report_last_line(number, line_in_program(error));
         let entry = self.threads.get(&number);
         if entry.is_some_and(|entry| entry.secondary.is_some()) {
             if !self.answer(number, || Err(error.headline())) {
@@ -131,22 +131,23 @@ impl Task {
         match self.end_wait(number) {
             Some(Wait::Command(id) | Wait::Motion(id)) => {
                 self.settings.robot.forget(id);
-                self.tell_robot(CommandKind::Stop { only: id });
+                self.queue_command(CommandKind::Stop { only: id });
             }
             Some(Wait::Popup(id)) => drop(self.settings.panel.close_popup(id)),
-            Some(Wait::Outside(job)) => self.context.outside().cancel(job),
+            Some(Wait::Job(job)) => self.context.outside().cancel(job),
             _ => {}
         }
         for id in self.context.take_ahead(number) {
             self.settings.robot.forget(id);
-            self.tell_robot(CommandKind::Stop { only: id });
+            self.queue_command(CommandKind::Stop { only: id });
         }
         // What it does while it unwinds is not told.
-        self.tell_last_line(number, None);
+        self.report_last_line(number, None);
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
-        self.context.enter(number, entry.secondary.is_some());
+        self.context
+            .set_current_thread(number, entry.secondary.is_some());
         self.context.thread_unwinds();
         self.host.sockets().outside().forget(entry.script.id());
         for _ in 0..STOPS_MAX {
@@ -158,13 +159,13 @@ impl Task {
                 ResumeOutcome::Done(_) | ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => break,
             }
         }
-        drop(entry.script.take_passages());
+        drop(entry.script.take_node_changes());
         self.ready.retain(|n| *n != number);
         self.thread_ended(number);
     }
 
     pub(super) fn stop_all_threads(&mut self) {
-        self.context.unwinds();
+        self.context.begin_unwinding();
         while let Some(number) = self.threads.keys().next_back().copied() {
             self.stop_thread(number);
         }

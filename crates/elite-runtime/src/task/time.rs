@@ -20,7 +20,7 @@ const SETTLE_TIME_MAX: f64 = 5.0;
 
 /// A virtual clock that the recording holds up for so long, wall time, is not waited for: nothing moves meanwhile, and
 /// what is to come to rest does when time goes on.
-const HELD_UP_MAX: Duration = Duration::from_millis(25);
+const RECORDER_STALL_MAX: Duration = Duration::from_millis(25);
 
 /// Below this joint speed (rad/s) the arm counts as standing.
 const STANDSTILL_SPEED: f64 = 1e-3;
@@ -36,7 +36,7 @@ impl Task {
 
     /// The same for what people and other programs end, which needs no cycle to pass. True when there was one.
     pub(super) fn end_outside_waits(&mut self) -> bool {
-        self.end_waits_that(Wait::is_on_the_outside)
+        self.end_waits_that(Wait::is_external)
     }
 
     fn end_waits_that(&mut self, concerned: impl Fn(Wait) -> bool) -> bool {
@@ -69,13 +69,14 @@ impl Task {
                 Wait::Motion(id) => robot.may_be_followed(id),
                 Wait::Due(id) => robot.is_next_due(id),
                 Wait::Cycle(wanted) => robot.moment().cycle >= wanted,
-                Wait::CycleOrAlone(wanted) => {
+                Wait::CycleOrProgramEnd(wanted) => {
                     let attendant = self.settings.extras.attendant.as_ref();
-                    robot.moment().cycle >= wanted || attendant.is_none_or(TestTaskConfig::is_alone)
+                    robot.moment().cycle >= wanted
+                        || attendant.is_none_or(TestTaskConfig::program_is_inactive)
                 }
                 Wait::Thread(other) => !self.threads.contains_key(&other),
                 Wait::Turn => true,
-                Wait::Outside(job) => self.context.outside().is_done(job),
+                Wait::Job(job) => self.context.outside().is_done(job),
                 Wait::Popup(id) => !self.settings.panel.is_popup_open(id),
                 Wait::Statement => self.context.interpreter().has_next(),
                 Wait::Recorded(turn) => self.context.turn() >= turn,
@@ -116,7 +117,7 @@ impl Task {
 
     /// While the task is held: the arm decelerates as time passes, then time keeps wall pace, so that what ports ask of
     /// the robot is still done.
-    pub(super) async fn hold(&mut self) {
+    pub(super) async fn wait_while_paused(&mut self) {
         if self.context.repeat().is_some() {
             return;
         }
@@ -133,7 +134,7 @@ impl Task {
         let next = self.settings.robot.moment().cycle + 1;
         let due = self.threads.values().map(|entry| match entry.waiting {
             Some(BlockReason::Token(token)) => match self.context.wait_of(token) {
-                Wait::Cycle(cycle) | Wait::CycleOrAlone(cycle) => cycle,
+                Wait::Cycle(cycle) | Wait::CycleOrProgramEnd(cycle) => cycle,
                 _ => next,
             },
             _ => next,
@@ -146,14 +147,14 @@ impl Task {
         if self.settings.extras.attendant.is_some() {
             robot.timeline().idle_until(self.first_due());
         }
-        if let Some(attached) = &self.attached {
+        if let Some(attached) = &self.debugger {
             self.interpreter.halted(|halt| attached.before_cycle(halt));
             if attached.is_over() {
                 return;
             }
         }
         // The arm's memory is not the task's, even while the task's thread moves it.
-        memory::outside(|| {
+        memory::uncounted(|| {
             if robot.timeline().advance() {
                 robot.pump();
             }
@@ -182,7 +183,7 @@ impl Task {
         tokio::select! {
             biased;
             control = self.controls.next() => match control {
-                Some(control) => self.came_meanwhile = Some(control),
+                Some(control) => self.early_control = Some(control),
                 // The supervisor is gone: nobody could stop this task any more.
                 None => self.end = Some(TaskEnd::Stopped),
             },
@@ -206,7 +207,7 @@ impl Task {
         let is_stopped = *end == TaskEnd::Stopped;
         // A run that is only given up has nobody who sees the arm come to rest.
         if self
-            .attached
+            .debugger
             .as_ref()
             .is_some_and(|attached| attached.is_over())
         {
@@ -214,7 +215,7 @@ impl Task {
         }
         if let Some(repeat) = self.context.repeat() {
             // How the arm comes to rest is in the recording; the next program may wait for it.
-            let is_succeeded = self.successor.is_some() && !is_stopped && !repeat.is_at_its_end();
+            let is_succeeded = self.successor.is_some() && !is_stopped && !repeat.is_finished();
             return match is_succeeded {
                 true => self.hand_over().await,
                 false => None,
@@ -227,7 +228,7 @@ impl Task {
         let started = robot.state();
         if self.settings.extras.attendant.is_some() {
             // The arm is not its own; what it sent last is still taken.
-            self.tell_what_is_untold();
+            self.flush_commands();
             if !robot.timeline().has_ended() {
                 self.pass_a_cycle().await;
             }
@@ -235,18 +236,19 @@ impl Task {
         }
         let is_cut_off = *end != TaskEnd::Finished && started.target_qd.max_abs() > 0.0;
         // The last motions of a program that ran to its end may still be on their way.
-        let is_ahead = *end == TaskEnd::Finished && self.context.is_ahead(started.command_id);
+        let is_ahead =
+            *end == TaskEnd::Finished && self.context.is_queued_motion(started.command_id);
         if started.command_id != CommandId::NONE && !is_ahead
             || started.motion_mode == MotionMode::Conveyor
             || started.force_mode
             || is_cut_off
         {
-            self.tell_robot(CommandKind::Stop {
+            self.queue_command(CommandKind::Stop {
                 only: CommandId::NONE,
             });
         }
         if self.paused {
-            self.tell_robot(CommandKind::Resume);
+            self.queue_command(CommandKind::Resume);
         }
         let mut deadline = started.time + SETTLE_TIME_MAX;
         let mut goes_on = *end == TaskEnd::Finished;
@@ -255,7 +257,7 @@ impl Task {
         let mut held_up = None;
         loop {
             let state = robot.state();
-            let stands = stands(&state);
+            let stands = is_at_rest(&state);
             let powered = state.robot_mode == RobotMode::Running;
             let is_on_its_way = goes_on && is_planned(state.motion_mode);
             let is_over = state.time > deadline && !is_on_its_way;
@@ -263,14 +265,14 @@ impl Task {
             if rests || is_over || robot.timeline().has_ended() {
                 return None;
             }
-            self.tell_what_is_untold();
+            self.flush_commands();
             // No program is left to pause or to join; the arm can still be stopped, and taken over.
             while let Some(control) = self.controls.try_next() {
                 match control {
                     Control::Stop if goes_on => {
                         goes_on = false;
                         deadline = state.time + SETTLE_TIME_MAX;
-                        self.tell_robot(CommandKind::Stop {
+                        self.queue_command(CommandKind::Stop {
                             only: CommandId::NONE,
                         });
                     }
@@ -285,7 +287,9 @@ impl Task {
             }
             if self.pass_a_cycle().await {
                 held_up = None;
-            } else if !goes_on && held_up.get_or_insert_with(Instant::now).elapsed() > HELD_UP_MAX {
+            } else if !goes_on
+                && held_up.get_or_insert_with(Instant::now).elapsed() > RECORDER_STALL_MAX
+            {
                 return None;
             }
         }
@@ -304,11 +308,11 @@ impl Task {
         // Held or not, from here on it brakes. Places in the ring are kept for both, so there is room in a cycle or
         // two.
         if self.paused {
-            self.tell_robot(CommandKind::Resume);
+            self.queue_command(CommandKind::Resume);
         }
         loop {
-            self.tell_what_is_untold();
-            if self.untold.is_empty()
+            self.flush_commands();
+            if self.pending_commands.is_empty()
                 && let Ok(id) = robot.request(origin, stop)
             {
                 return Some(HandoverStop::new(robot, id));
@@ -324,7 +328,7 @@ impl Task {
     /// one up.
     async fn pass_a_cycle(&self) -> bool {
         let robot = &self.settings.robot;
-        let advanced = memory::outside(|| {
+        let advanced = memory::uncounted(|| {
             let advanced = robot.timeline().advance();
             if advanced {
                 robot.pump();
@@ -340,7 +344,7 @@ impl Task {
 }
 
 /// The arm is at rest, as far as a person could see.
-fn stands(state: &RobotState) -> bool {
+fn is_at_rest(state: &RobotState) -> bool {
     state.target_qd.max_abs() == 0.0 && state.actual_qd.max_abs() < STANDSTILL_SPEED
 }
 

@@ -20,11 +20,11 @@ pub(crate) enum Wait {
     /// The beginning of a cycle with at least this number.
     Cycle(u64),
     /// The same, or the end of the program beside this one.
-    CycleOrAlone(u64),
+    CycleOrProgramEnd(u64),
     /// The end of a script thread.
     Thread(ThreadNumber),
     /// The result of a job outside.
-    Outside(JobId),
+    Job(JobId),
     /// The next turn: over at once, after the other ready threads.
     Turn,
     /// A popup that somebody has to close.
@@ -39,10 +39,10 @@ pub(crate) enum Wait {
 
 impl Wait {
     /// True when people or other programs end it: simulated time then keeps wall pace.
-    pub const fn is_on_the_outside(self) -> bool {
+    pub const fn is_external(self) -> bool {
         matches!(
             self,
-            Self::Popup(_) | Self::Statement | Self::Outside(_) | Self::Recorded(_)
+            Self::Popup(_) | Self::Statement | Self::Job(_) | Self::Recorded(_)
         )
     }
 }

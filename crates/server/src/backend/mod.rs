@@ -322,10 +322,10 @@ impl interpreter::InterpreterBackend for PortBackend {
             statement.discard(&discard);
         });
         let text = executed(&shown).into_owned();
-        let submitted = self
-            .supervisor
-            .interpreter()
-            .submit(SubmittedStatement { text, thrown_away });
+        let submitted = self.supervisor.interpreter().submit(SubmittedStatement {
+            text,
+            on_discard: thrown_away,
+        });
         let discard = match submitted.await {
             SubmitResult::Accepted(id) => return StatementReply::Ack(id.0),
             SubmitResult::NotCompiled(reason) => Discard::Compile(reason),

@@ -29,8 +29,8 @@ pub fn check(args: &CheckArgs) -> u8 {
                     let shown = render(finding, &file, args.format);
                     let _ = std::io::stdout().write_all(shown.as_bytes());
                 }
-                if findings.len() == elite_lang::FINDINGS_MAX {
-                    let most = elite_lang::FINDINGS_MAX;
+                if findings.len() == elite_lang::DIAGNOSTICS_MAX {
+                    let most = elite_lang::DIAGNOSTICS_MAX;
                     logging::say(&format!(
                         "eliteserver: {}: only the first {most} findings are shown",
                         file.name()

@@ -12,7 +12,7 @@ pub struct SearchBounds {
 impl SearchBounds {
     /// Reads both, once. Their `__index__` may change what is searched, so this comes before its length is known.
     pub fn read(ev: &Evaluator<'_>, start: &Value, end: &Value) -> R<Self> {
-        let bound = |value: &Value, missing: i64| match value.given() {
+        let bound = |value: &Value, missing: i64| match value.if_given() {
             Some(value) if !value.is_none() => ev.slice_index(value),
             _ => Ok(missing),
         };
@@ -23,7 +23,7 @@ impl SearchBounds {
     }
 
     /// The places they mean in something of this length; None if they cross.
-    pub fn within(&self, length: usize) -> Option<(usize, usize)> {
+    pub fn resolve(&self, length: usize) -> Option<(usize, usize)> {
         let place = |bound: i64| {
             let from_end = if bound < 0 { length as i64 } else { 0 };
             usize::try_from(bound.saturating_add(from_end)).unwrap_or(0)

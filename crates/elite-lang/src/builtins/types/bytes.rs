@@ -12,7 +12,7 @@ use super::bytes_search::{self, SearchEnd};
 use super::string::TitleCaseCheck;
 use super::{BoundFn, class_method, constructor, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
-use crate::eval::bulk::{EACH, PIECE};
+use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
 use crate::eval::{Evaluator, InterpreterState};
 use crate::value::bytes::BytesRef;
 use crate::value::function::WrappedFunction;
@@ -53,7 +53,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
     super::methods(
         core,
         &types.bytes,
-        &[("__bytes__", "", |ev, args| Ok(ev.plain(&args[0])))],
+        &[("__bytes__", "", |ev, args| Ok(ev.unwrap_builtin(&args[0])))],
     );
     class_method(core, &types.bytes, "fromhex", "string /", |ev, args| {
         let data = from_hex(ev, &args[1])?;
@@ -73,18 +73,18 @@ pub(super) fn bytearray(data: Vec<u8>) -> Value {
 /// What the constructors make of their arguments.
 fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
     ev.check_codec_arguments(type_name, &args[1], &args[2])?;
-    let source = args[0].given();
-    let text = source.map(|source| ev.plain(source));
+    let source = args[0].if_given();
+    let text = source.map(|source| ev.unwrap_builtin(source));
     if let Some(Value::Str(text)) = text {
         if args[1].is_unbound() {
             return Err(ev.type_error("string argument without an encoding"));
         }
         return ev.encode(&text, &args[1], &args[2]);
     }
-    if args[1].given().is_some() {
+    if args[1].if_given().is_some() {
         return Err(ev.type_error("encoding without a string argument"));
     }
-    if args[2].given().is_some() {
+    if args[2].if_given().is_some() {
         return Err(ev.type_error("errors without a string argument"));
     }
     let Some(source) = source else {
@@ -115,7 +115,7 @@ fn own_bytes(ev: &Evaluator<'_>, source: &Value) -> R<Option<Value>> {
     let Some(made) = ev.special(source, known::BYTES, &mut [])? else {
         return Ok(None);
     };
-    if let Value::Bytes(_) = ev.plain(&made) {
+    if let Value::Bytes(_) = ev.unwrap_builtin(&made) {
         return Ok(Some(made));
     }
     let name = ev.core.types.name_of(&made);
@@ -128,16 +128,16 @@ pub fn of_object(ev: &Evaluator<'_>, source: &Value, type_name: &str) -> R<Vec<u
         && let Some(made) = own_bytes(ev, source)?
         && let Some(data) = ev.bytes_like(&made)
     {
-        return ev.copied_bytes(&data);
+        return ev.copy_bytes(&data);
     }
     if let Some(data) = ev.bytes_like(source) {
-        return ev.copied_bytes(&data);
+        return ev.copy_bytes(&data);
     }
     let refusal = || {
         let name = ev.core.types.name_of(source);
         format!("cannot convert '{name}' object to {type_name}")
     };
-    if let Value::Str(_) = ev.plain(source) {
+    if let Value::Str(_) = ev.unwrap_builtin(source) {
         return Err(ev.type_error(refusal()));
     }
     let items = ev.iter_or(source, refusal)?;
@@ -283,7 +283,7 @@ fn install_shared(core: &Rc<InterpreterState>, class: &Class) {
             ("istitle", "", |ev, args| {
                 let data = receiver(ev, &args[0])?;
                 let mut title = TitleCaseCheck::default();
-                for piece in data.chunks(PIECE) {
+                for piece in data.chunks(CHUNK) {
                     let ascii = piece.iter().map(|byte| match byte.is_ascii() {
                         true => char::from(*byte),
                         false => ' ',
@@ -291,7 +291,7 @@ fn install_shared(core: &Rc<InterpreterState>, class: &Class) {
                     if !title.goes_on(ascii) {
                         return Ok(Value::Bool(false));
                     }
-                    ev.worked(piece.len() * EACH)?;
+                    ev.charge(piece.len() * WORK_PER_BYTE)?;
                 }
                 Ok(Value::Bool(title.is_one()))
             }),
@@ -345,7 +345,7 @@ fn install_mutable(core: &Rc<InterpreterState>, class: &Class) {
                 let byte = ev.byte(&args[2])?;
                 let place = |length| super::insertion_place(index, length);
                 let here = |length| Some(place(length)..place(length));
-                if !ev.long_bytes_are_spliced(&bytes, here, &[byte])? {
+                if !ev.try_splice_long_bytes(&bytes, here, &[byte])? {
                     ev.grow_bytes(&bytes, 1)?;
                     bytes.change(|data| data.insert(place(data.len()), byte));
                 }
@@ -353,7 +353,7 @@ fn install_mutable(core: &Rc<InterpreterState>, class: &Class) {
             }),
             ("pop", "index? /", |ev, args| {
                 let bytes = mutable(ev, &args[0])?;
-                let index = args[1].given().map_or(Ok(-1), |index| ev.index(index))?;
+                let index = args[1].if_given().map_or(Ok(-1), |index| ev.index(index))?;
                 ev.grow_bytes(&bytes, 0)?;
                 let popped = remove_byte(&bytes, |length| ev.place(index, length));
                 match popped {
@@ -371,7 +371,7 @@ fn install_mutable(core: &Rc<InterpreterState>, class: &Class) {
                 match place {
                     Some(index) => {
                         let place = |length| (index < length).then_some(index..index + 1);
-                        if !ev.long_bytes_are_spliced(&bytes, place, &[])? {
+                        if !ev.try_splice_long_bytes(&bytes, place, &[])? {
                             bytes.change(|data| (index < data.len()).then(|| data.remove(index)));
                         }
                         Ok(Value::None)
@@ -390,7 +390,7 @@ fn install_mutable(core: &Rc<InterpreterState>, class: &Class) {
             }),
             ("copy", "", |ev, args| {
                 let bytes = mutable(ev, &args[0])?.snapshot();
-                Ok(bytearray(ev.copied_bytes(&bytes)?))
+                Ok(bytearray(ev.copy_bytes(&bytes)?))
             }),
             ("__init__", "source? encoding? errors?", |ev, args| {
                 let data = data(ev, &args[1..], "bytearray")?;
@@ -408,7 +408,7 @@ pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<BytesRef> {
 }
 
 fn mutable(ev: &Evaluator<'_>, value: &Value) -> R<Rc<ByteArray>> {
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::ByteArray(bytes) => Ok(bytes),
         other => Err(wrong_receiver(ev, "bytearray", &other)),
     }
@@ -416,7 +416,7 @@ fn mutable(ev: &Evaluator<'_>, value: &Value) -> R<Rc<ByteArray>> {
 
 /// Bytes of the receiver's type.
 pub(super) fn like(ev: &Evaluator<'_>, receiver: &Value, data: Vec<u8>) -> Value {
-    match ev.plain(receiver) {
+    match ev.unwrap_builtin(receiver) {
         Value::ByteArray(_) => bytearray(data),
         _ => Value::Bytes(Rc::new(Bytes::new(data))),
     }
@@ -427,7 +427,7 @@ fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut out = Vec::new();
     let message = || "can only join an iterable".to_owned();
     let items = match &args[1] {
-        object @ Value::Instance(_) => ev.listed(&ev.iter_or(object, message)?)?,
+        object @ Value::Instance(_) => ev.collect_rest(&ev.iter_or(object, message)?)?,
         other => ev.collect_or(other, message)?,
     };
     for (index, item) in items.iter().enumerate() {
@@ -440,7 +440,7 @@ fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             ev.push_bytes(&mut out, &separator)?;
         }
         ev.push_bytes(&mut out, &data)?;
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
     }
     Ok(like(ev, &args[0], out))
 }
@@ -458,20 +458,20 @@ fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             None => return Err(not_bytes_like(ev, other)),
         },
     };
-    let removed = match args[2].given() {
+    let removed = match args[2].if_given() {
         Some(value) => ev
             .bytes_like(value)
             .ok_or_else(|| not_bytes_like(ev, value))?,
         None => BytesRef::default(),
     };
     let mut is_removed = [false; 256];
-    for piece in removed.chunks(PIECE) {
+    for piece in removed.chunks(CHUNK) {
         for byte in piece {
             is_removed[usize::from(*byte)] = true;
         }
-        ev.worked(piece.len())?;
+        ev.charge(piece.len())?;
     }
-    let out = ev.mapped_bytes(&data, |piece, out| {
+    let out = ev.map_bytes(&data, |piece, out| {
         let kept = piece.iter().filter(|byte| !is_removed[usize::from(**byte)]);
         out.extend(kept.map(|byte| match &table {
             Some(table) => table[usize::from(*byte)],
@@ -496,27 +496,27 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Err(ev.value_error("maketrans arguments must have same length"));
     }
     let mut table: Vec<u8> = (0..=255).collect();
-    for (from, to) in from.chunks(PIECE).zip(to.chunks(PIECE)) {
+    for (from, to) in from.chunks(CHUNK).zip(to.chunks(CHUNK)) {
         for (from, to) in from.iter().zip(to) {
             table[usize::from(*from)] = *to;
         }
-        ev.worked(from.len() * EACH)?;
+        ev.charge(from.len() * WORK_PER_BYTE)?;
     }
     Ok(Value::Bytes(Rc::new(Bytes::new(table))))
 }
 
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let keep = args[1].given().map_or(Ok(0), |value| ev.c_int(value))? != 0;
+    let keep = args[1].if_given().map_or(Ok(0), |value| ev.c_int(value))? != 0;
     let data = receiver(ev, &args[0])?;
     let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
     let mut lines = ValueVec::default();
     let mut rest = &data[..];
     while !rest.is_empty() {
         let mut line = 0;
-        for piece in rest.chunks(PIECE) {
+        for piece in rest.chunks(CHUNK) {
             let found = piece.iter().position(is_end);
             line += found.unwrap_or(piece.len());
-            ev.worked(found.unwrap_or(piece.len()))?;
+            ev.charge(found.unwrap_or(piece.len()))?;
             if found.is_some() {
                 break;
             }
@@ -527,9 +527,9 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         };
         ev.grow(&mut *lines, 1)?;
         let part = &rest[..if keep { end } else { line }];
-        lines.push(like(ev, &args[0], ev.copied_bytes(part)?));
+        lines.push(like(ev, &args[0], ev.copy_bytes(part)?));
         ev.check_memory()?;
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
         rest = &rest[end..];
     }
     Ok(lines.into_list())
@@ -547,7 +547,7 @@ fn swap(byte: u8) -> u8 {
 fn mapped(ev: &Evaluator<'_>, args: &[Value], map: impl Fn(u8, Option<u8>) -> u8) -> R {
     let data = receiver(ev, &args[0])?;
     let mut before = None;
-    let out = ev.mapped_bytes(&data, |piece, out| {
+    let out = ev.map_bytes(&data, |piece, out| {
         out.extend(piece.iter().map(|byte| {
             let mapped = map(*byte, before);
             before = Some(*byte);

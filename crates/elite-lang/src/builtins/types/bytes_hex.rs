@@ -2,40 +2,40 @@
 
 use super::bytes::receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, PIECE};
+use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
 use crate::value::{R, Value};
 
 /// Appends bytes as hexadecimal digits.
 fn push_hex(ev: &Evaluator<'_>, data: &[u8], out: &mut String) -> R<()> {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    for piece in data.chunks(PIECE) {
+    for piece in data.chunks(CHUNK) {
         ev.grow(out, piece.len() * 2)?;
         for byte in piece {
             out.push(char::from(DIGITS[usize::from(byte >> 4)]));
             out.push(char::from(DIGITS[usize::from(byte & 15)]));
         }
-        ev.worked(piece.len() * EACH)?;
+        ev.charge(piece.len() * WORK_PER_BYTE)?;
     }
     Ok(())
 }
 
 /// `hex`.
 pub(super) fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let group = args[2].given().map_or(Ok(1), |value| ev.c_int(value))?;
+    let group = args[2].if_given().map_or(Ok(1), |value| ev.c_int(value))?;
     let data = receiver(ev, &args[0])?;
     let mut out = String::new();
-    let Some(separator) = args[1].given() else {
+    let Some(separator) = args[1].if_given() else {
         ev.grow(&mut out, data.len() * 2)?;
         push_hex(ev, &data, &mut out)?;
-        return ev.string(out);
+        return ev.new_str(out);
     };
     // Its length is asked before its type.
     if ev.len(separator)? != 1 {
         return Err(ev.value_error("sep must be length 1."));
     }
-    let separator = match ev.plain(separator) {
+    let separator = match ev.unwrap_builtin(separator) {
         Value::Str(text) => text.as_str().to_owned(),
-        Value::Bytes(data) => ev.of_latin1(data.data())?,
+        Value::Bytes(data) => ev.decode_latin1(data.data())?,
         _ => return Err(ev.type_error("sep must be str or bytes.")),
     };
     if !separator.is_ascii() {
@@ -44,7 +44,7 @@ pub(super) fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if group == 0 {
         ev.grow(&mut out, data.len() * 2)?;
         push_hex(ev, &data, &mut out)?;
-        return ev.string(out);
+        return ev.new_str(out);
     }
     let size = usize::try_from(group.unsigned_abs()).unwrap_or(usize::MAX);
     // Groups count from the right, or from the left if the size is negative.
@@ -58,14 +58,14 @@ pub(super) fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             out.push_str(&separator);
         }
         push_hex(ev, group, &mut out)?;
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
     }
-    ev.string(out)
+    ev.new_str(out)
 }
 
 /// The bytes that a text of hexadecimal digits stands for.
 pub(super) fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
-    let Value::Str(text) = ev.plain(text) else {
+    let Value::Str(text) = ev.unwrap_builtin(text) else {
         let name = ev.core.types.name_of_argument(text);
         return Err(ev.type_error(format!("fromhex() argument must be str, not {name}")));
     };
@@ -82,7 +82,7 @@ pub(super) fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
         return Err(error(beyond.unwrap_or(0)));
     }
     while let Some((at, high)) = chars.next() {
-        ev.worked(2 * EACH)?;
+        ev.charge(2 * WORK_PER_BYTE)?;
         // Between bytes there may be blanks, within one there may not.
         if matches!(high, ' ' | '\t'..='\r') {
             continue;

@@ -3,7 +3,7 @@
 use super::bytes::{like, receiver};
 use super::bytes_parts::of_receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, PIECE};
+use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
 use crate::value::{R, Value};
 
 /// Where the bytes stand in their column.
@@ -17,7 +17,7 @@ pub(super) enum BytesAlignment {
 /// `ljust`, `rjust` and `center`
 pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], name: &str, stands: BytesAlignment) -> R {
     let width = usize::try_from(ev.index(&args[1])?).unwrap_or(0);
-    let fill = match args[2].given() {
+    let fill = match args[2].if_given() {
         None => b' ',
         Some(fill) => match ev.bytes_like(fill).as_deref() {
             Some([fill]) => *fill,
@@ -65,29 +65,29 @@ fn padded(
     let mut out = Vec::new();
     ev.grow(&mut out, data.len().saturating_add(before + after))?;
     ev.push_bytes(&mut out, head)?;
-    ev.push_bytes(&mut out, &ev.repeated_bytes(&[fill], before)?)?;
+    ev.push_bytes(&mut out, &ev.repeat_bytes(&[fill], before)?)?;
     ev.push_bytes(&mut out, rest)?;
-    ev.push_bytes(&mut out, &ev.repeated_bytes(&[fill], after)?)?;
+    ev.push_bytes(&mut out, &ev.repeat_bytes(&[fill], after)?)?;
     Ok(like(ev, whole, out))
 }
 
 /// `expandtabs`
 pub(super) fn expandtabs(ev: &Evaluator<'_>, args: &[Value]) -> R {
-    let size = match args[1].given() {
+    let size = match args[1].if_given() {
         Some(value) => usize::try_from(ev.c_int(value)?).unwrap_or(0),
         None => 8,
     };
     let data = receiver(ev, &args[0])?;
     let mut out = Vec::new();
     let mut column = 0;
-    for piece in data.chunks(PIECE) {
+    for piece in data.chunks(CHUNK) {
         ev.grow(&mut out, piece.len())?;
         for byte in piece {
             match byte {
                 b'\t' if size == 0 => {}
                 b'\t' => {
                     let blanks = size - column % size;
-                    ev.push_bytes(&mut out, &ev.repeated_bytes(b" ", blanks)?)?;
+                    ev.push_bytes(&mut out, &ev.repeat_bytes(b" ", blanks)?)?;
                     column += blanks;
                 }
                 b'\n' | b'\r' => {
@@ -100,7 +100,7 @@ pub(super) fn expandtabs(ev: &Evaluator<'_>, args: &[Value]) -> R {
                 }
             }
         }
-        ev.worked(piece.len() * EACH)?;
+        ev.charge(piece.len() * WORK_PER_BYTE)?;
     }
     Ok(like(ev, &args[0], out))
 }

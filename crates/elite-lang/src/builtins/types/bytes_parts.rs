@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::bytes::{SPACES, bytearray, not_bytes_like, receiver};
 use super::bytes_search::SearchEnd;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, PIECE};
+use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
 use crate::ops::search::Occurrences;
 use crate::value::bytes::BytesRef;
 use crate::value::{Bytes, R, Value, ValueVec};
@@ -14,7 +14,7 @@ use crate::value::{Bytes, R, Value, ValueVec};
 /// `strip`; with one side, `lstrip` or `rstrip`.
 pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], only: Option<SearchEnd>) -> R {
     let whole = receiver(ev, &args[0])?;
-    let given = args[1].given().filter(|chars| !chars.is_none());
+    let given = args[1].if_given().filter(|chars| !chars.is_none());
     let mut is_cut = [false; 256];
     match given {
         None => mark(ev, &mut is_cut, SPACES)?,
@@ -32,11 +32,11 @@ pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], only: Option<SearchEnd>)
 }
 
 fn mark(ev: &Evaluator<'_>, marks: &mut [bool; 256], bytes: &[u8]) -> R<()> {
-    for piece in bytes.chunks(PIECE) {
+    for piece in bytes.chunks(CHUNK) {
         piece
             .iter()
             .for_each(|byte| marks[usize::from(*byte)] = true);
-        ev.worked(piece.len() * EACH)?;
+        ev.charge(piece.len() * WORK_PER_BYTE)?;
     }
     Ok(())
 }
@@ -48,16 +48,16 @@ fn edge(ev: &Evaluator<'_>, data: &[u8], side: SearchEnd, test: impl Fn(u8) -> b
         let met = match side {
             SearchEnd::Left => {
                 let rest = data[passed..].iter();
-                rest.take(PIECE).take_while(|byte| test(**byte)).count()
+                rest.take(CHUNK).take_while(|byte| test(**byte)).count()
             }
             SearchEnd::Right => {
                 let rest = data[..data.len() - passed].iter().rev();
-                rest.take(PIECE).take_while(|byte| test(**byte)).count()
+                rest.take(CHUNK).take_while(|byte| test(**byte)).count()
             }
         };
         passed += met;
-        ev.worked(met * EACH)?;
-        if met < PIECE {
+        ev.charge(met * WORK_PER_BYTE)?;
+        if met < CHUNK {
             return Ok(passed);
         }
     }
@@ -65,20 +65,20 @@ fn edge(ev: &Evaluator<'_>, data: &[u8], side: SearchEnd, test: impl Fn(u8) -> b
 
 /// `split` and `rsplit`
 pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd) -> R {
-    let most = match args[2].given() {
+    let most = match args[2].if_given() {
         Some(value) => usize::try_from(ev.index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
-    let separator = match args[1].given() {
+    let separator = match args[1].if_given() {
         None | Some(Value::None) => None,
         Some(separator) => Some(bytes_argument(ev, separator)?),
     };
     let whole = receiver(ev, &args[0])?;
     let mut parts = BytesSplitter::new(ev, &args[0], &whole);
     match separator {
-        None => parts.between_blanks(most, side)?,
+        None => parts.split_at_blanks(most, side)?,
         Some(separator) if separator.is_empty() => return Err(ev.value_error("empty separator")),
-        Some(separator) => parts.between(&separator, most, side)?,
+        Some(separator) => parts.split_at_separator(&separator, most, side)?,
     }
     if side == SearchEnd::Right {
         ev.reverse(&mut parts.list)?;
@@ -109,7 +109,7 @@ impl<'p, 'y> BytesSplitter<'p, 'y> {
         self.ev.grow(&mut *self.list, 1)?;
         let part = of_receiver(self.ev, self.receiver, self.whole, part)?;
         self.list.push(part);
-        self.ev.worked(EACH)?;
+        self.ev.charge(WORK_PER_BYTE)?;
         // So that what is taken apart never goes far beyond the limit.
         match self.list.len().is_multiple_of(1024) {
             true => self.ev.check_memory(),
@@ -117,7 +117,7 @@ impl<'p, 'y> BytesSplitter<'p, 'y> {
         }
     }
 
-    fn between(&mut self, separator: &[u8], most: usize, side: SearchEnd) -> R<()> {
+    fn split_at_separator(&mut self, separator: &[u8], most: usize, side: SearchEnd) -> R<()> {
         let (ev, whole) = (self.ev, self.whole);
         let backwards = side == SearchEnd::Right;
         ev.each_between(whole, separator, most, backwards, |part| {
@@ -126,7 +126,7 @@ impl<'p, 'y> BytesSplitter<'p, 'y> {
     }
 
     /// Splits at runs of blanks, at most `most` times; the rest keeps its inner blanks, and those at its far end.
-    fn between_blanks(&mut self, most: usize, side: SearchEnd) -> R<()> {
+    fn split_at_blanks(&mut self, most: usize, side: SearchEnd) -> R<()> {
         let (ev, whole) = (self.ev, self.whole);
         let is_blank = |byte: u8| SPACES.contains(&byte);
         // What is cut off on one side, and what is left of it on the other.
@@ -160,8 +160,8 @@ pub(super) fn partition(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd) -> 
     if separator.is_empty() {
         return Err(ev.value_error("empty separator"));
     }
-    let is_mutable = matches!(ev.plain(&args[0]), Value::ByteArray(_));
-    let part = |part: &[u8]| -> R { Ok(made(is_mutable, ev.copied_bytes(part)?)) };
+    let is_mutable = matches!(ev.unwrap_builtin(&args[0]), Value::ByteArray(_));
+    let part = |part: &[u8]| -> R { Ok(made(is_mutable, ev.copy_bytes(part)?)) };
     let found = match side {
         SearchEnd::Left => ev.find_bytes(&whole, &separator)?,
         SearchEnd::Right => ev.rfind_bytes(&whole, &separator)?,
@@ -195,10 +195,10 @@ pub(super) fn without_affix(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd)
     let whole = receiver(ev, &args[0])?;
     let rest = whole.len().checked_sub(affix.len());
     let part = match (rest, side) {
-        (Some(_), SearchEnd::Left) if ev.equal_bytes(&whole[..affix.len()], &affix)? => {
+        (Some(_), SearchEnd::Left) if ev.bytes_equal(&whole[..affix.len()], &affix)? => {
             &whole[affix.len()..]
         }
-        (Some(rest), SearchEnd::Right) if ev.equal_bytes(&whole[rest..], &affix)? => &whole[..rest],
+        (Some(rest), SearchEnd::Right) if ev.bytes_equal(&whole[rest..], &affix)? => &whole[..rest],
         _ => &whole[..],
     };
     of_receiver(ev, &args[0], &whole, part)
@@ -207,7 +207,7 @@ pub(super) fn without_affix(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd)
 /// `replace`
 pub(super) fn replace(ev: &Evaluator<'_>, args: &[Value]) -> R {
     let (old, new) = (bytes_argument(ev, &args[1])?, bytes_argument(ev, &args[2])?);
-    let most = match args[3].given() {
+    let most = match args[3].if_given() {
         Some(value) => usize::try_from(ev.index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
@@ -219,7 +219,7 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &[Value]) -> R {
         while from < whole.len().min(most) {
             ev.push_bytes(&mut out, &new)?;
             ev.push_bytes(&mut out, &whole[from..=from])?;
-            ev.worked(EACH)?;
+            ev.charge(WORK_PER_BYTE)?;
             from += 1;
         }
         if from == whole.len() && from < most {
@@ -241,7 +241,10 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &[Value]) -> R {
         }
     }
     ev.push_bytes(&mut out, &whole[from..])?;
-    Ok(made(matches!(ev.plain(&args[0]), Value::ByteArray(_)), out))
+    Ok(made(
+        matches!(ev.unwrap_builtin(&args[0]), Value::ByteArray(_)),
+        out,
+    ))
 }
 
 /// The bytes of an argument.
@@ -257,8 +260,8 @@ pub(super) fn of_receiver(ev: &Evaluator<'_>, receiver: &Value, whole: &[u8], pa
     {
         return Ok(receiver.clone());
     }
-    let is_mutable = matches!(ev.plain(receiver), Value::ByteArray(_));
-    Ok(made(is_mutable, ev.copied_bytes(part)?))
+    let is_mutable = matches!(ev.unwrap_builtin(receiver), Value::ByteArray(_));
+    Ok(made(is_mutable, ev.copy_bytes(part)?))
 }
 
 fn made(is_mutable: bool, data: Vec<u8>) -> Value {

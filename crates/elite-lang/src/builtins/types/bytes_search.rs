@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::bounds::SearchBounds;
 use super::wrong_receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::EACH;
+use crate::eval::bulk::WORK_PER_BYTE;
 use crate::ops::search::Occurrences;
 use crate::value::bytes::BytesRef;
 use crate::value::{R, Value};
@@ -22,8 +22,8 @@ pub enum SearchEnd {
 pub fn find(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd, required: bool) -> R {
     let bounds = SearchBounds::read(ev, &args[2], &args[3])?;
     let part = part(ev, &args[1])?;
-    let data = within(ev, &args[0])?;
-    let Some((from, to)) = bounds.within(data.len()) else {
+    let data = receiver_bytes(ev, &args[0])?;
+    let Some((from, to)) = bounds.resolve(data.len()) else {
         return not_found(ev, required);
     };
     let data = &data[from.min(data.len())..to];
@@ -48,8 +48,8 @@ fn not_found(ev: &Evaluator<'_>, required: bool) -> R {
 pub fn count(ev: &Evaluator<'_>, args: &[Value]) -> R {
     let bounds = SearchBounds::read(ev, &args[2], &args[3])?;
     let part = part(ev, &args[1])?;
-    let data = within(ev, &args[0])?;
-    let Some((from, to)) = bounds.within(data.len()) else {
+    let data = receiver_bytes(ev, &args[0])?;
+    let Some((from, to)) = bounds.resolve(data.len()) else {
         return Ok(Value::Int(0));
     };
     let data = &data[from.min(data.len())..to];
@@ -63,7 +63,7 @@ pub fn count(ev: &Evaluator<'_>, args: &[Value]) -> R {
 /// `startswith` and `endswith`
 pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd) -> R {
     let bounds = SearchBounds::read(ev, &args[2], &args[3])?;
-    let parts = match &ev.plain(&args[1]) {
+    let parts = match &ev.unwrap_builtin(&args[1]) {
         Value::Tuple(parts) => parts.items().iter().map(|part| ev.bytes(part)).collect(),
         _ => match ev.bytes_like(&args[1]) {
             Some(part) => Ok(vec![part]),
@@ -81,13 +81,13 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd) -> R {
         },
     };
     let parts: Vec<BytesRef> = parts?;
-    let data = within(ev, &args[0])?;
-    let Some((from, to)) = bounds.within(data.len()) else {
+    let data = receiver_bytes(ev, &args[0])?;
+    let Some((from, to)) = bounds.resolve(data.len()) else {
         return Ok(Value::Bool(false));
     };
     let data = &data[from.min(data.len())..to];
     for part in parts {
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
         let Some(rest) = data.len().checked_sub(part.len()) else {
             continue;
         };
@@ -95,7 +95,7 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd) -> R {
             SearchEnd::Left => &data[..part.len()],
             SearchEnd::Right => &data[rest..],
         };
-        if ev.equal_bytes(place, &part)? {
+        if ev.bytes_equal(place, &part)? {
             return Ok(Value::Bool(true));
         }
     }
@@ -116,9 +116,9 @@ fn part(ev: &Evaluator<'_>, value: &Value) -> R<BytesRef> {
 }
 
 /// The receiver's bytes, which are looked at when what runs code of the script (bounds, parts) has been asked.
-fn within(ev: &Evaluator<'_>, receiver: &Value) -> R<BytesRef> {
+fn receiver_bytes(ev: &Evaluator<'_>, receiver: &Value) -> R<BytesRef> {
     let found = ev.bytes_like(receiver);
-    found.ok_or_else(|| wrong_receiver(ev, "bytes", &ev.plain(receiver)))
+    found.ok_or_else(|| wrong_receiver(ev, "bytes", &ev.unwrap_builtin(receiver)))
 }
 
 impl Evaluator<'_> {

@@ -45,7 +45,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
                         true => "member",
                         false => "attribute",
                     };
-                    ev.string(format!("<{what} {}>", descriptor.shown(ev)))
+                    ev.new_str(format!("<{what} {}>", descriptor.repr(ev)))
                 }),
                 ("__get__", "instance owner? /", |ev, args| {
                     let descriptor = receiver(ev, &args[0])?;
@@ -71,8 +71,8 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
                     match &args[1] {
                         Value::Instance(instance) if descriptor.is_slot => {
                             instance.set(descriptor.name, args[2].clone(), &ev.core.symbols);
-                            if args[2].holds_values() {
-                                ev.core.note(&args[1]);
+                            if args[2].can_hold_values() {
+                                ev.core.gc_track(&args[1]);
                             }
                             Ok(Value::None)
                         }
@@ -104,7 +104,7 @@ fn receiver<'v>(ev: &Evaluator<'_>, value: &'v Value) -> R<&'v Descriptor> {
 }
 
 impl Descriptor {
-    fn shown(&self, ev: &Evaluator<'_>) -> String {
+    fn repr(&self, ev: &Evaluator<'_>) -> String {
         let name = ev.core.symbols.name(self.name);
         format!("'{name}' of '{}' objects", self.owner.type_name())
     }
@@ -124,7 +124,7 @@ impl Descriptor {
 }
 
 /// Attributes of builtin types that are not in the class: of which, whether they are members, their names.
-const PARTS: &[(&str, bool, &[&str])] = &[
+const BUILTIN_MEMBERS: &[(&str, bool, &[&str])] = &[
     ("int", false, &["real", "imag", "numerator", "denominator"]),
     ("float", false, &["real", "imag"]),
     ("complex", true, &["real", "imag"]),
@@ -208,7 +208,7 @@ fn of_builtin(class: &Class, name: &str) -> Option<bool> {
 
 fn parts_of(class: &Class) -> impl Iterator<Item = (&'static [&'static str], bool)> {
     let class_name = class.name();
-    PARTS
+    BUILTIN_MEMBERS
         .iter()
         .filter(move |(owner, ..)| **owner == *class_name)
         .map(|(_, is_member, names)| (*names, *is_member))
@@ -226,7 +226,7 @@ impl Evaluator<'_> {
     /// What a class shows of an attribute of its instances; None if it knows of none.
     pub fn descriptor(&self, class: &Rc<Class>, name: Symbol) -> R<Option<Value>> {
         let text = self.core.symbols.name(name);
-        for owner in class.line() {
+        for owner in class.mro() {
             if owner.is_script {
                 if (name == known::WEAKREF || owner.has_own_slot(name))
                     && let Some(part) = self.added_part(&owner, name)?
@@ -250,10 +250,10 @@ impl Evaluator<'_> {
     /// The class of the library that has a property which in CPython is one of C, and whether it is a member there.
     fn property_in_c(&self, class: &Rc<Class>, name: Symbol) -> Option<(Rc<Class>, bool)> {
         let owner = class
-            .line()
+            .mro()
             .into_iter()
             .find(|owner| owner.own_attrs().get(name).is_some())?;
-        if !owner.in_c.get() {
+        if !owner.is_c_type.get() {
             return None;
         }
         let (known, text) = (owner.type_name(), self.core.symbols.name(name));
@@ -272,7 +272,7 @@ impl Evaluator<'_> {
             Some(_) => return None,
             None => {
                 let text = self.core.symbols.name(name);
-                let mut line = class.line().into_iter().filter(|owner| !owner.is_script);
+                let mut line = class.mro().into_iter().filter(|owner| !owner.is_script);
                 line.find_map(|owner| {
                     of_builtin(&owner, &text).map(|is_member| (owner, is_member))
                 })?
@@ -307,7 +307,7 @@ impl Evaluator<'_> {
             false => &self.core.types.getset_descriptor,
         };
         let shown = [
-            (known::NAME, self.core.symbols.value(name)),
+            (known::NAME, self.core.symbols.to_value(name)),
             (known::OBJCLASS, Value::Class(owner.clone())),
         ];
         let descriptor = Descriptor {
@@ -324,7 +324,7 @@ impl Evaluator<'_> {
             made.set(name, value, &self.core.symbols);
         }
         let made = Value::Instance(made);
-        self.core.note(&made);
+        self.core.gc_track(&made);
         made
     }
 }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::{class_method, methods, raw_constructor, raw_method, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{Evaluator, InterpreterState};
 use crate::ops::iterate::dict_iter;
 use crate::value::dict::ViewKind;
@@ -24,7 +24,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         &[
             ("get", "key default? /", |ev, args| {
                 let dict = receiver(ev, &args[0])?;
-                let default = || args[2].given().cloned().unwrap_or(Value::None);
+                let default = || args[2].if_given().cloned().unwrap_or(Value::None);
                 Ok(ev.dict_get(&dict, &args[1])?.unwrap_or_else(default))
             }),
             ("setdefault", "key default? /", setdefault),
@@ -36,7 +36,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             }),
             ("copy", "", |ev, args| {
                 let dict = receiver(ev, &args[0])?;
-                Ok(Value::Dict(Rc::new(ev.dict_copied(&args[0], &dict)?)))
+                Ok(Value::Dict(Rc::new(ev.dict_copy_method(&args[0], &dict)?)))
             }),
             ("keys", "", |ev, args| view(ev, &args[0], ViewKind::Keys)),
             ("values", "", |ev, args| {
@@ -76,7 +76,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         "fromkeys",
         "iterable value? /",
         |ev, args| {
-            let value = args[2].given().cloned().unwrap_or(Value::None);
+            let value = args[2].if_given().cloned().unwrap_or(Value::None);
             if !args[0].is(&Value::Class(ev.core.types.dict.clone())) {
                 return derived_from_keys(ev, args, &value);
             }
@@ -84,24 +84,24 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             // Hashes that are known are not asked for again.
             let hashed: ValueVec<(u64, Value)> = match &args[1] {
                 Value::Dict(other) => {
-                    let mut hashed = ValueVec::from(ev.room_for(other.len())?);
-                    for (hash, key, _) in ev.entries(other)? {
+                    let mut hashed = ValueVec::from(ev.try_with_capacity(other.len())?);
+                    for (hash, key, _) in ev.collect_entries(other)? {
                         hashed.push((hash, key));
-                        ev.worked(VALUE)?;
+                        ev.charge(WORK_PER_VALUE)?;
                     }
                     hashed
                 }
                 Value::Set(other) | Value::FrozenSet(other) => ev.elements(other)?,
                 other => {
                     let iterator = ev.iter(other)?;
-                    while let Some(key) = ev.step(&iterator)? {
+                    while let Some(key) = ev.next_at_safepoint(&iterator)? {
                         ev.dict_set(&dict, key, value.clone())?;
                     }
                     ValueVec::default()
                 }
             };
             for (hash, key) in hashed {
-                ev.worked(VALUE)?;
+                ev.charge(WORK_PER_VALUE)?;
                 ev.dict_set_hashed(&dict, hash, key, value.clone())?;
             }
             Ok(Value::Dict(Rc::new(dict)))
@@ -125,7 +125,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             class,
             &[("isdisjoint", "other /", |ev, args| {
                 let iterator = ev.iter(&args[1])?;
-                while let Some(item) = ev.step(&iterator)? {
+                while let Some(item) = ev.next_at_safepoint(&iterator)? {
                     if ev.contains(&args[0], &item)? {
                         return Ok(Value::Bool(false));
                     }
@@ -140,7 +140,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
 pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Dict>> {
     match value {
         Value::Dict(dict) => Ok(dict.clone()),
-        other => match ev.plain(other) {
+        other => match ev.unwrap_builtin(other) {
             Value::Dict(dict) => Ok(dict),
             other => Err(wrong_receiver(ev, "dict", &other)),
         },
@@ -165,9 +165,9 @@ fn fill(
         ev.dict_update_from(dict, source)?;
     }
     for (name, value) in args.keywords {
-        let name = ev.core.symbols.value(*name);
+        let name = ev.core.symbols.to_value(*name);
         ev.check_name(name.as_str().unwrap_or_default())?;
-        ev.worked(2 * VALUE)?;
+        ev.charge(2 * WORK_PER_VALUE)?;
         ev.dict_set(dict, name, value.clone())?;
     }
     Ok(())
@@ -184,7 +184,7 @@ fn setdefault(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if let Some(index) = ev.dict_find_hashed(&dict, hash, &args[1])? {
         return Ok(dict.value_at(index));
     }
-    let value = args[2].given().cloned().unwrap_or(Value::None);
+    let value = args[2].if_given().cloned().unwrap_or(Value::None);
     ev.dict_set_hashed(&dict, hash, args[1].clone(), value.clone())?;
     Ok(value)
 }
@@ -196,7 +196,7 @@ fn pop(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         true => None,
         false => ev.dict_remove(&dict, &args[1])?,
     };
-    match (found, args[2].given()) {
+    match (found, args[2].if_given()) {
         (Some(value), _) => Ok(value),
         (None, Some(default)) => Ok(default.clone()),
         (None, None) => Err(ev.key_error(&args[1])),
@@ -219,7 +219,7 @@ fn popitem(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn derived_from_keys(ev: &Evaluator<'_>, args: &[Value], value: &Value) -> R {
     let made = ev.call(&args[0], &mut [], &[])?;
     let iterator = ev.iter(&args[1])?;
-    while let Some(key) = ev.step(&iterator)? {
+    while let Some(key) = ev.next_at_safepoint(&iterator)? {
         ev.set_item(&made, &key, value.clone())?;
     }
     Ok(made)

@@ -17,7 +17,7 @@ fn or_not_implemented(value: Option<Value>) -> Value {
 
 /// `receiver.__op__(other)`: numbers know how to work with their own kind and simpler ones only.
 fn number(ev: &Evaluator<'_>, op: BinaryOp, args: &[Value], reflected: bool) -> R {
-    let (receiver, other) = (ev.plain(&args[0]), ev.plain(&args[1]));
+    let (receiver, other) = (ev.unwrap_builtin(&args[0]), ev.unwrap_builtin(&args[1]));
     if rank(&other) > rank(&receiver) {
         return Ok(Value::NotImplemented);
     }
@@ -45,7 +45,7 @@ fn binary(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
     {
         return Ok(union);
     }
-    let (a, b) = (ev.plain(a), ev.plain(b));
+    let (a, b) = (ev.unwrap_builtin(a), ev.unwrap_builtin(b));
     if let Some(value) = ev.number_binary(op, &a, &b)? {
         return Ok(value);
     }
@@ -53,7 +53,7 @@ fn binary(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
 }
 
 fn compare(ev: &Evaluator<'_>, op: CompareOp, a: &Value, b: &Value) -> R {
-    let (a, b) = (ev.plain(a), ev.plain(b));
+    let (a, b) = (ev.unwrap_builtin(a), ev.unwrap_builtin(b));
     if rank(&a) == 0 && matches!(b, Value::Float(_) | Value::Complex(_))
         || rank(&a) == 1 && rank(&b) == 2
         || matches!((&a, &b), (Value::Bytes(_), Value::ByteArray(_)))
@@ -70,10 +70,10 @@ fn compare(ev: &Evaluator<'_>, op: CompareOp, a: &Value, b: &Value) -> R {
 
 /// `receiver + other` or `receiver * other` of a sequence, which leaves nothing to `other`.
 fn joined(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
-    let own = ev.plain(a);
+    let own = ev.unwrap_builtin(a);
     let made = match op {
         BinaryOp::Mul => ev.builtin_binary(op, &own, b),
-        _ => ev.builtin_binary(op, &own, &ev.plain(b)),
+        _ => ev.builtin_binary(op, &own, &ev.unwrap_builtin(b)),
     };
     if let Some(made) = made? {
         return Ok(made);
@@ -81,7 +81,7 @@ fn joined(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
     if op == BinaryOp::Mul {
         ev.index(b)?;
     }
-    Err(ev.unsupported(op, a, b, "+"))
+    Err(ev.unsupported_operand(op, a, b, "+"))
 }
 
 macro_rules! binary_methods {
@@ -105,11 +105,11 @@ macro_rules! number_methods {
 macro_rules! in_place_methods {
     ($($name:literal = $op:ident;)*) => {
         &[$(($name, "other /", |ev, args| {
-            let target = ev.plain(&args[0]);
+            let target = ev.unwrap_builtin(&args[0]);
             // What a sequence takes item by item is asked as what it is.
             let other = match target {
                 Value::List(_) | Value::ByteArray(_) | Value::Dict(_) => args[1].clone(),
-                _ => ev.plain(&args[1]),
+                _ => ev.unwrap_builtin(&args[1]),
             };
             let done = ev.builtin_in_place(BinaryOp::$op, &target, &other)?;
             if done.is_none() && matches!(target, Value::List(_) | Value::ByteArray(_)) {
@@ -144,17 +144,17 @@ const COMPARISONS: MethodTable = &[
 ];
 
 const HASH: MethodTable = &[("__hash__", "", |ev, args| {
-    ev.hash(&ev.plain(&args[0]))
+    ev.hash(&ev.unwrap_builtin(&args[0]))
         .map(|hash| Value::Int(hash as i64))
 })];
 
 const REPR: MethodTable = &[("__repr__", "", |ev, args| {
-    ev.string(ev.extended_repr(&args[0])?)
+    ev.new_str(ev.extended_repr(&args[0])?)
 })];
 
 /// For types whose text is that of their own `__repr__`, whatever a derived class has under that name.
 const STR_BY_REPR: MethodTable = &[("__str__", "", |ev, args| {
-    ev.string(ev.extended_repr(&args[0])?)
+    ev.new_str(ev.extended_repr(&args[0])?)
 })];
 
 const FORMAT: MethodTable = &[("__format__", "spec /", |ev, args| {
@@ -164,10 +164,10 @@ const FORMAT: MethodTable = &[("__format__", "spec /", |ev, args| {
     if spec.is_empty() {
         return ev.str_value(&args[0]);
     }
-    let plain = ev.plain(&args[0]);
+    let plain = ev.unwrap_builtin(&args[0]);
     let name = ev.core.types.name_of(&args[0]);
     ev.format_by_spec(&plain, &spec, &name, &mut out)?;
-    ev.string(out)
+    ev.new_str(out)
 })];
 
 const NUMBERS: MethodTable = number_methods! {
@@ -191,11 +191,11 @@ const POWERS: MethodTable = &[
 
 /// `receiver.__pow__(other, modulus)`
 fn power(ev: &Evaluator<'_>, args: &[Value], reflected: bool) -> R {
-    let Some(modulus) = args[2].given().filter(|modulus| !modulus.is_none()) else {
+    let Some(modulus) = args[2].if_given().filter(|modulus| !modulus.is_none()) else {
         return number(ev, BinaryOp::Pow, args, reflected);
     };
-    let (receiver, other) = (ev.plain(&args[0]), ev.plain(&args[1]));
-    let modulus = ev.plain(modulus);
+    let (receiver, other) = (ev.unwrap_builtin(&args[0]), ev.unwrap_builtin(&args[1]));
+    let modulus = ev.unwrap_builtin(modulus);
     match rank(&receiver) {
         0 if rank(&other) > 0 || rank(&modulus) > 0 => return Ok(Value::NotImplemented),
         2 if rank(&other) > 2 => return Ok(Value::NotImplemented),
@@ -240,7 +240,7 @@ fn integer_bits(ev: &Evaluator<'_>, op: BinaryOp, args: &[Value], reflected: boo
 
 /// For types whose text is neither that of any object nor made elsewhere.
 const OWN_TEXT: MethodTable = &[("__repr__", "", |ev, args| {
-    ev.string(match &args[0] {
+    ev.new_str(match &args[0] {
         Value::Instance(_) => ev.natural_repr(&args[0])?,
         Value::Class(_) => ev.object_repr(&args[0])?,
         other => ev.repr(other)?,
@@ -248,19 +248,23 @@ const OWN_TEXT: MethodTable = &[("__repr__", "", |ev, args| {
 })];
 
 const CONVERSIONS: MethodTable = &[
-    ("__int__", "", |ev, args| ev.int_of(&ev.plain(&args[0]))),
-    ("__trunc__", "", |ev, args| ev.int_of(&ev.plain(&args[0]))),
+    ("__int__", "", |ev, args| {
+        ev.int_of(&ev.unwrap_builtin(&args[0]))
+    }),
+    ("__trunc__", "", |ev, args| {
+        ev.int_of(&ev.unwrap_builtin(&args[0]))
+    }),
     ("__float__", "", |ev, args| {
-        ev.to_f64(&ev.plain(&args[0])).map(Value::Float)
+        ev.to_f64(&ev.unwrap_builtin(&args[0])).map(Value::Float)
     }),
     ("__bool__", "", |ev, args| {
-        ev.truth(&ev.plain(&args[0])).map(Value::Bool)
+        ev.truth(&ev.unwrap_builtin(&args[0])).map(Value::Bool)
     }),
     ("__neg__", "", |ev, args| {
-        ev.unary(crate::ast::UnaryOp::Neg, &ev.plain(&args[0]))
+        ev.unary(crate::ast::UnaryOp::Neg, &ev.unwrap_builtin(&args[0]))
     }),
     ("__pos__", "", |ev, args| {
-        ev.unary(crate::ast::UnaryOp::Pos, &ev.plain(&args[0]))
+        ev.unary(crate::ast::UnaryOp::Pos, &ev.unwrap_builtin(&args[0]))
     }),
     ("__abs__", "", |ev, args| {
         let abs = ev
@@ -268,7 +272,7 @@ const CONVERSIONS: MethodTable = &[
             .builtins
             .get(ev.core.symbols.intern("abs"))
             .unwrap_or_default();
-        ev.call1(&abs, ev.plain(&args[0]))
+        ev.call1(&abs, ev.unwrap_builtin(&args[0]))
     }),
     ("__round__", "ndigits? /", |ev, args| {
         let round = ev
@@ -276,19 +280,19 @@ const CONVERSIONS: MethodTable = &[
             .builtins
             .get(ev.core.symbols.intern("round"))
             .unwrap_or_default();
-        let mut given = vec![ev.plain(&args[0])];
-        if !matches!(given[0], Value::Float(_)) && args[1].given().is_some() {
+        let mut given = vec![ev.unwrap_builtin(&args[0])];
+        if !matches!(given[0], Value::Float(_)) && args[1].if_given().is_some() {
             // Only `round` itself takes None of an integer.
             ev.to_int(&args[1])?;
         }
-        given.extend(args[1].given().cloned());
+        given.extend(args[1].if_given().cloned());
         ev.call(&round, &mut given, &[])
     }),
 ];
 
 const DIVMOD: MethodTable = &[
     ("__divmod__", "other /", |ev, args| {
-        let (a, b) = (ev.plain(&args[0]), ev.plain(&args[1]));
+        let (a, b) = (ev.unwrap_builtin(&args[0]), ev.unwrap_builtin(&args[1]));
         if rank(&b) > rank(&a) {
             return Ok(Value::NotImplemented);
         }
@@ -298,7 +302,7 @@ const DIVMOD: MethodTable = &[
         ))
     }),
     ("__rdivmod__", "other /", |ev, args| {
-        let (a, b) = (ev.plain(&args[1]), ev.plain(&args[0]));
+        let (a, b) = (ev.unwrap_builtin(&args[1]), ev.unwrap_builtin(&args[0]));
         if rank(&a) > rank(&b) {
             return Ok(Value::NotImplemented);
         }
@@ -309,31 +313,38 @@ const DIVMOD: MethodTable = &[
     }),
 ];
 
-const COMPLEX: MethodTable = &[("__complex__", "", |ev, args| Ok(ev.plain(&args[0])))];
+const COMPLEX: MethodTable = &[(
+    "__complex__",
+    "",
+    |ev, args| Ok(ev.unwrap_builtin(&args[0])),
+)];
 
 const INTEGER: MethodTable = &[
     ("__index__", "", |ev, args| {
-        ev.to_int(&ev.plain(&args[0]))
+        ev.to_int(&ev.unwrap_builtin(&args[0]))
             .map(crate::value::int::Int::into_value)
     }),
     ("__invert__", "", |ev, args| {
-        ev.unary(crate::ast::UnaryOp::Invert, &ev.plain(&args[0]))
+        ev.unary(crate::ast::UnaryOp::Invert, &ev.unwrap_builtin(&args[0]))
     }),
 ];
 
 const CONTAINER: MethodTable = &[
     ("__len__", "", |ev, args| {
-        ev.len(&ev.plain(&args[0]))
+        ev.len(&ev.unwrap_builtin(&args[0]))
             .map(|length| Value::Int(length as i64))
     }),
-    ("__iter__", "", |ev, args| ev.iter(&ev.plain(&args[0]))),
+    ("__iter__", "", |ev, args| {
+        ev.iter(&ev.unwrap_builtin(&args[0]))
+    }),
     ("__contains__", "item /", |ev, args| {
-        ev.contains(&ev.plain(&args[0]), &args[1]).map(Value::Bool)
+        ev.contains(&ev.unwrap_builtin(&args[0]), &args[1])
+            .map(Value::Bool)
     }),
 ];
 
 const GETITEM: MethodTable = &[("__getitem__", "index /", |ev, args| {
-    let container = ev.plain(&args[0]);
+    let container = ev.unwrap_builtin(&args[0]);
     if let (Value::Dict(dict), Value::Instance(instance)) = (&container, &args[0]) {
         if let Some(at) = ev.dict_find(dict, &args[1])? {
             return Ok(dict.value_at(at));
@@ -348,11 +359,11 @@ const GETITEM: MethodTable = &[("__getitem__", "index /", |ev, args| {
 
 const SETITEM: MethodTable = &[
     ("__setitem__", "index value /", |ev, args| {
-        ev.set_item(&ev.plain(&args[0]), &args[1], args[2].clone())
+        ev.set_item(&ev.unwrap_builtin(&args[0]), &args[1], args[2].clone())
             .map(|()| Value::None)
     }),
     ("__delitem__", "index /", |ev, args| {
-        ev.delete_item(&ev.plain(&args[0]), &args[1])
+        ev.delete_item(&ev.unwrap_builtin(&args[0]), &args[1])
             .map(|()| Value::None)
     }),
 ];
@@ -372,7 +383,7 @@ const SEQUENCE: MethodTable = &[
 const MODULO: MethodTable = &[
     ("__mod__", "other /", |ev, args| {
         // The argument keeps its class: its `__str__` counts.
-        let format = ev.plain(&args[0]);
+        let format = ev.unwrap_builtin(&args[0]);
         let made = ev.builtin_binary(BinaryOp::Mod, &format, &args[1])?;
         Ok(match (&made, &format) {
             // Nothing to fill in: the format is its own result.
@@ -385,7 +396,7 @@ const MODULO: MethodTable = &[
         })
     }),
     ("__rmod__", "other /", |ev, args| {
-        let (format, own) = (ev.plain(&args[1]), ev.plain(&args[0]));
+        let (format, own) = (ev.unwrap_builtin(&args[1]), ev.unwrap_builtin(&args[0]));
         match std::mem::discriminant(&format) == std::mem::discriminant(&own) {
             true => binary(ev, BinaryOp::Mod, &format, &own),
             false => Ok(Value::NotImplemented),
@@ -432,7 +443,7 @@ const SET_IN_PLACE: MethodTable = in_place_methods! {
 const NEXT: MethodTable = &[
     ("__iter__", "", |_, args| Ok(args[0].clone())),
     ("__next__", "", |ev, args| {
-        match ev.step_with(&ev.plain(&args[0]), Value::None)? {
+        match ev.step_with(&ev.unwrap_builtin(&args[0]), Value::None)? {
             crate::eval::generator::StepResult::Yielded(value) => Ok(value),
             crate::eval::generator::StepResult::Returned(value) => ev.stop_iteration(value),
         }
@@ -590,7 +601,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
     methods(
         core,
         &types.str,
-        &[("__str__", "", |ev, args| Ok(ev.plain(&args[0])))],
+        &[("__str__", "", |ev, args| Ok(ev.unwrap_builtin(&args[0])))],
     );
     for view in [&types.dict_keys, &types.dict_values, &types.dict_items] {
         give(view, &[CONTAINER, OWN_TEXT]);

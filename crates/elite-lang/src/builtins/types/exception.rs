@@ -37,7 +37,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             }),
             ("add_note", "note /", add_note),
             ("__repr__", "", |ev, args| {
-                ev.string(ev.natural_repr(&args[0])?)
+                ev.new_str(ev.natural_repr(&args[0])?)
             }),
             ("__str__", "", |ev, args| {
                 let Some(state) = exception(&args[0]) else {
@@ -45,7 +45,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
                 };
                 match &state.args() {
                     Value::Tuple(items) => match items.items() {
-                        [] => ev.string(String::new()),
+                        [] => ev.new_str(String::new()),
                         [single] => ev.str_value(single),
                         _ => ev.str_value(&state.args()),
                     },
@@ -84,7 +84,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         ExceptionKind::UnicodeEncodeError,
         ExceptionKind::UnicodeTranslateError,
     ] {
-        let text: BoundFn = |ev, args| ev.string(ev.natural_str(&args[0])?);
+        let text: BoundFn = |ev, args| ev.new_str(ev.natural_str(&args[0])?);
         methods(core, core.types.exception(kind), &[("__str__", "", text)]);
     }
 }

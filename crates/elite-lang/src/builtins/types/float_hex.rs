@@ -3,7 +3,7 @@
 use num_bigint::BigInt;
 
 use crate::eval::Evaluator;
-use crate::eval::bulk::EACH;
+use crate::eval::bulk::WORK_PER_BYTE;
 use crate::value::R;
 
 /// Python's `float.hex()`.
@@ -49,11 +49,11 @@ pub(super) fn read(ev: &Evaluator<'_>, text: &str) -> R<Option<f64>> {
     let is_blank = |byte: &u8| matches!(byte, b' ' | b'\t'..=b'\r');
     let mut body = text.as_bytes();
     while let Some((_, rest)) = body.split_first().filter(|(first, _)| is_blank(first)) {
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
         body = rest;
     }
     while let Some((_, rest)) = body.split_last().filter(|(last, _)| is_blank(last)) {
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
         body = rest;
     }
     let is_negative = body.first() == Some(&b'-');
@@ -77,7 +77,7 @@ pub(super) fn read(ev: &Evaluator<'_>, text: &str) -> R<Option<f64>> {
     let mut bytes = body.iter();
     let mut has_power = false;
     for byte in bytes.by_ref() {
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
         match byte {
             b'.' if !has_point => has_point = true,
             b'p' | b'P' => {
@@ -107,7 +107,7 @@ pub(super) fn read(ev: &Evaluator<'_>, text: &str) -> R<Option<f64>> {
         };
         let mut power = 0_i64;
         for byte in digits {
-            ev.worked(EACH)?;
+            ev.charge(WORK_PER_BYTE)?;
             if !byte.is_ascii_digit() {
                 return Ok(None);
             }

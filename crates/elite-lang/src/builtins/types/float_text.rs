@@ -5,7 +5,7 @@
 
 use super::number::to_ascii_digit;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, PIECE, pieces};
+use crate::eval::bulk::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::value::R;
 
 /// Significant digits that are kept: no float lies nearer to the middle between two others than 768 digits can tell
@@ -16,10 +16,10 @@ const EXPONENT_MAX: i64 = 100_000;
 
 /// The float that a text without blanks around it stands for.
 pub(super) fn float(ev: &Evaluator<'_>, text: &str) -> R<Option<f64>> {
-    if text.len() <= PIECE {
+    if text.len() <= CHUNK {
         return Ok(parse_float(text));
     }
-    let (short, read) = shortened(ev, text)?;
+    let (short, read) = shorten_numeral(ev, text)?;
     Ok((read == text.len())
         .then(|| short.and_then(|short| parse_float(&short)))
         .flatten())
@@ -27,7 +27,7 @@ pub(super) fn float(ev: &Evaluator<'_>, text: &str) -> R<Option<f64>> {
 
 /// The complex number that a text without blanks around it stands for.
 pub(super) fn complex(ev: &Evaluator<'_>, text: &str) -> R<Option<(f64, f64)>> {
-    if text.len() <= PIECE {
+    if text.len() <= CHUNK {
         return Ok(parse_complex(text));
     }
     let mut short = String::new();
@@ -35,10 +35,10 @@ pub(super) fn complex(ev: &Evaluator<'_>, text: &str) -> R<Option<(f64, f64)>> {
     // A bracket and blanks, two numerals, what follows.
     for _ in 0..2 {
         let begins = |c: char| c.is_whitespace() || c == '(';
-        let before = ev.leading(rest, begins)?;
+        let before = ev.prefix_len(rest, begins)?;
         short.extend(rest[..before].chars().filter(|c| !c.is_whitespace()));
         rest = &rest[before..];
-        let (numeral, read) = shortened(ev, rest)?;
+        let (numeral, read) = shorten_numeral(ev, rest)?;
         match numeral {
             Some(numeral) => short.push_str(&numeral),
             None if read > 0 && read == rest.len() => return Ok(None),
@@ -46,9 +46,9 @@ pub(super) fn complex(ev: &Evaluator<'_>, text: &str) -> R<Option<(f64, f64)>> {
         }
         rest = &rest[read..];
     }
-    let after = ev.leading(rest, |c| c == 'j' || c == 'J')?;
-    let blanks = after + ev.leading(&rest[after..], char::is_whitespace)?;
-    if after > 1 || rest.len() - blanks > PIECE || short.len() > 4 * DIGITS_MAX {
+    let after = ev.prefix_len(rest, |c| c == 'j' || c == 'J')?;
+    let blanks = after + ev.prefix_len(&rest[after..], char::is_whitespace)?;
+    if after > 1 || rest.len() - blanks > CHUNK || short.len() > 4 * DIGITS_MAX {
         return Ok(None);
     }
     short.push_str(&rest[..after]);
@@ -67,7 +67,7 @@ enum NumeralState {
 }
 
 /// The numeral at the beginning of a text with no more digits than matter, None if it is none, and its bytes.
-fn shortened(ev: &Evaluator<'_>, text: &str) -> R<(Option<String>, usize)> {
+fn shorten_numeral(ev: &Evaluator<'_>, text: &str) -> R<(Option<String>, usize)> {
     let (mut at, mut before, mut read) = (NumeralState::Sign, ' ', 0);
     let (mut sign, mut digits, mut follows) = ("", String::new(), false);
     let (mut is_number, mut scale, mut exponent, mut down) = (false, 0_i64, 0_i64, false);
@@ -125,7 +125,7 @@ fn shortened(ev: &Evaluator<'_>, text: &str) -> R<(Option<String>, usize)> {
             before = digit;
             read += c_bytes;
         }
-        ev.worked(piece.len() * EACH)?;
+        ev.charge(piece.len() * WORK_PER_BYTE)?;
     }
     let is_whole = is_number && before != '_' && at != NumeralState::ExponentSign;
     if !is_whole {
@@ -213,12 +213,12 @@ mod tests {
     #[test]
     fn long_numerals_are_rounded_as_short_ones() {
         let half = "9007199254740993".to_owned();
-        let zeros = "0".repeat(PIECE);
+        let zeros = "0".repeat(CHUNK);
         let cases = [
             (format!("{half}.{zeros}"), 9007199254740992.0),
             (format!("{half}.{zeros}1"), 9007199254740994.0),
-            (format!("-{half}{zeros}e-{PIECE}"), -9007199254740992.0),
-            (format!("0.{zeros}5e{}", PIECE + 1), 5.0),
+            (format!("-{half}{zeros}e-{CHUNK}"), -9007199254740992.0),
+            (format!("0.{zeros}5e{}", CHUNK + 1), 5.0),
             (format!("{zeros}1_0.2_5"), 10.25),
             (format!("1{zeros}"), f64::INFINITY),
             (format!("1e-{zeros}400"), 0.0),
@@ -233,10 +233,10 @@ mod tests {
             for wrong in [
                 "1__{}", "_1{}", "1{}_", "1{}_.5", "1{}e", "1{}e+", "1{}x", "+-{}",
             ] {
-                let text = wrong.replace("{}", &"0".repeat(PIECE));
+                let text = wrong.replace("{}", &"0".repeat(CHUNK));
                 assert_eq!(float(ev, &text)?, None, "{wrong}");
             }
-            let one = format!("1.{}", "0".repeat(PIECE));
+            let one = format!("1.{}", "0".repeat(CHUNK));
             assert_eq!(complex(ev, &format!("({one}-{one}j)"))?, Some((1.0, -1.0)));
             assert_eq!(complex(ev, &format!("{one}j"))?, Some((0.0, 1.0)));
             assert_eq!(complex(ev, &format!("{one}+{one}"))?, None);

@@ -16,14 +16,14 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         core,
         &types.property,
         "fget? fset? fdel? doc?",
-        |ev, args| made(ev, args).map(|property| Value::Property(Rc::new(property))),
+        |ev, args| new_property(ev, args).map(|property| Value::Property(Rc::new(property))),
     );
     methods(
         core,
         &types.property,
         &[
             ("__init__", "fget? fset? fdel? doc?", |ev, args| {
-                let property = made(ev, &args[1..])?;
+                let property = new_property(ev, &args[1..])?;
                 let Value::Instance(instance) = &args[0] else {
                     return Err(wrong_receiver(ev, "property", &args[0]));
                 };
@@ -37,27 +37,29 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
                 Ok(Value::None)
             }),
             ("getter", "function /", |ev, args| {
-                changed(ev, args, |parts, function| parts[0] = function)
+                with_part(ev, args, |parts, function| parts[0] = function)
             }),
             ("setter", "function /", |ev, args| {
-                changed(ev, args, |parts, function| parts[1] = function)
+                with_part(ev, args, |parts, function| parts[1] = function)
             }),
             ("deleter", "function /", |ev, args| {
-                changed(ev, args, |parts, function| parts[2] = function)
+                with_part(ev, args, |parts, function| parts[2] = function)
             }),
             ("__get__", "instance owner? /", |ev, args| {
                 let property = property(ev, &args[0])?;
                 match &args[1] {
                     Value::None if names_nothing(&args[2]) => Err(got_nothing(ev)),
                     Value::None => Ok(args[0].clone()),
-                    _ if property.get.is_none() => Err(lacking(ev, &property, &args[1], "getter")),
+                    _ if property.get.is_none() => {
+                        Err(missing_accessor_error(ev, &property, &args[1], "getter"))
+                    }
                     instance => ev.call1(&property.get, instance.clone()),
                 }
             }),
             ("__set__", "instance value /", |ev, args| {
                 let property = property(ev, &args[0])?;
                 if property.set.is_none() {
-                    return Err(lacking(ev, &property, &args[1], "setter"));
+                    return Err(missing_accessor_error(ev, &property, &args[1], "setter"));
                 }
                 let mut given = [args[1].clone(), args[2].clone()];
                 ev.call(&property.set, &mut given, &[])?;
@@ -66,7 +68,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             ("__delete__", "instance /", |ev, args| {
                 let property = property(ev, &args[0])?;
                 if property.delete.is_none() {
-                    return Err(lacking(ev, &property, &args[1], "deleter"));
+                    return Err(missing_accessor_error(ev, &property, &args[1], "deleter"));
                 }
                 ev.call1(&property.delete, args[1].clone())?;
                 Ok(Value::None)
@@ -106,7 +108,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
                         false => Ok(args[0].clone()),
                     };
                 }
-                ev.check_described(builtin, &args[1])?;
+                ev.check_descriptor_receiver(builtin, &args[1])?;
                 let (function, receiver) = (args[0].clone(), args[1].clone());
                 let method = crate::value::BoundMethod { receiver, function };
                 Ok(Value::BoundMethod(Rc::new(method)))
@@ -140,7 +142,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
 
 /// Whether an owner that may be left out is none.
 pub(super) fn names_nothing(owner: &Value) -> bool {
-    owner.given().is_none_or(Value::is_none)
+    owner.if_given().is_none_or(Value::is_none)
 }
 
 /// `__get__` of neither an object nor a class.
@@ -150,10 +152,10 @@ pub(super) fn got_nothing(ev: &Evaluator<'_>) -> crate::value::Raised {
 }
 
 /// A property of the arguments `fget`, `fset`, `fdel`, `doc`.
-fn made(ev: &Evaluator<'_>, args: &[Value]) -> R<Property> {
-    let part = |value: &Value| value.given().cloned().unwrap_or(Value::None);
+fn new_property(ev: &Evaluator<'_>, args: &[Value]) -> R<Property> {
+    let part = |value: &Value| value.if_given().cloned().unwrap_or(Value::None);
     let (get, set, delete) = (part(&args[0]), part(&args[1]), part(&args[2]));
-    let given = args[3].given().filter(|doc| !doc.is_none());
+    let given = args[3].if_given().filter(|doc| !doc.is_none());
     let doc = match given {
         Some(doc) => doc.clone(),
         None if get.is_none() => Value::None,
@@ -172,7 +174,7 @@ fn made(ev: &Evaluator<'_>, args: &[Value]) -> R<Property> {
 }
 
 fn property(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Property>> {
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::Property(property) => Ok(property),
         _ => Err(wrong_receiver(ev, "property", value)),
     }
@@ -180,7 +182,12 @@ fn property(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Property>> {
 
 /// The error for a property that has no getter, setter or deleter.
 #[cold]
-fn lacking(ev: &Evaluator<'_>, property: &Property, instance: &Value, part: &str) -> Raised {
+fn missing_accessor_error(
+    ev: &Evaluator<'_>,
+    property: &Property,
+    instance: &Value,
+    part: &str,
+) -> Raised {
     let class = ev.qualname_of(ev.core.types.of(instance));
     let message = match &*property.name.borrow() {
         Value::Str(name) => {
@@ -195,7 +202,7 @@ fn lacking(ev: &Evaluator<'_>, property: &Property, instance: &Value, part: &str
 }
 
 /// A property like this one with one part replaced, of the same class. Documentation that is the getter's goes with it.
-fn changed(
+fn with_part(
     ev: &Evaluator<'_>,
     args: &mut [Value],
     change: impl FnOnce(&mut [Value; 4], Value),

@@ -100,11 +100,11 @@ impl Evaluator<'_> {
             let text = format!("{NEW} takes exactly 2 arguments ({} given)", args.len());
             return Err(self.type_error(text));
         };
-        let Value::Str(text) = self.plain(message) else {
+        let Value::Str(text) = self.unwrap_builtin(message) else {
             let name = self.core.types.name_of(message);
             return Err(self.type_error(format!("{NEW} argument 1 must be str, not {name}")));
         };
-        let members = match self.plain(exceptions) {
+        let members = match self.unwrap_builtin(exceptions) {
             Value::List(_) | Value::Tuple(_) => self.collect(exceptions)?,
             Value::Instance(instance) if instance.class.lookup(known::GETITEM).is_some() => {
                 self.collect(exceptions)?
@@ -194,7 +194,7 @@ impl Evaluator<'_> {
         let members = exception.exception().map(ExceptionState::members);
         let (mut matched, mut rest) = (Vec::new(), Vec::new());
         for member in members.unwrap_or_default() {
-            let parts = self.recurse(|| self.split_group(&member, matcher))?;
+            let parts = self.with_native_depth(|| self.split_group(&member, matcher))?;
             matched.extend(parts.0);
             rest.extend(parts.1);
         }
@@ -230,7 +230,7 @@ impl Evaluator<'_> {
             to.suppress_context.set(true);
         }
         if let Some(notes) = self.attribute_or_none(&value, known::NOTES)?
-            && matches!(self.plain(&notes), Value::List(_))
+            && matches!(self.unwrap_builtin(&notes), Value::List(_))
         {
             let copy = self.collect(&notes)?.into_list();
             self.set_attribute(&Value::Instance(part.clone()), known::NOTES, copy)?;

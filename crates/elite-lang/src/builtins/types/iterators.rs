@@ -1,4 +1,4 @@
-//! `map`, `filter`, `zip`, `enumerate`, `reversed`, and the methods of generators.
+//! `map`, `filter`, `zip`, `enumerate`, `to_reversed`, and the methods of generators.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -26,7 +26,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         })))
     });
     constructor(core, &types.enumerate, "iterable start?", |ev, args| {
-        let start = match args[1].given() {
+        let start = match args[1].if_given() {
             Some(start) => ev.to_int(start)?.into_value(),
             None => Value::Int(0),
         };
@@ -58,7 +58,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
     ] {
         let methods_of_all: &[(&str, &str, BoundFn)] =
             &[("__length_hint__", "", |ev, args| match &args[0] {
-                Value::Iter(iter) => left(ev, iter),
+                Value::Iter(iter) => length_hint(ev, iter),
                 _ => Ok(Value::NotImplemented),
             })];
         methods(core, class, methods_of_all);
@@ -109,7 +109,7 @@ fn finish(ev: &Evaluator<'_>, step: R<StepResult>) -> R {
 
 fn throw(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let generator = receiver(ev, &args[0])?;
-    let exception = match (&args[1], args[2].given()) {
+    let exception = match (&args[1], args[2].if_given()) {
         (Value::Class(_), Some(value)) if !value.is_none() => match value {
             Value::Instance(instance) if instance.exception().is_some() => instance.clone(),
             value => {
@@ -172,7 +172,7 @@ fn zip(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     Ok(Value::Iter(Rc::new(Iter::Zip { sources, strict })))
 }
 
-/// `reversed(value)`
+/// `to_reversed(value)`
 pub(super) fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let value = &args[0];
     let iter = match value {
@@ -198,7 +198,7 @@ pub(super) fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 left: Cell::new(length),
             }
         }
-        Value::LongRange(range) => long_range_iterator(ev, &range.reversed()),
+        Value::LongRange(range) => long_range_iterator(ev, &range.to_reversed()),
         Value::Dict(dict) => dict_iter(dict, ViewKind::Keys, true),
         Value::DictView(view) => dict_iter(&view.dict, view.kind, true),
         Value::Str(_) | Value::Tuple(_) | Value::Bytes(_) | Value::ByteArray(_) => {
@@ -233,7 +233,7 @@ pub(super) fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// How many items an iterator still has, as far as it knows.
-fn left(ev: &Evaluator<'_>, iter: &Iter) -> R {
+fn length_hint(ev: &Evaluator<'_>, iter: &Iter) -> R {
     let count = match iter {
         Iter::List { list, index } => {
             let length = list.borrow().as_ref().map_or(0, |list| list.len());
@@ -275,12 +275,12 @@ fn left(ev: &Evaluator<'_>, iter: &Iter) -> R {
 
 /// How many items an iterator of a dictionary or set would still give.
 fn count(ev: &Evaluator<'_>, iter: &Iter) -> R<usize> {
-    let Some(twin) = iter.twin() else {
+    let Some(twin) = iter.copy() else {
         return Ok(0);
     };
     let iterator = Value::Iter(Rc::new(twin));
     let mut count = 0;
-    while ev.step(&iterator)?.is_some() {
+    while ev.next_at_safepoint(&iterator)?.is_some() {
         count += 1;
     }
     Ok(count)

@@ -4,20 +4,20 @@ use std::rc::Rc;
 
 use super::{constructor, insertion_place, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{Evaluator, InterpreterState};
 use crate::value::{Iter, List, R, Value, ValueVec};
 
 pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(core, &types.list, "iterable? /", |ev, args| {
-        match args[0].given() {
+        match args[0].if_given() {
             None => Ok(Value::list(Vec::new())),
             Some(iterable) => ev.collect(iterable).map(ValueVec::into_list),
         }
     });
     constructor(core, &types.tuple, "iterable? /", |ev, args| {
-        match args[0].given() {
+        match args[0].if_given() {
             None => Ok(Value::tuple(Vec::new())),
             Some(tuple @ Value::Tuple(_)) => Ok(tuple.clone()),
             Some(iterable) => ev.collect(iterable).map(ValueVec::into_tuple),
@@ -63,7 +63,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
 fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<List>> {
     match value {
         Value::List(list) => Ok(list.clone()),
-        other => match ev.plain(other) {
+        other => match ev.unwrap_builtin(other) {
             Value::List(list) => Ok(list),
             other => Err(wrong_receiver(ev, "list", &other)),
         },
@@ -72,8 +72,8 @@ fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<List>> {
 
 fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    ev.let_go(list.replace_all(Vec::new()));
-    if let Some(iterable) = args[1].given() {
+    ev.drop_values(list.replace_all(Vec::new()));
+    if let Some(iterable) = args[1].if_given() {
         ev.list_extend(&list, iterable)?;
     }
     Ok(Value::None)
@@ -105,7 +105,7 @@ impl Evaluator<'_> {
     /// `list.extend(iterable)`. What script code gives item by item is appended item by item, as it sees.
     pub fn list_extend(&self, list: &Rc<List>, iterable: &Value) -> R<()> {
         // Itself, behind an instance of a subclass, gives what it holds now.
-        let is_itself = |value: &Value| matches!(self.plain(value), Value::List(other) if Rc::ptr_eq(&other, list));
+        let is_itself = |value: &Value| matches!(self.unwrap_builtin(value), Value::List(other) if Rc::ptr_eq(&other, list));
         let runs_code = matches!(
             iterable,
             Value::Instance(_) | Value::Generator(_) | Value::Iter(_) | Value::Class(_)
@@ -114,7 +114,7 @@ impl Evaluator<'_> {
             let iterator = self.iter(iterable)?;
             // CPython asks how much room to make; the answer means nothing here.
             self.ask_length(iterable)?;
-            while let Some(item) = self.step(&iterator)? {
+            while let Some(item) = self.next_at_safepoint(&iterator)? {
                 self.grow_list(list, 1)?;
                 list.push(item);
             }
@@ -139,7 +139,7 @@ fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn pop(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let error = |text: &str| Err(ev.raise(ExceptionKind::IndexError, text));
-    let Some(index) = args[1].given() else {
+    let Some(index) = args[1].if_given() else {
         let last = list.change(Vec::pop);
         return last.map_or_else(|| error("pop from empty list"), Ok);
     };
@@ -155,7 +155,7 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let mut index = 0;
     while let Some(item) = list.get(index) {
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
         if ev.equal(&item, &args[1])? {
             // The comparison may have changed the list.
             drop(ev.list_remove(&list, index as i64)?);
@@ -168,13 +168,13 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn clear(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    ev.let_go(list.replace_all(Vec::new()));
+    ev.drop_values(list.replace_all(Vec::new()));
     Ok(Value::None)
 }
 
 /// Items of a list or tuple, one by one.
 fn item_at(ev: &Evaluator<'_>, value: &Value, index: usize) -> R<Option<Value>> {
-    Ok(match ev.plain(value) {
+    Ok(match ev.unwrap_builtin(value) {
         Value::List(list) => list.get(index),
         Value::Tuple(tuple) => tuple.items().get(index).cloned(),
         _ => None,
@@ -184,7 +184,7 @@ fn item_at(ev: &Evaluator<'_>, value: &Value, index: usize) -> R<Option<Value>> 
 fn count(ev: &Evaluator<'_>, sequence: &Value, value: &Value) -> R {
     let (mut index, mut count) = (0, 0);
     while let Some(item) = item_at(ev, sequence, index)? {
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
         count += i64::from(ev.equal(&item, value)?);
         index += 1;
     }
@@ -192,7 +192,7 @@ fn count(ev: &Evaluator<'_>, sequence: &Value, value: &Value) -> R {
 }
 
 fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let plain = ev.plain(&args[0]);
+    let plain = ev.unwrap_builtin(&args[0]);
     let bound = |value: &Value, default: i64| match value {
         Value::Unbound => Ok(default),
         value if ev.has_index(value) => ev.clamped_index(value),
@@ -212,7 +212,7 @@ fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         let Some(item) = item_at(ev, &plain, index)? else {
             break;
         };
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
         if ev.equal(&item, &args[1])? {
             return Ok(Value::Int(index as i64));
         }
@@ -234,12 +234,12 @@ fn reverse(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 /// comparison as in Python 2.
 fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let reverse = match args[3].given() {
+    let reverse = match args[3].if_given() {
         Some(value) => ev.c_int(value)? != 0,
         None => false,
     };
-    let mut key = args[2].given().cloned();
-    if let Some(function) = args[1].given().filter(|function| !function.is_none()) {
+    let mut key = args[2].if_given().cloned();
+    if let Some(function) = args[1].if_given().filter(|function| !function.is_none()) {
         let compares =
             matches!(function, Value::Function(function) if function.code.params.positional == 2);
         key = Some(if compares {
@@ -252,7 +252,7 @@ fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut items = list.change(std::mem::take);
     let result = ev.sort(&mut items, key.as_ref(), reverse);
     let changed = !list.is_empty();
-    ev.let_go(list.replace_all(items));
+    ev.drop_values(list.replace_all(items));
     result?;
     match changed {
         true => Err(ev.value_error("list modified during sort")),

@@ -82,16 +82,16 @@ fn methods(core: &InterpreterState, class: &Class, list: &[(&'static str, &str, 
                 module: None,
                 signature,
                 body,
-                fills: holds_items(class),
-                quick: quick::find(owner, None, name),
-                joins: owner.and_then(|owner| joins(owner, name)),
+                stores_args: holds_items(class),
+                fast_path: quick::find(owner, None, name),
+                sequence_op: owner.and_then(|owner| joins(owner, name)),
                 is_slot: is_slot(owner, name),
             })),
         );
     }
 }
 
-/// `Builtin::joins` of a method of this name.
+/// `Builtin::sequence_op` of a method of this name.
 pub fn joins(owner: &str, name: &str) -> Option<(BinaryOp, bool)> {
     let is_sequence = matches!(
         owner,
@@ -128,9 +128,9 @@ fn raw_method(core: &InterpreterState, class: &Class, name: &'static str, body: 
             module: None,
             signature,
             body,
-            fills: holds_items(class),
-            quick: None,
-            joins: None,
+            stores_args: holds_items(class),
+            fast_path: None,
+            sequence_op: None,
             is_slot: is_slot(owner, name),
         })),
     );
@@ -150,9 +150,9 @@ fn class_method(
         module: None,
         signature: Signature::parse(&format!("cls {signature}"), &core.symbols),
         body: BuiltinBody::Bound(body),
-        fills: false,
-        quick: None,
-        joins: None,
+        stores_args: false,
+        fast_path: None,
+        sequence_op: None,
         is_slot: false,
     };
     class.set(
@@ -163,7 +163,7 @@ fn class_method(
 
 /// Refuses what is no text as the format specification that `__format__` is called with.
 fn check_spec(ev: &Evaluator<'_>, spec: &Value) -> R<()> {
-    if matches!(ev.plain(spec), Value::Str(_)) {
+    if matches!(ev.unwrap_builtin(spec), Value::Str(_)) {
         return Ok(());
     }
     let name = ev.core.types.name_of_argument(spec);

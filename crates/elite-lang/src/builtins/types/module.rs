@@ -34,7 +34,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
 
 /// The name of a module, which is a text.
 fn name(ev: &Evaluator<'_>, value: &Value) -> R {
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         text @ Value::Str(_) => Ok(text),
         _ => {
             let found = ev.core.types.name_of_argument(value);
@@ -47,7 +47,7 @@ fn name(ev: &Evaluator<'_>, value: &Value) -> R {
 /// Sets what a module has from the beginning.
 fn begin(ev: &Evaluator<'_>, module: &Value, args: &[Value]) -> R<()> {
     let symbols = &ev.core.symbols;
-    let doc = args[1].given().cloned().unwrap_or(Value::None);
+    let doc = args[1].if_given().cloned().unwrap_or(Value::None);
     let parts = [
         (known::NAME, args[0].clone()),
         (known::DOC, doc),
@@ -59,7 +59,7 @@ fn begin(ev: &Evaluator<'_>, module: &Value, args: &[Value]) -> R<()> {
         match module {
             Value::Module(module) => module.namespace.set(name, value),
             Value::Instance(instance) => {
-                if value.holds_values() {
+                if value.can_hold_values() {
                     ev.core.note_instance(instance);
                 }
                 instance.set(name, value, symbols);

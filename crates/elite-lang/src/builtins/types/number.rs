@@ -6,7 +6,7 @@ use num_bigint::BigInt;
 
 use super::{class_method, constructor, float_hex, float_text, methods};
 use crate::errors::ExceptionKind;
-use crate::eval::bulk::{EACH, PIECE, pieces};
+use crate::eval::bulk::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::eval::{Evaluator, InterpreterState};
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
@@ -19,7 +19,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(core, &types.int, "x? / base?", int);
     constructor(core, &types.bool, "x? /", |ev, args| {
-        match args[0].given() {
+        match args[0].if_given() {
             None => Ok(Value::Bool(false)),
             Some(value) => ev.truth(value).map(Value::Bool),
         }
@@ -91,7 +91,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         ],
     );
     class_method(core, &types.float, "fromhex", "string /", |ev, args| {
-        let Value::Str(text) = ev.plain(&args[1]) else {
+        let Value::Str(text) = ev.unwrap_builtin(&args[1]) else {
             return Err(ev.type_error("bad argument type for built-in operation"));
         };
         match float_hex::read(ev, text.as_str())? {
@@ -106,9 +106,11 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
     methods(
         core,
         &types.complex,
-        &[("conjugate", "", |ev, args| match ev.plain(&args[0]) {
-            Value::Complex(complex) => Ok(Value::complex(complex.0, -complex.1)),
-            other => Ok(other),
+        &[("conjugate", "", |ev, args| {
+            match ev.unwrap_builtin(&args[0]) {
+                Value::Complex(complex) => Ok(Value::complex(complex.0, -complex.1)),
+                other => Ok(other),
+            }
         })],
     );
 }
@@ -135,7 +137,7 @@ impl Evaluator<'_> {
                         continue;
                     }
                     let result = self.special(value, method, &mut [])?.unwrap_or_default();
-                    return match Int::of(&self.plain(&result)) {
+                    return match Int::of(&self.unwrap_builtin(&result)) {
                         Some(int) => Ok(int.into_value()),
                         None if method == known::TRUNC && self.has_index(&result) => {
                             self.to_int(&result).map(Int::into_value)
@@ -182,8 +184,8 @@ pub fn int_from(ev: &Evaluator<'_>, value: &Value) -> R {
 }
 
 fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let base = args[1].given();
-    let Some(value) = args[0].given() else {
+    let base = args[1].if_given();
+    let Some(value) = args[0].if_given() else {
         return match base {
             None => Ok(Value::Int(0)),
             Some(_) => Err(ev.type_error("int() missing string argument")),
@@ -204,10 +206,10 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         value if base.is_none() && has_own(value, &[known::INT, known::INDEX, known::TRUNC]) => {
             return ev.int_of(value);
         }
-        other => match ev.plain(other) {
+        other => match ev.unwrap_builtin(other) {
             Value::Str(text) => numeral(ev, text.as_str())?,
             plain => match ev.bytes_like(&plain) {
-                Some(data) => numeral(ev, &ev.of_latin1(&data)?)?,
+                Some(data) => numeral(ev, &ev.decode_latin1(&data)?)?,
                 None if base.is_some() => {
                     return Err(ev.type_error("int() can't convert non-string with explicit base"));
                 }
@@ -245,8 +247,8 @@ fn has_own(value: &Value, names: &[Symbol]) -> bool {
 
 /// A text without the blanks around it.
 fn numeral(ev: &Evaluator<'_>, text: &str) -> R<String> {
-    let text = &text[ev.leading(text, char::is_whitespace)?..];
-    let text = &text[..text.len() - ev.trailing(text, char::is_whitespace)?];
+    let text = &text[ev.prefix_len(text, char::is_whitespace)?..];
+    let text = &text[..text.len() - ev.suffix_len(text, char::is_whitespace)?];
     let mut copy = String::new();
     ev.push_text(&mut copy, text)?;
     Ok(copy)
@@ -263,7 +265,7 @@ fn check_digits(ev: &Evaluator<'_>, text: &str, base: u32) -> R<bool> {
             return Ok(false);
         }
         digits += piece.chars().filter(|c| c.is_alphanumeric()).count();
-        ev.worked(piece.len() * EACH)?;
+        ev.charge(piece.len() * WORK_PER_BYTE)?;
     }
     match base {
         0 | 2 | 4 | 8 | 16 | 32 => ev.check_bits(digits as u64).map(|()| true),
@@ -289,7 +291,7 @@ fn parse_int(ev: &Evaluator<'_>, text: &str, base: u32) -> R<Option<Value>> {
     if base == 10 && trimmed.len() <= 18 && trimmed.bytes().all(|byte| byte.is_ascii_digit()) {
         return Ok(trimmed.parse().ok().map(Value::Int));
     }
-    if trimmed.len() > PIECE && !check_digits(ev, trimmed, base)? {
+    if trimmed.len() > CHUNK && !check_digits(ev, trimmed, base)? {
         return Ok(None);
     }
     let (negative, digits) = match trimmed.strip_prefix('-') {
@@ -357,16 +359,16 @@ fn gives_number(value: &Value) -> bool {
 }
 
 fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let Some(value) = args[0].given() else {
+    let Some(value) = args[0].if_given() else {
         return Ok(Value::Float(0.0));
     };
     if has_own(value, &[known::FLOAT, known::INDEX]) {
         return ev.converted_f64(value).map(Value::Float);
     }
-    let text = match ev.plain(value) {
+    let text = match ev.unwrap_builtin(value) {
         Value::Str(text) => numeral(ev, text.as_str())?,
         plain => match ev.bytes_like(&plain) {
-            Some(data) => numeral(ev, &ev.of_latin1(&data)?)?,
+            Some(data) => numeral(ev, &ev.decode_latin1(&data)?)?,
             None => {
                 return ev.to_f64(value).map(Value::Float).map_err(|raised| {
                     if ev.is_kind(&raised, ExceptionKind::TypeError) && !gives_number(value) {
@@ -399,12 +401,12 @@ fn has_loose_underscore(ev: &Evaluator<'_>, text: &str) -> R<bool> {
 }
 
 fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let text_of = |value: &Value| match ev.plain(value) {
+    let text_of = |value: &Value| match ev.unwrap_builtin(value) {
         Value::Str(text) => Some(text),
         _ => None,
     };
-    if let Some(text) = args[0].given().and_then(text_of) {
-        if args[1].given().is_some() {
+    if let Some(text) = args[0].if_given().and_then(text_of) {
+        if args[1].if_given().is_some() {
             return Err(ev.type_error("complex() can't take second arg if first is a string"));
         }
         let written = numeral(ev, text.as_str())?;
@@ -418,7 +420,7 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         }
         return Err(ev.value_error("complex() arg is a malformed string"));
     }
-    if args[1].given().and_then(text_of).is_some() {
+    if args[1].if_given().and_then(text_of).is_some() {
         return Err(ev.type_error("complex() second arg can't be a string"));
     }
     let part = |value: &Value, wanted: &str| -> R<(f64, Option<f64>)> {
@@ -428,7 +430,7 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             Value::Complex(complex) => Ok((complex.0, Some(complex.1))),
             // Only the first one is asked to become a complex number.
             Value::Instance(instance)
-                if is_second && let Some(Value::Complex(complex)) = instance.extended() =>
+                if is_second && let Some(Value::Complex(complex)) = instance.builtin_value() =>
             {
                 Ok((complex.0, Some(complex.1)))
             }
@@ -438,7 +440,7 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 let made = ev
                     .special(value, known::COMPLEX, &mut [])?
                     .unwrap_or_default();
-                match ev.plain(&made) {
+                match ev.unwrap_builtin(&made) {
                     Value::Complex(complex) => Ok((complex.0, Some(complex.1))),
                     _ => {
                         let name = ev.core.types.name_of(&made);
@@ -473,7 +475,7 @@ fn byte_order(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<Option<bool>
     if value.is_unbound() {
         return Ok(Some(true));
     }
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::Str(text) => Ok(match text.as_str() {
             "big" => Some(true),
             "little" => Some(false),
@@ -495,12 +497,14 @@ fn no_byte_order(ev: &Evaluator<'_>) -> Raised {
 
 fn to_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let int = ev.to_int(&args[0])?;
-    let length = match args[1].given() {
+    let length = match args[1].if_given() {
         Some(length) => ev.index(length)?,
         None => 1,
     };
     let big_endian = byte_order(ev, &args[2], "to_bytes")?;
-    let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
+    let signed = args[3]
+        .if_given()
+        .map_or(Ok(false), |value| ev.truth(value))?;
     let big_endian = big_endian.ok_or_else(|| no_byte_order(ev))?;
     let length = usize::try_from(length)
         .map_err(|_| ev.value_error("length argument must be non-negative"))?;
@@ -541,20 +545,22 @@ fn fits_without(data: &[u8], filler: u8) -> bool {
 
 fn from_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let big_endian = byte_order(ev, &args[2], "from_bytes")?;
-    let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
+    let signed = args[3]
+        .if_given()
+        .map_or(Ok(false), |value| ev.truth(value))?;
     let big_endian = big_endian.ok_or_else(|| no_byte_order(ev))?;
     let mut data = super::bytes::of_object(ev, &args[1], "bytes")?;
     if !big_endian {
         data.reverse();
     }
     let mut zeros = 0;
-    for piece in data.chunks(PIECE) {
+    for piece in data.chunks(CHUNK) {
         let some = piece.iter().take_while(|byte| **byte == 0).count();
         zeros += some;
         if some < piece.len() {
             break;
         }
-        ev.worked(piece.len() * EACH)?;
+        ev.charge(piece.len() * WORK_PER_BYTE)?;
     }
     // The sign is in the first byte of all.
     let data = &data[zeros.saturating_sub(1)..];

@@ -23,13 +23,13 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         Ok(Value::Instance(Instance::new(class, InstancePayload::None)))
     });
     raw_constructor(&types.none, |ev, args| {
-        only(ev, args, "NoneType", Value::None)
+        singleton(ev, args, "NoneType", Value::None)
     });
     raw_constructor(&types.ellipsis, |ev, args| {
-        only(ev, args, "EllipsisType", Value::Ellipsis)
+        singleton(ev, args, "EllipsisType", Value::Ellipsis)
     });
     raw_constructor(&types.not_implemented, |ev, args| {
-        only(ev, args, "NotImplementedType", Value::NotImplemented)
+        singleton(ev, args, "NotImplementedType", Value::NotImplemented)
     });
     raw_constructor(&types.type_, type_of);
     methods(
@@ -128,7 +128,7 @@ fn refuse_class(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<()> {
 }
 
 /// The only value of a type.
-fn only(ev: &Evaluator<'_>, args: &Args<'_>, name: &str, value: Value) -> R {
+fn singleton(ev: &Evaluator<'_>, args: &Args<'_>, name: &str, value: Value) -> R {
     match args.positional.is_empty() && args.keywords.is_empty() {
         true => Ok(value),
         false => Err(ev.type_error(format!("{name} takes no arguments"))),
@@ -136,7 +136,7 @@ fn only(ev: &Evaluator<'_>, args: &Args<'_>, name: &str, value: Value) -> R {
 }
 
 /// What every object has unless its class says otherwise. These are not found by lookups of special methods, only
-/// when a script names them: `super().__init__()`, `object.__setattr__(self, name, value)`.
+/// when a script names them: `super().__init__()`, `object.__setattr__(self, name, to_value)`.
 fn install_natural(core: &Rc<InterpreterState>) {
     let natural = &core.types.natural;
     raw_method(core, natural, "__init__", |ev, args| {
@@ -182,7 +182,9 @@ fn install_natural(core: &Rc<InterpreterState>) {
                     _ => ev.repr_value(&args[0]),
                 }
             }),
-            ("__repr__", "", |ev, args| ev.string(ev.bare_repr(&args[0]))),
+            ("__repr__", "", |ev, args| {
+                ev.new_str(ev.bare_repr(&args[0]))
+            }),
             ("__format__", "spec /", |ev, args| {
                 super::check_spec(ev, &args[1])?;
                 if ev.truth(&args[1])? {
@@ -271,11 +273,11 @@ impl Evaluator<'_> {
             _ => Value::None,
         };
         let slots = crate::value::Dict::new();
-        for class in instance.class.line() {
+        for class in instance.class.mro() {
             for name in class.own_slots() {
-                self.worked(crate::eval::pace::VALUE)?;
+                self.charge(crate::eval::pace::WORK_PER_VALUE)?;
                 if let Some(found) = instance.get(name, &self.core.symbols) {
-                    self.dict_set(&slots, self.core.symbols.value(name), found)?;
+                    self.dict_set(&slots, self.core.symbols.to_value(name), found)?;
                 }
             }
         }
@@ -283,7 +285,7 @@ impl Evaluator<'_> {
             return Ok(dict);
         }
         let pair = Value::pair(dict, Value::Dict(Rc::new(slots)));
-        self.core.note(&pair);
+        self.core.gc_track(&pair);
         Ok(pair)
     }
 }
@@ -298,7 +300,7 @@ fn identity(a: &Value, b: &Value, equal: bool) -> Value {
 
 fn name_of<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<TempSymbol<'e>> {
     match name {
-        Value::Str(text) => ev.ask_name(text.as_str()),
+        Value::Str(text) => ev.temp_symbol(text.as_str()),
         other => {
             let name = ev.core.types.name_of(other);
             Err(ev.type_error(format!("attribute name must be string, not '{name}'")))
@@ -306,7 +308,7 @@ fn name_of<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<TempSymbol<'e>> {
     }
 }
 
-/// `type(value)`, or `type(name, bases, dict)`.
+/// `type(to_value)`, or `type(name, bases, dict)`.
 fn type_of(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     match &*args.positional {
         [value] => Ok(Value::Class(ev.core.types.of(value).clone())),

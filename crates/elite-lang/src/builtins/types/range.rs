@@ -25,11 +25,11 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
 
 fn range(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let first = ev.to_int(&args[0])?;
-    let (start, stop) = match args[1].given() {
+    let (start, stop) = match args[1].if_given() {
         Some(stop) => (first, ev.to_int(stop)?),
         None => (Int::Small(0), first),
     };
-    let step = match args[2].given() {
+    let step = match args[2].if_given() {
         Some(step) => ev.to_int(step)?,
         None => Int::Small(1),
     };
@@ -58,7 +58,7 @@ impl LibraryIterator for LongRangeIterator {
 
     fn clear(&self, _: &mut Vec<Value>) {}
 
-    fn copied(
+    fn copy_with(
         &self,
         _: &Evaluator<'_>,
         _: &dyn Fn(&Value) -> R,
@@ -105,7 +105,7 @@ fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Ok(Value::Int(i64::from(position(&args[0], &int).is_some())));
     }
     let (items, mut count) = (ev.iter(&args[0])?, 0);
-    while let Some(item) = ev.step(&items)? {
+    while let Some(item) = ev.next_at_safepoint(&items)? {
         count += i64::from(ev.equal(&item, &args[1])?);
     }
     Ok(Value::Int(count))
@@ -119,7 +119,7 @@ fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         };
     }
     let (items, mut index) = (ev.iter(&args[0])?, 0);
-    while let Some(item) = ev.step(&items)? {
+    while let Some(item) = ev.next_at_safepoint(&items)? {
         if ev.equal(&item, &args[1])? {
             return Ok(Value::Int(index));
         }
@@ -129,8 +129,8 @@ fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn slice(_: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let given = |value: &Value| value.given().cloned().unwrap_or(Value::None);
-    let slice = match args[1].given() {
+    let given = |value: &Value| value.if_given().cloned().unwrap_or(Value::None);
+    let slice = match args[1].if_given() {
         Some(stop) => Slice {
             start: args[0].clone(),
             stop: stop.clone(),

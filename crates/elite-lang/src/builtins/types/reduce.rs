@@ -35,7 +35,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         ],
     );
     let arguments: BoundFn = |ev, args| {
-        Ok(Value::tuple(match ev.plain(&args[0]) {
+        Ok(Value::tuple(match ev.unwrap_builtin(&args[0]) {
             Value::Complex(complex) => vec![Value::Float(complex.0), Value::Float(complex.1)],
             Value::Bool(flag) => vec![Value::Int(i64::from(flag))],
             plain => vec![plain],
@@ -70,13 +70,13 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             }),
             ("__reduce_ex__", "protocol? /", |ev, args| {
                 let protocol = args[1]
-                    .given()
+                    .if_given()
                     .map_or(Ok(0), |given| ev.clamped_index(given))?;
                 if protocol < 3 || content(ev, &args[0])?.is_empty() {
                     let text = text_of_bytes(ev, &args[0])?;
                     return with_state(ev, &args[0], text);
                 }
-                let data = ev.copied_bytes(&content(ev, &args[0])?)?;
+                let data = ev.copy_bytes(&content(ev, &args[0])?)?;
                 let data = Value::Bytes(Rc::new(Bytes::new(data)));
                 with_state(ev, &args[0], vec![data])
             }),
@@ -102,16 +102,16 @@ fn set_state(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             "BaseException.__setstate__() takes exactly one argument ({given} given)"
         )));
     };
-    match ev.plain(state) {
+    match ev.unwrap_builtin(state) {
         Value::None => {}
         Value::Dict(dict) => {
-            for (_, key, value) in ev.entries(&dict)? {
-                let Value::Str(name) = ev.plain(&key) else {
+            for (_, key, value) in ev.collect_entries(&dict)? {
+                let Value::Str(name) = ev.unwrap_builtin(&key) else {
                     let name = ev.core.types.name_of(&key);
                     let text = format!("attribute name must be string, not '{name}'");
                     return Err(ev.type_error(text));
                 };
-                ev.set_attribute(exception, ev.take_name(name.as_str())?, value)?;
+                ev.set_attribute(exception, ev.intern_name(name.as_str())?, value)?;
             }
         }
         _ => return Err(ev.type_error("state is not a dictionary")),
@@ -130,7 +130,7 @@ fn text_of_bytes(ev: &Evaluator<'_>, value: &Value) -> R<Vec<Value>> {
     if data.is_empty() {
         return Ok(Vec::new());
     }
-    let text = ev.string(ev.of_latin1(&data)?)?;
+    let text = ev.new_str(ev.decode_latin1(&data)?)?;
     Ok(vec![text, Value::str("latin-1")])
 }
 
@@ -147,7 +147,7 @@ fn state(ev: &Evaluator<'_>, value: &Value) -> R {
 
 /// The nearest class that no script has made.
 fn builtin_base(class: &Rc<Class>) -> Option<Rc<Class>> {
-    class.line().into_iter().find(|class| !class.is_script)
+    class.mro().into_iter().find(|class| !class.is_script)
 }
 
 #[cold]
@@ -183,7 +183,7 @@ fn from_builtin(ev: &Evaluator<'_>, value: &Value) -> R {
 /// The later protocols: from `__new__` of the class, with what the object says are its arguments.
 fn from_class(ev: &Evaluator<'_>, value: &Value) -> R {
     let class = ev.core.types.of(value).clone();
-    let is_made_anew = match ev.plain(value) {
+    let is_made_anew = match ev.unwrap_builtin(value) {
         Value::Instance(_) => {
             builtin_base(&class).is_some_and(|base| Rc::ptr_eq(&base, &ev.core.types.object))
         }
@@ -206,17 +206,17 @@ fn from_class(ev: &Evaluator<'_>, value: &Value) -> R {
     let mut args = ValueVec::from(vec![Value::Class(class.clone())]);
     if let Some(method) = class.lookup(ev.core.symbols.intern("__getnewargs__")) {
         let given = ev.call_method_value(&method, value, &mut [])?;
-        let Value::Tuple(given) = ev.plain(&given) else {
+        let Value::Tuple(given) = ev.unwrap_builtin(&given) else {
             let name = ev.core.types.name_of(&given);
             let text = format!("__getnewargs__ should return a tuple, not '{name}'");
             return Err(ev.type_error(text));
         };
-        args = ValueVec::from(ev.room_for(given.items().len() + 1)?);
+        args = ValueVec::from(ev.try_with_capacity(given.items().len() + 1)?);
         args.push(Value::Class(class));
         ev.copy_values(given.items(), &mut args)?;
     }
     let (mut items, mut pairs) = (Value::None, Value::None);
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::List(_) => items = ev.iter(value)?,
         Value::Dict(_) => {
             let all = ev.attribute(value, ev.core.symbols.intern("items"))?;

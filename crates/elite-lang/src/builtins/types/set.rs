@@ -11,7 +11,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(core, &types.set, "iterable? /", |ev, args| {
         let set = Rc::new(Set::new());
-        if let Some(iterable) = args[0].given() {
+        if let Some(iterable) = args[0].if_given() {
             ev.set_extend(&set, iterable)?;
         }
         Ok(Value::Set(set))
@@ -20,7 +20,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         core,
         &types.frozenset,
         "iterable? /",
-        |ev, args| match args[0].given() {
+        |ev, args| match args[0].if_given() {
             Some(frozen @ Value::FrozenSet(_)) => Ok(frozen.clone()),
             iterable => {
                 let set = Rc::new(Set::new());
@@ -40,7 +40,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             ("__init__", "iterable? /", |ev, args| {
                 let set = receiver(ev, &args[0])?;
                 set.clear();
-                if let Some(iterable) = args[1].given() {
+                if let Some(iterable) = args[1].if_given() {
                     ev.set_extend(&set, iterable)?;
                 }
                 Ok(Value::None)
@@ -88,13 +88,13 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             ("difference_update", "*others", |ev, args| {
                 let set = receiver(ev, &args[0])?;
                 for other in others(&args[1]) {
-                    match ev.plain(&other) {
+                    match ev.unwrap_builtin(&other) {
                         Value::Set(other) | Value::FrozenSet(other) => {
                             ev.set_subtract(&set, &other)?;
                         }
                         _ => {
                             let iterator = ev.iter(&other)?;
-                            while let Some(item) = ev.step(&iterator)? {
+                            while let Some(item) = ev.next_at_safepoint(&iterator)? {
                                 ev.set_remove(&set, &item)?;
                             }
                         }
@@ -118,12 +118,12 @@ fn install_queries(core: &Rc<InterpreterState>, class: &Class) {
         &[
             ("copy", "", |ev, args| {
                 let set = receiver(ev, &args[0])?;
-                let copy = ev.copied_set(&set)?;
+                let copy = ev.copy_set(&set)?;
                 Ok(like(&args[0], copy))
             }),
             ("union", "*others", |ev, args| {
                 let set = receiver(ev, &args[0])?;
-                let result = ev.copied_set(&set)?;
+                let result = ev.copy_set(&set)?;
                 for other in others(&args[1]) {
                     ev.set_extend(&result, &other)?;
                 }
@@ -153,7 +153,7 @@ fn install_queries(core: &Rc<InterpreterState>, class: &Class) {
             ("isdisjoint", "other /", |ev, args| {
                 let set = receiver(ev, &args[0])?;
                 let iterator = ev.iter(&args[1])?;
-                while let Some(item) = ev.step(&iterator)? {
+                while let Some(item) = ev.next_at_safepoint(&iterator)? {
                     if ev.set_contains(&set, &item)? {
                         return Ok(Value::Bool(false));
                     }
@@ -166,7 +166,7 @@ fn install_queries(core: &Rc<InterpreterState>, class: &Class) {
 
 /// The set behind a receiver.
 fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Set>> {
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::Set(set) | Value::FrozenSet(set) => Ok(set),
         other => Err(wrong_receiver(ev, "set", &other)),
     }
@@ -174,7 +174,7 @@ fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Set>> {
 
 /// Any iterable as a set.
 fn as_set(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Set>> {
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::Set(set) | Value::FrozenSet(set) => Ok(set),
         _ => {
             let set = Rc::new(Set::new());
@@ -188,7 +188,7 @@ fn as_set(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Set>> {
 fn like(receiver: &Value, set: Set) -> Value {
     let frozen = match receiver {
         Value::FrozenSet(_) => true,
-        Value::Instance(instance) => matches!(instance.extended(), Some(Value::FrozenSet(_))),
+        Value::Instance(instance) => matches!(instance.builtin_value(), Some(Value::FrozenSet(_))),
         _ => false,
     };
     if frozen {
@@ -211,15 +211,15 @@ fn intersection(ev: &Evaluator<'_>, args: &[Value]) -> R<Set> {
     let mut result = receiver(ev, &args[0])?;
     let others = others(&args[1]);
     if others.is_empty() {
-        return ev.copied_set(&result);
+        return ev.copy_set(&result);
     }
     for other in others {
-        result = Rc::new(match ev.plain(&other) {
+        result = Rc::new(match ev.unwrap_builtin(&other) {
             Value::Set(other) | Value::FrozenSet(other) => ev.set_intersection(&result, &other)?,
             _ => {
                 let common = Set::new();
                 let iterator = ev.iter(&other)?;
-                while let Some(item) = ev.step(&iterator)? {
+                while let Some(item) = ev.next_at_safepoint(&iterator)? {
                     let hash = ev.hash(&item)?;
                     if ev.set_find(&result, hash, &item)?.is_some() {
                         ev.set_add_hashed(&common, hash, item)?;
@@ -229,13 +229,13 @@ fn intersection(ev: &Evaluator<'_>, args: &[Value]) -> R<Set> {
             }
         });
     }
-    ev.copied_set(&result)
+    ev.copy_set(&result)
 }
 
 type SetOpFn<'y> = fn(&Evaluator<'y>, &Set, &Set) -> R<Set>;
 
-fn combined<'y>(ev: &Evaluator<'y>, args: &[Value], combine: SetOpFn<'y>) -> R<Set> {
-    let mut result = ev.copied_set(&*receiver(ev, &args[0])?)?;
+fn fold_sets<'y>(ev: &Evaluator<'y>, args: &[Value], combine: SetOpFn<'y>) -> R<Set> {
+    let mut result = ev.copy_set(&*receiver(ev, &args[0])?)?;
     for other in others(&args[1]) {
         result = combine(ev, &result, &*as_set(ev, &other)?)?;
     }
@@ -243,5 +243,5 @@ fn combined<'y>(ev: &Evaluator<'y>, args: &[Value], combine: SetOpFn<'y>) -> R<S
 }
 
 fn combine<'y>(ev: &Evaluator<'y>, args: &[Value], operation: SetOpFn<'y>) -> R {
-    Ok(like(&args[0], combined(ev, args, operation)?))
+    Ok(like(&args[0], fold_sets(ev, args, operation)?))
 }

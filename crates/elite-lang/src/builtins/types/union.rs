@@ -27,7 +27,7 @@ impl Contents for UnionType {
 pub(super) fn install(core: &Rc<InterpreterState>) {
     let class = &core.types.union;
     class.set(known::MODULE, Value::str("types"));
-    class.in_c.set(true);
+    class.is_c_type.set(true);
     methods(
         core,
         class,

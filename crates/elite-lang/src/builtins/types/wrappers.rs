@@ -42,7 +42,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
     raw_method(core, &types.staticmethod, "__call__", |ev, args| {
         let (keywords, mut caller) = (args.keywords, args.caller.take());
         match args.positional.split_first_mut() {
-            Some((method, rest)) => match ev.plain(method) {
+            Some((method, rest)) => match ev.unwrap_builtin(method) {
                 Value::StaticMethod(function) => {
                     ev.call_from(&function, rest, keywords, caller.as_mut())
                 }
@@ -55,7 +55,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         core,
         &types.staticmethod,
         &[("__get__", "instance owner? /", |ev, args| {
-            match ev.plain(&args[0]) {
+            match ev.unwrap_builtin(&args[0]) {
                 Value::StaticMethod(_) if is_asked_for_nothing(args) => Err(got_nothing(ev)),
                 Value::StaticMethod(function) => Ok(Value::clone(&function)),
                 other => Err(wrong_receiver(ev, "staticmethod", &other)),
@@ -66,14 +66,14 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         core,
         &types.classmethod,
         &[("__get__", "instance owner? /", |ev, args| {
-            match ev.plain(&args[0]) {
+            match ev.unwrap_builtin(&args[0]) {
                 Value::ClassMethod(_) if is_asked_for_nothing(args) => Err(got_nothing(ev)),
                 Value::ClassMethod(function) => {
                     let receiver = match names_nothing(&args[2]) {
                         true => Value::Class(ev.core.types.of(&args[1]).clone()),
                         false => args[2].clone(),
                     };
-                    ev.bound_to_class(&function, &receiver)
+                    ev.bind_to_class(&function, &receiver)
                 }
                 other => Err(wrong_receiver(ev, "classmethod", &other)),
             }
@@ -125,15 +125,17 @@ impl Evaluator<'_> {
         }
         let dict = Rc::new(Dict::new());
         for name in TAKEN_OVER {
-            if let Some(value) = self.recurse(|| self.attribute_or_none(wrapped, *name))? {
-                dict.set_interned(self.core.symbols.value(*name), value);
+            if let Some(value) =
+                self.with_native_depth(|| self.attribute_or_none(wrapped, *name))?
+            {
+                dict.set_interned(self.core.symbols.to_value(*name), value);
             }
         }
         // A function that was asked may have made one.
         if let Some(Value::Dict(dict)) = wrapped.attrs.get() {
             return Ok(dict);
         }
-        self.core.note(&Value::Dict(dict.clone()));
+        self.core.gc_track(&Value::Dict(dict.clone()));
         wrapped.attrs.put(Some(Value::Dict(dict.clone())));
         Ok(dict)
     }
@@ -142,7 +144,7 @@ impl Evaluator<'_> {
 fn install_super(core: &Rc<InterpreterState>) {
     let class = &core.types.super_;
     constructor(core, class, "type? object_or_type? /", |ev, args| {
-        made(ev, args)
+        new_super(ev, args)
     });
     raw_method(core, class, "__init__", |ev, args| {
         if !args.keywords.is_empty() {
@@ -160,7 +162,7 @@ fn install_super(core: &Rc<InterpreterState>) {
             return Ok(Value::None);
         };
         let given = |at: usize| rest.get(at).cloned().unwrap_or_default();
-        let sup = made(ev, &[given(0), given(1)])?;
+        let sup = new_super(ev, &[given(0), given(1)])?;
         if let InstancePayload::Value(held) = &instance.payload {
             ev.core.note_instance(instance);
             held.put(sup);
@@ -177,7 +179,7 @@ fn install_super(core: &Rc<InterpreterState>) {
                     let text = format!("attribute name must be string, not '{found}'");
                     return Err(ev.type_error(text));
                 };
-                let name = ev.ask_name(text.as_str())?;
+                let name = ev.temp_symbol(text.as_str())?;
                 let found = match &args[0] {
                     Value::Instance(instance) => {
                         let behind = match receiver(ev, &args[0])? {
@@ -212,8 +214,8 @@ fn install_super(core: &Rc<InterpreterState>) {
 }
 
 /// A `super` of the arguments `type`, `object_or_type`.
-fn made(ev: &Evaluator<'_>, args: &[Value]) -> R {
-    match args[0].given() {
+fn new_super(ev: &Evaluator<'_>, args: &[Value]) -> R {
+    match args[0].if_given() {
         Some(class) => {
             // Of None nothing is looked up yet, as if it had not been given.
             let receiver = match &args[1] {
@@ -227,7 +229,7 @@ fn made(ev: &Evaluator<'_>, args: &[Value]) -> R {
 }
 
 fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Super>> {
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::Super(sup) => Ok(sup),
         other => Err(wrong_receiver(ev, "super", &other)),
     }

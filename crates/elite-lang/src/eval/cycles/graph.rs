@@ -10,7 +10,7 @@ use std::rc::Rc;
 use crate::value::{Iter, Value};
 
 /// Entries of a container that are visited at once.
-pub(super) const PART: usize = 1024;
+pub(super) const TRAVERSE_CHUNK: usize = 1024;
 
 /// Counted references to what a value stands for; None for what the search does not follow.
 pub(super) fn references(value: &Value) -> Option<usize> {
@@ -33,7 +33,7 @@ pub(super) fn references(value: &Value) -> Option<usize> {
         Value::Slice(rc) => Rc::strong_count(rc),
         // Builtin types stay as long as the interpreter.
         Value::Class(rc) if rc.is_script => Rc::strong_count(rc),
-        Value::Builtin(rc) if !rc.held().is_empty() => Rc::strong_count(rc),
+        Value::Builtin(rc) if !rc.captured().is_empty() => Rc::strong_count(rc),
         Value::Class(_) | Value::Module(_) | Value::Builtin(_) => return None,
         Value::Unbound
         | Value::None
@@ -55,7 +55,7 @@ pub(super) fn references(value: &Value) -> Option<usize> {
 /// Where a value keeps whether a search has found it in use; None for kinds that do not.
 pub(super) fn age_of(value: &Value) -> Option<&Cell<bool>> {
     Some(match value {
-        Value::List(rc) => &rc.old,
+        Value::List(rc) => &rc.gc_old,
         Value::Tuple(rc) => &rc.old,
         Value::Dict(rc) => &rc.old,
         Value::Set(rc) | Value::FrozenSet(rc) => &rc.old,
@@ -72,14 +72,14 @@ pub(super) fn age_of(value: &Value) -> Option<&Cell<bool>> {
 pub(super) fn is_leaf(value: &Value) -> bool {
     match value {
         Value::Tuple(tuple) => {
-            tuple.items().len() <= 16 && !tuple.items().iter().any(Value::holds_values)
+            tuple.items().len() <= 16 && !tuple.items().iter().any(Value::can_hold_values)
         }
         _ => false,
     }
 }
 
 /// Whether taking a value apart may run script code.
-pub(super) fn ends_by_script(value: &Value) -> bool {
+pub(super) fn has_finalizer(value: &Value) -> bool {
     matches!(value, Value::Generator(generator) if generator.has_stack())
 }
 
@@ -87,20 +87,20 @@ pub(super) fn ends_by_script(value: &Value) -> bool {
 /// entries than a part. What is in use right now is left out, so its parts are kept.
 pub(super) fn visit(value: &Value, from: usize, each: &mut dyn FnMut(&Value)) -> Option<usize> {
     let more = match value {
-        Value::List(list) => list.visit(from, PART, each),
+        Value::List(list) => list.visit(from, TRAVERSE_CHUNK, each),
         Value::Tuple(tuple) => {
             let items = tuple.items();
-            items.iter().skip(from).take(PART).for_each(each);
-            items.len() > from + PART
+            items.iter().skip(from).take(TRAVERSE_CHUNK).for_each(each);
+            items.len() > from + TRAVERSE_CHUNK
         }
-        Value::Dict(dict) => dict.visit(from, PART, each),
-        Value::Set(set) | Value::FrozenSet(set) => set.visit(from, PART, each),
+        Value::Dict(dict) => dict.visit(from, TRAVERSE_CHUNK, each),
+        Value::Set(set) | Value::FrozenSet(set) => set.visit(from, TRAVERSE_CHUNK, each),
         _ => {
             visit_small(value, each);
             false
         }
     };
-    more.then_some(from + PART)
+    more.then_some(from + TRAVERSE_CHUNK)
 }
 
 fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
@@ -125,7 +125,7 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
                     held.iter().for_each(&mut *each);
                 }
             }
-            if function.code.refers.are_followed() {
+            if function.code.refs.is_traced() {
                 each(&Value::Code(function.code.clone()));
             }
             if let Some(attrs) = function.attrs.try_borrow()
@@ -172,9 +172,9 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
                 each(part);
             }
         }
-        Value::Code(code) => code.refers.visit(each),
+        Value::Code(code) => code.refs.visit(each),
         Value::Class(class) => class.visit(each),
-        Value::Builtin(builtin) => builtin.held().iter().for_each(each),
+        Value::Builtin(builtin) => builtin.captured().iter().for_each(each),
         _ => {}
     }
 }
@@ -215,7 +215,7 @@ fn visit_iterator(iter: &Iter, each: &mut dyn FnMut(&Value)) {
 }
 
 /// Empties what can be emptied; a cycle always goes through one such object.
-pub(super) fn take_apart(value: &Value) {
+pub(super) fn clear_references(value: &Value) {
     match value {
         Value::List(list) => {
             drop(list.replace_all(Vec::new()));

@@ -13,7 +13,7 @@
 //!
 //! A search goes on in slices. While one is under way no script code runs; after each slice the driver of the script
 //! threads has its turn, so that a stop never waits for a search. What references what is in `graph`, the lists of what
-//! was noted are in `noted`. When a search begins depends on counts alone, so a program runs the same every time.
+//! was noted are in `gc_tracked`. When a search begins depends on counts alone, so a program runs the same every time.
 
 mod graph;
 mod noted;
@@ -29,7 +29,7 @@ use super::generator::Generator;
 use crate::limits::memory;
 use crate::value::module::Namespace;
 use crate::value::{CellVar, Class, Dict, Function, Instance, List, Set, Value};
-use graph::take_apart;
+use graph::clear_references;
 use noted::GcCandidates;
 use search::GcRun;
 
@@ -45,7 +45,7 @@ const AGED_MIN: usize = 25_000;
 pub struct CycleCollector {
     noted: GcCandidates,
     /// Noted since the last search.
-    fresh: Cell<usize>,
+    new_candidates: Cell<usize>,
     /// The next search is due with so many.
     fresh_due: Cell<usize>,
     /// Or with so many bytes in use.
@@ -53,7 +53,7 @@ pub struct CycleCollector {
     /// With so many bytes in use everything is looked at.
     memory_due_all: Cell<usize>,
     /// Objects found in use since the last search through everything, and by it.
-    aged: Cell<usize>,
+    promoted: Cell<usize>,
     old: Cell<usize>,
     /// Slices of fuel since the last search through everything.
     slices: Cell<usize>,
@@ -61,21 +61,21 @@ pub struct CycleCollector {
     search: RefCell<Option<Box<GcRun>>>,
     searching: Cell<bool>,
     /// What a search that was given up has looked at, dropped bit by bit.
-    leftover: RefCell<Option<Box<GcRun>>>,
+    abandoned: RefCell<Option<Box<GcRun>>>,
 }
 
 impl InterpreterState {
     /// One more is noted, and so many that had died are not any more.
-    fn one_more(&self, died: usize) {
-        let fresh = self.cycles.fresh.get().saturating_sub(died);
-        self.cycles.fresh.set(fresh + 1);
+    fn count_tracked(&self, died: usize) {
+        let fresh = self.cycles.new_candidates.get().saturating_sub(died);
+        self.cycles.new_candidates.set(fresh + 1);
     }
 
     /// Notes whatever a container is, because it is given a value which can hold others.
     #[inline(never)]
-    pub fn note(&self, value: &Value) {
+    pub fn gc_track(&self, value: &Value) {
         match value {
-            Value::List(list) if !list.noted.get() => self.note_list(list),
+            Value::List(list) if !list.gc_tracked.get() => self.gc_track_list(list),
             Value::Dict(dict) if !dict.noted.get() => self.note_dict(dict),
             Value::Set(set) if !set.noted.get() => self.note_set(set),
             Value::Function(function) => self.note_function(function),
@@ -83,8 +83,8 @@ impl InterpreterState {
                 if !instance.noted.get() {
                     self.note_instance(instance);
                 }
-                if let Some(extended) = instance.extended() {
-                    self.note(&extended);
+                if let Some(extended) = instance.builtin_value() {
+                    self.gc_track(&extended);
                 }
             }
             _ => {}
@@ -97,11 +97,11 @@ impl InterpreterState {
     pub fn note_instance(&self, instance: &Rc<Instance>) {
         instance.noted.set(true);
         instance.old.set(false);
-        self.one_more(
+        self.count_tracked(
             self.cycles
                 .noted
                 .instances
-                .push(instance, self.is_searching()),
+                .push(instance, self.is_gc_running()),
         );
     }
 
@@ -111,16 +111,16 @@ impl InterpreterState {
     pub fn note_cell(&self, cell: &Rc<CellVar>) {
         cell.noted.set(true);
         cell.old.set(false);
-        self.one_more(self.cycles.noted.cells.push(cell, self.is_searching()));
+        self.count_tracked(self.cycles.noted.cells.push(cell, self.is_gc_running()));
     }
 
     /// Notes a list that is given a value which can hold others.
     #[cold]
     #[inline(never)]
-    pub fn note_list(&self, list: &Rc<List>) {
-        list.noted.set(true);
-        list.old.set(false);
-        self.one_more(self.cycles.noted.lists.push(list, self.is_searching()));
+    pub fn gc_track_list(&self, list: &Rc<List>) {
+        list.gc_tracked.set(true);
+        list.gc_old.set(false);
+        self.count_tracked(self.cycles.noted.lists.push(list, self.is_gc_running()));
     }
 
     /// Notes a dictionary that is given a value which can hold others.
@@ -129,7 +129,7 @@ impl InterpreterState {
     pub fn note_dict(&self, dict: &Rc<Dict>) {
         dict.noted.set(true);
         dict.old.set(false);
-        self.one_more(self.cycles.noted.dicts.push(dict, self.is_searching()));
+        self.count_tracked(self.cycles.noted.dicts.push(dict, self.is_gc_running()));
     }
 
     /// Notes a set that is given a value which can hold others.
@@ -138,7 +138,7 @@ impl InterpreterState {
     pub fn note_set(&self, set: &Rc<Set>) {
         set.noted.set(true);
         set.old.set(false);
-        self.one_more(self.cycles.noted.sets.push(set, self.is_searching()));
+        self.count_tracked(self.cycles.noted.sets.push(set, self.is_gc_running()));
     }
 
     /// Notes a function that is given an attribute which can hold others.
@@ -147,11 +147,11 @@ impl InterpreterState {
     pub fn note_function(&self, function: &Rc<Function>) {
         if !function.noted.replace(true) {
             function.old.set(false);
-            self.one_more(
+            self.count_tracked(
                 self.cycles
                     .noted
                     .functions
-                    .push(function, self.is_searching()),
+                    .push(function, self.is_gc_running()),
             );
         }
     }
@@ -159,7 +159,7 @@ impl InterpreterState {
     /// Notes the variables of a namespace that hold what can hold others.
     pub fn note_namespace(&self, namespace: &Namespace) {
         for cell in namespace.own_cells() {
-            if !cell.noted.get() && cell.value.borrow().holds_values() {
+            if !cell.noted.get() && cell.value.borrow().can_hold_values() {
                 self.note_cell(&cell);
             }
         }
@@ -167,33 +167,33 @@ impl InterpreterState {
 
     /// Notes a class that has just been made.
     pub fn note_class(&self, class: &Rc<Class>) {
-        self.one_more(self.cycles.noted.classes.push(class, self.is_searching()));
+        self.count_tracked(self.cycles.noted.classes.push(class, self.is_gc_running()));
     }
 
     /// Notes a generator that has just been made.
     pub fn note_generator(&self, generator: &Rc<Generator>) {
-        self.one_more(
+        self.count_tracked(
             self.cycles
                 .noted
                 .generators
-                .push(generator, self.is_searching()),
+                .push(generator, self.is_gc_running()),
         );
     }
 
-    /// Whether a search is under way: then no script code may run before `search_slice` says that it is over.
+    /// Whether a search is under way: then no script code may run before `run_gc_slice` says that it is over.
     #[inline]
-    pub fn is_searching(&self) -> bool {
+    pub fn is_gc_running(&self) -> bool {
         self.cycles.searching.get()
     }
 
     /// Begins a search if enough has come up since the last one; whether it did.
     #[inline]
-    pub fn begin_search_if_due(&self) -> bool {
+    pub fn start_gc_if_due(&self) -> bool {
         let cycles = &self.cycles;
         self.drop_leftover();
         cycles.slices.set(cycles.slices.get() + 1);
-        let (fresh, aged) = (cycles.fresh.get(), cycles.aged.get());
-        let (used, first) = (self.memory_used(), self.growth_worth_a_search(0));
+        let (fresh, aged) = (cycles.new_candidates.get(), cycles.promoted.get());
+        let (used, first) = (self.memory_used(), self.gc_growth_bytes(0));
         let young = fresh >= cycles.fresh_due.get().max(FRESH_MIN)
             || fresh > 0 && used >= cycles.memory_due.get().max(first);
         let all = aged >= (cycles.old.get() / 4).max(AGED_MIN)
@@ -206,16 +206,13 @@ impl InterpreterState {
     }
 
     /// With how many bytes in use a search may be due.
-    pub fn memory_search_due(&self) -> usize {
-        self.cycles
-            .memory_due
-            .get()
-            .max(self.growth_worth_a_search(0))
+    pub fn gc_threshold_bytes(&self) -> usize {
+        self.cycles.memory_due.get().max(self.gc_growth_bytes(0))
     }
 
     /// How much more a task with `used` bytes may come to hold before a search is worth it: as much again, but less the
     /// nearer it is to its limit.
-    fn growth_worth_a_search(&self, used: usize) -> usize {
+    fn gc_growth_bytes(&self, used: usize) -> usize {
         let limit = self.limits.memory_bytes;
         let left = limit.saturating_sub(used) / 2;
         used.max(GROWTH).min(left).max(limit / 64)
@@ -233,53 +230,55 @@ impl InterpreterState {
     }
 
     /// Goes on with a search that is under way; whether it is over.
-    pub fn search_slice(&self) -> bool {
+    pub fn run_gc_slice(&self) -> bool {
         let cycles = &self.cycles;
         // Taking cycles apart ends generators, whose `finally` blocks are script code that may come here again.
         let Some(mut search) = cycles.search.take() else {
-            return !self.is_searching();
+            return !self.is_gc_running();
         };
         let is_over = search.slice(&cycles.noted);
         // What it has freed in big blocks goes back slice by slice, too.
-        memory::tidy();
+        memory::unmap_deferred();
         if !is_over {
             *cycles.search.borrow_mut() = Some(search);
             return false;
         }
-        cycles.fresh.set(0);
+        cycles.new_candidates.set(0);
         if search.is_of_all() {
-            cycles.old.set(search.alive());
-            cycles.aged.set(0);
+            cycles.old.set(search.alive_count());
+            cycles.promoted.set(0);
             cycles.slices.set(0);
             let used = self.memory_used();
-            let due = used.saturating_add(self.growth_worth_a_search(used));
+            let due = used.saturating_add(self.gc_growth_bytes(used));
             cycles.memory_due_all.set(due);
         } else {
-            cycles.aged.set(cycles.aged.get() + search.alive());
+            cycles
+                .promoted
+                .set(cycles.promoted.get() + search.alive_count());
             // So the work stays in proportion to what the program itself does.
-            cycles.fresh_due.set(search.seen());
+            cycles.fresh_due.set(search.seen_count());
         }
         let used = self.memory_used();
-        let due = used.saturating_add(self.growth_worth_a_search(used));
+        let due = used.saturating_add(self.gc_growth_bytes(used));
         cycles.memory_due.set(due);
         cycles.searching.set(false);
         true
     }
 
     /// Gives up the search that is under way, because script code is to run now.
-    pub fn abandon_search(&self) {
+    pub fn abandon_gc(&self) {
         if let Some(search) = self.cycles.search.take() {
             self.cycles.searching.set(false);
-            *self.cycles.leftover.borrow_mut() = Some(search);
+            *self.cycles.abandoned.borrow_mut() = Some(search);
         }
     }
 
     fn drop_leftover(&self) {
-        let Some(mut search) = self.cycles.leftover.take() else {
+        let Some(mut search) = self.cycles.abandoned.take() else {
             return;
         };
         if !search.drop_some() {
-            self.cycles.leftover.borrow_mut().get_or_insert(search);
+            self.cycles.abandoned.borrow_mut().get_or_insert(search);
         }
     }
 
@@ -287,21 +286,21 @@ impl InterpreterState {
     /// program has done as much since it was looked at last.
     #[cold]
     #[inline(never)]
-    pub fn collect(&self, bytes: usize) {
+    pub fn gc_until_fits(&self, bytes: usize) {
         self.search_at_once(false);
         let work = self
             .cycles
             .slices
             .get()
-            .saturating_mul(super::core::SLICE as usize);
-        if !self.memory_allows(bytes) && work >= self.cycles.old.get() / 8 {
+            .saturating_mul(super::core::FUEL_SLICE as usize);
+        if !self.fits_memory(bytes) && work >= self.cycles.old.get() / 8 {
             self.search_at_once(true);
         }
     }
 
     fn search_at_once(&self, all: bool) {
         self.begin_search(all);
-        while !self.search_slice() {
+        while !self.run_gc_slice() {
             if self.cycles.search.borrow().is_none() {
                 // The search itself has led here.
                 return;
@@ -312,10 +311,10 @@ impl InterpreterState {
     /// Breaks the cycles through all that was noted and still lives.
     pub fn break_cycles(&self) {
         drop(self.cycles.search.take());
-        drop(self.cycles.leftover.take());
+        drop(self.cycles.abandoned.take());
         // What is dropped on the way may run no script code any more, so nothing is noted meanwhile.
         for object in self.cycles.noted.take() {
-            take_apart(&object);
+            clear_references(&object);
         }
     }
 }

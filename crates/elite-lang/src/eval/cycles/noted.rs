@@ -25,7 +25,7 @@ pub(super) struct CandidateList<T> {
 }
 
 /// Looks at `count` entries from number `next` on; the dead ones leave.
-fn tidy<T>(list: &mut Vec<Weak<T>>, next: &Cell<usize>, count: usize) {
+fn prune_dead<T>(list: &mut Vec<Weak<T>>, next: &Cell<usize>, count: usize) {
     let mut at = next.get();
     for _ in 0..count {
         match list.get(at) {
@@ -57,7 +57,7 @@ impl<T> CandidateList<T> {
         let mut young = self.young.borrow_mut();
         let before = young.len();
         if !searching {
-            tidy(&mut young, &self.next_young, TIDIED_YOUNG);
+            prune_dead(&mut young, &self.next_young, TIDIED_YOUNG);
         }
         let left = before - young.len();
         young.push(Rc::downgrade(object));
@@ -89,7 +89,7 @@ impl<T> CandidateList<T> {
                 old.push(object);
             }
         }
-        tidy(&mut old, &self.next, now * TIDIED);
+        prune_dead(&mut old, &self.next, now * TIDIED);
         if old.len() < old.capacity() / 4 {
             let room = old.len() * 2;
             old.shrink_to(room);
@@ -150,7 +150,7 @@ impl GcCandidates {
     }
 
     /// The first `count` of the young ones of a kind grow old, up to `most` of them; how many are left to do.
-    pub(super) fn age(&self, kind: usize, count: usize, most: usize) -> usize {
+    pub(super) fn promote(&self, kind: usize, count: usize, most: usize) -> usize {
         match kind {
             0 => self.instances.age(count, most),
             1 => self.cells.age(count, most),

@@ -7,7 +7,7 @@
 
 use hashbrown::HashTable;
 
-use super::graph::{age_of, ends_by_script, is_leaf, references, take_apart, visit};
+use super::graph::{age_of, clear_references, has_finalizer, is_leaf, references, visit};
 use super::noted::{GcCandidates, KINDS};
 use crate::value::Value;
 
@@ -23,12 +23,12 @@ const SHARDS: usize = 1024;
 struct GcNode {
     value: Value,
     /// References from other objects of the search.
-    within: u32,
-    lives: bool,
+    internal_refs: u32,
+    is_reachable: bool,
 }
 
 /// Addresses are well spread after one multiplication.
-fn mixed(address: usize) -> u64 {
+fn hash_address(address: usize) -> u64 {
     (address as u64)
         .wrapping_mul(0x9E37_79B9_7F4A_7C15)
         .rotate_left(32)
@@ -54,42 +54,42 @@ fn address_of(blocks: &[Vec<GcNode>], index: u32) -> Option<usize> {
 /// What a search does next.
 enum GcPhase {
     /// Enters what was noted.
-    Enter {
+    AddCandidates {
         kind: usize,
         index: usize,
     },
     /// Enters what the nodes refer to; within node `next` from entry `from` on.
-    Walk {
+    CountInternalRefs {
         next: usize,
         from: usize,
     },
     /// Marks nodes that are referred to from elsewhere.
-    Mark {
+    MarkRoots {
         next: usize,
     },
     /// Marks what those reach: the walk through all nodes stands at `next`; `aside` are those to visit before it goes
     /// on, with the entry to go on at. There may be as many of them as there are nodes, so they stay where they are.
-    Spread {
+    Propagate {
         next: usize,
         aside: Vec<(u32, usize)>,
     },
     /// Ends generators that are not marked: their `finally` blocks may save what they refer to.
-    End {
+    Finalize {
         next: usize,
         ended: bool,
     },
     /// Takes apart what is not marked.
-    TakeApart {
+    Clear {
         next: usize,
     },
     /// What is in use grows old, and the nodes are let go.
-    LetGo,
+    Release,
     /// What was noted grows old.
-    Age {
+    Promote {
         kind: usize,
         count: usize,
     },
-    Over,
+    Done,
 }
 
 /// A search.
@@ -120,7 +120,7 @@ impl GcRun {
             alive: 0,
             places: (0..SHARDS).map(|_| Shard::default()).collect(),
             entered: [0; KINDS],
-            phase: GcPhase::Enter {
+            phase: GcPhase::AddCandidates {
                 kind: 0,
                 index: usize::MAX,
             },
@@ -132,12 +132,12 @@ impl GcRun {
     }
 
     /// Objects it has found in use.
-    pub(super) fn alive(&self) -> usize {
+    pub(super) fn alive_count(&self) -> usize {
         self.alive
     }
 
     /// Objects it has seen.
-    pub(super) fn seen(&self) -> usize {
+    pub(super) fn seen_count(&self) -> usize {
         self.count
     }
 
@@ -145,42 +145,44 @@ impl GcRun {
     pub(super) fn slice(&mut self, noted: &GcCandidates) -> bool {
         let mut left = SLICE;
         while left > 0 {
-            let phase = std::mem::replace(&mut self.phase, GcPhase::Over);
+            let phase = std::mem::replace(&mut self.phase, GcPhase::Done);
             self.phase = match phase {
-                GcPhase::Over => return true,
-                GcPhase::Enter { kind, index } => self.enter_noted(noted, kind, index, &mut left),
-                GcPhase::Walk { next, from } => self.walk(next, from, &mut left),
-                GcPhase::Mark { next } => self.mark(next, &mut left),
-                GcPhase::Spread { next, aside } => self.spread(next, aside, &mut left),
-                GcPhase::End { next, ended } => self.end_generators(next, ended, &mut left),
-                GcPhase::TakeApart { next } => self.take_apart(next, &mut left),
-                GcPhase::LetGo => {
+                GcPhase::Done => return true,
+                GcPhase::AddCandidates { kind, index } => {
+                    self.add_candidates(noted, kind, index, &mut left)
+                }
+                GcPhase::CountInternalRefs { next, from } => self.walk(next, from, &mut left),
+                GcPhase::MarkRoots { next } => self.mark(next, &mut left),
+                GcPhase::Propagate { next, aside } => self.spread(next, aside, &mut left),
+                GcPhase::Finalize { next, ended } => self.end_generators(next, ended, &mut left),
+                GcPhase::Clear { next } => self.take_apart(next, &mut left),
+                GcPhase::Release => {
                     left = left.saturating_sub(BLOCK);
                     match self.blocks.pop() {
                         Some(block) => {
                             self.let_go(block);
-                            GcPhase::LetGo
+                            GcPhase::Release
                         }
-                        None => GcPhase::Age {
+                        None => GcPhase::Promote {
                             kind: 0,
                             count: self.entered[0],
                         },
                     }
                 }
-                GcPhase::Age { kind, count } => {
+                GcPhase::Promote { kind, count } => {
                     left = left.saturating_sub(BLOCK);
-                    match noted.age(kind, count, BLOCK) {
-                        0 if kind + 1 == KINDS => GcPhase::Over,
-                        0 => GcPhase::Age {
+                    match noted.promote(kind, count, BLOCK) {
+                        0 if kind + 1 == KINDS => GcPhase::Done,
+                        0 => GcPhase::Promote {
                             kind: kind + 1,
                             count: self.entered[kind + 1],
                         },
-                        count => GcPhase::Age { kind, count },
+                        count => GcPhase::Promote { kind, count },
                     }
                 }
             };
         }
-        matches!(self.phase, GcPhase::Over)
+        matches!(self.phase, GcPhase::Done)
     }
 
     /// What a block's objects are from now on: old, if they are in use.
@@ -188,7 +190,7 @@ impl GcRun {
         if self.gave_up {
             return;
         }
-        for node in block.iter().filter(|node| node.lives) {
+        for node in block.iter().filter(|node| node.is_reachable) {
             self.alive += 1;
             if let Some(old) = age_of(&node.value) {
                 old.set(true);
@@ -209,7 +211,7 @@ impl GcRun {
     }
 
     fn place(&self, address: usize) -> Option<u32> {
-        let hash = mixed(address);
+        let hash = hash_address(address);
         let blocks = &self.blocks;
         self.places[shard_of(hash)]
             .find(hash, |index| address_of(blocks, *index) == Some(address))
@@ -224,7 +226,7 @@ impl GcRun {
         if is_leaf(value) || !self.all && age_of(value).is_some_and(|old| old.get()) {
             return None;
         }
-        let hash = mixed(address);
+        let hash = hash_address(address);
         let blocks = &self.blocks;
         let shard = &mut self.places[shard_of(hash)];
         let known = shard.find(hash, |index| address_of(blocks, *index) == Some(address));
@@ -233,15 +235,15 @@ impl GcRun {
             None => {
                 let fresh = self.count as u32;
                 // A moved table of addresses needs their hashes again.
-                let again = |index: &u32| address_of(blocks, *index).map_or(0, mixed);
+                let again = |index: &u32| address_of(blocks, *index).map_or(0, hash_address);
                 shard.insert_unique(hash, fresh, again);
                 if self.count.is_multiple_of(BLOCK) {
                     self.blocks.push(Vec::with_capacity(BLOCK));
                 }
                 self.blocks.last_mut()?.push(GcNode {
                     value: value.clone(),
-                    within: 0,
-                    lives: false,
+                    internal_refs: 0,
+                    is_reachable: false,
                 });
                 self.count += 1;
                 fresh
@@ -250,7 +252,7 @@ impl GcRun {
         self.node(index as usize)
     }
 
-    fn enter_noted(
+    fn add_candidates(
         &mut self,
         noted: &GcCandidates,
         mut kind: usize,
@@ -272,27 +274,27 @@ impl GcRun {
                     }
                 }
                 Err(()) if kind + 1 < KINDS => (kind, index) = (kind + 1, usize::MAX),
-                Err(()) => return GcPhase::Walk { next: 0, from: 0 },
+                Err(()) => return GcPhase::CountInternalRefs { next: 0, from: 0 },
             }
         }
-        GcPhase::Enter { kind, index }
+        GcPhase::AddCandidates { kind, index }
     }
 
     fn walk(&mut self, mut next: usize, mut from: usize, left: &mut usize) -> GcPhase {
         while *left > 0 {
             if self.count > self.most {
                 self.gave_up = true;
-                return GcPhase::LetGo;
+                return GcPhase::Release;
             }
             let Some(node) = self.node(next) else {
-                return GcPhase::Mark { next: 0 };
+                return GcPhase::MarkRoots { next: 0 };
             };
             let value = node.value.clone();
             let mut seen = 1;
             let more = visit(&value, from, &mut |child| {
                 seen += 1;
                 if let Some(node) = self.enter(child) {
-                    node.within += 1;
+                    node.internal_refs += 1;
                 }
             });
             *left = left.saturating_sub(seen);
@@ -301,7 +303,7 @@ impl GcRun {
                 None => (next, from) = (next + 1, 0),
             }
         }
-        GcPhase::Walk { next, from }
+        GcPhase::CountInternalRefs { next, from }
     }
 
     fn mark(&mut self, mut next: usize, left: &mut usize) -> GcPhase {
@@ -311,14 +313,14 @@ impl GcRun {
                 break;
             };
             // One reference is the search's own.
-            node.lives =
-                references(&node.value).is_some_and(|count| count - 1 > node.within as usize);
+            node.is_reachable = references(&node.value)
+                .is_some_and(|count| count - 1 > node.internal_refs as usize);
             next += 1;
         }
         if next < self.count {
-            return GcPhase::Mark { next };
+            return GcPhase::MarkRoots { next };
         }
-        GcPhase::Spread {
+        GcPhase::Propagate {
             next: 0,
             aside: Vec::new(),
         }
@@ -339,12 +341,12 @@ impl GcRun {
                     *left -= 1;
                     match self.node(next) {
                         None => {
-                            return GcPhase::End {
+                            return GcPhase::Finalize {
                                 next: 0,
                                 ended: false,
                             };
                         }
-                        Some(node) if node.lives => {
+                        Some(node) if node.is_reachable => {
                             next += 1;
                             (next as u32 - 1, 0)
                         }
@@ -368,9 +370,9 @@ impl GcRun {
                 let place = child.address().and_then(|address| self.place(address));
                 let Some(place) = place else { return };
                 if let Some(node) = self.node(place as usize)
-                    && !node.lives
+                    && !node.is_reachable
                 {
-                    node.lives = true;
+                    node.is_reachable = true;
                     // Those ahead are met on the way.
                     if (place as usize) < next {
                         aside.push((place, 0));
@@ -382,7 +384,7 @@ impl GcRun {
                 aside.push((index, entry));
             }
         }
-        GcPhase::Spread { next, aside }
+        GcPhase::Propagate { next, aside }
     }
 
     fn end_generators(&mut self, mut next: usize, mut ended: bool, left: &mut usize) -> GcPhase {
@@ -390,34 +392,34 @@ impl GcRun {
             let Some(node) = self.node(next) else {
                 // The next search finds out what their last statements have left.
                 return match ended {
-                    true => GcPhase::LetGo,
-                    false => GcPhase::TakeApart { next: 0 },
+                    true => GcPhase::Release,
+                    false => GcPhase::Clear { next: 0 },
                 };
             };
             next += 1;
             *left -= 1;
-            if !node.lives && ends_by_script(&node.value) {
+            if !node.is_reachable && has_finalizer(&node.value) {
                 let value = node.value.clone();
-                take_apart(&value);
+                clear_references(&value);
                 ended = true;
                 *left = left.saturating_sub(64);
             }
         }
-        GcPhase::End { next, ended }
+        GcPhase::Finalize { next, ended }
     }
 
     fn take_apart(&mut self, mut next: usize, left: &mut usize) -> GcPhase {
         while *left > 0 {
             let Some(node) = self.node(next) else {
-                return GcPhase::LetGo;
+                return GcPhase::Release;
             };
             next += 1;
-            *left = left.saturating_sub(if node.lives { 1 } else { 8 });
-            if !node.lives {
+            *left = left.saturating_sub(if node.is_reachable { 1 } else { 8 });
+            if !node.is_reachable {
                 let value = node.value.clone();
-                take_apart(&value);
+                clear_references(&value);
             }
         }
-        GcPhase::TakeApart { next }
+        GcPhase::Clear { next }
     }
 }

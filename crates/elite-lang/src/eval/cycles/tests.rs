@@ -32,7 +32,7 @@ fn left(text: &str) -> isize {
 }
 
 fn left_by(text: &str) -> isize {
-    let before = memory::held();
+    let before = memory::live_bytes();
     let program = compile(SourceFile::new("test", text), &KnownNames::default()).unwrap();
     let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
@@ -44,7 +44,7 @@ fn left_by(text: &str) -> isize {
         }
     }
     drop((thread, interpreter, program));
-    memory::held() - before
+    memory::live_bytes() - before
 }
 
 #[test]
@@ -364,7 +364,7 @@ fn slices_of_searches(kept: usize, made: usize) -> usize {
     let mut thread = interpreter.spawn_program(&program);
     let mut slices = 0;
     while let ResumeOutcome::OutOfFuel = thread.resume(Resume::Continue, 20_000) {
-        slices += usize::from(interpreter.is_searching());
+        slices += usize::from(interpreter.is_gc_running());
     }
     slices
 }
@@ -459,7 +459,7 @@ fn a_stop_does_not_wait_for_a_search() {
             slowest = slowest.max(begin.elapsed());
         }
         assert!(matches!(step, ResumeOutcome::OutOfFuel), "{step:?}");
-        slices = if interpreter.is_searching() {
+        slices = if interpreter.is_gc_running() {
             slices + 1
         } else {
             0
@@ -479,18 +479,18 @@ fn a_stop_does_not_wait_for_a_search() {
         slowest.max(stop) < Duration::from_millis(200),
         "{slowest:?} {stop:?}"
     );
-    assert!(!interpreter.is_searching());
+    assert!(!interpreter.is_gc_running());
 }
 
 #[test]
 fn what_a_search_that_was_given_up_has_seen_is_released() {
     left_by("x = [0] * 100_000");
-    let before = memory::held();
+    let before = memory::live_bytes();
     let text = big(60_000);
     let program = compile(SourceFile::new("test", text), &KnownNames::default()).unwrap();
     let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
-    while !interpreter.is_searching() {
+    while !interpreter.is_gc_running() {
         assert!(matches!(
             thread.resume(Resume::Continue, 100_000),
             ResumeOutcome::OutOfFuel
@@ -508,7 +508,7 @@ fn what_a_search_that_was_given_up_has_seen_is_released() {
     while let ResumeOutcome::OutOfFuel = thread.resume(Resume::Continue, 100_000) {}
     assert!(interpreter.global("total").and_then(|total| total.as_i64()) > Some(1000));
     drop((thread, interpreter, program, second));
-    assert_eq!(memory::held() - before, 0);
+    assert_eq!(memory::live_bytes() - before, 0);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use smallvec::SmallVec;
 
 use crate::errors::ExceptionKind;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
 use crate::value::symbol::{TempSymbol, known};
@@ -59,12 +59,12 @@ impl ExprNode for CallUnpacked {
         );
         let result = gathered.and_then(|()| {
             ev.call_from(&callee, &mut positional, &keywords, Some(&mut *f))
-                .at(ev, f, self.span)
+                .trace_at(ev, f, self.span)
         });
         // Many names are forgotten bit by bit.
         for name in names {
             drop(name);
-            ev.worked(4 * VALUE)?;
+            ev.charge(4 * WORK_PER_VALUE)?;
         }
         result
     }
@@ -92,20 +92,22 @@ impl CallUnpacked {
         }
         let iterable = last.eval(ev, f)?;
         if !extend_at_once(&iterable, |items| args.extend(items.iter().cloned())) {
-            let items = collect(&iterable, before.is_empty(), callee, ev).at(ev, f, self.span)?;
+            let items =
+                collect(&iterable, before.is_empty(), callee, ev).trace_at(ev, f, self.span)?;
             let mut args = ValueVec::from(args.into_vec());
-            ev.append_values(items, &mut args).at(ev, f, self.span)?;
+            ev.append_values(items, &mut args)
+                .trace_at(ev, f, self.span)?;
             let result = ev.call_from(callee, &mut args, &[], Some(&mut *f));
-            return result.at(ev, f, self.span);
+            return result.trace_at(ev, f, self.span);
         }
-        iterable.discard();
+        iterable.drop_inline();
         if let Value::Function(function) = callee {
             return ev
                 .call_function(function, &mut args, &[])
-                .at(ev, f, self.span);
+                .trace_at(ev, f, self.span);
         }
         ev.call_from(callee, &mut args, &[], Some(&mut *f))
-            .at(ev, f, self.span)
+            .trace_at(ev, f, self.span)
     }
 }
 
@@ -113,8 +115,8 @@ impl CallUnpacked {
 #[inline]
 fn extend_at_once(iterable: &Value, extend: impl FnOnce(&[Value])) -> bool {
     match iterable {
-        Value::Tuple(tuple) if tuple.items().len() <= FEW => extend(tuple.items()),
-        Value::List(list) if list.len() <= FEW => extend(&list.borrow()),
+        Value::Tuple(tuple) if tuple.items().len() <= UNPACK_CHUNK => extend(tuple.items()),
+        Value::List(list) if list.len() <= UNPACK_CHUNK => extend(&list.borrow()),
         _ => return false,
     }
     true
@@ -136,7 +138,7 @@ fn collect(iterable: &Value, single: bool, callee: &Value, ev: &Evaluator<'_>) -
 }
 
 /// So many items are copied at once.
-const FEW: usize = 64;
+const UNPACK_CHUNK: usize = 64;
 
 /// Evaluates arguments with stars and keywords; `names` keeps the names of the keywords while they are in use. `callee`
 /// is only for messages.
@@ -172,7 +174,7 @@ pub fn gather<'e>(
             CallArg::Star(expr) if single => alone = Some(expr.eval(ev, f)?),
             CallArg::Star(expr) => {
                 let iterable = expr.eval(ev, f)?;
-                unpack(iterable, positional).at(ev, f, span)?;
+                unpack(iterable, positional).trace_at(ev, f, span)?;
             }
             CallArg::Keyword(..) | CallArg::DoubleStar(_) => {}
         }
@@ -182,21 +184,21 @@ pub fn gather<'e>(
             CallArg::Positional(_) | CallArg::Star(_) => {}
             CallArg::Keyword(name, expr) => {
                 let value = expr.eval(ev, f)?;
-                add_keyword(*name, value, callee, ev, keywords).at(ev, f, span)?;
+                add_keyword(*name, value, callee, ev, keywords).trace_at(ev, f, span)?;
             }
             CallArg::DoubleStar(expr) => {
                 let mapping = expr.eval(ev, f)?;
                 are_names &=
-                    gather_mapping(&mapping, callee, ev, keywords, names).at(ev, f, span)?;
+                    gather_mapping(&mapping, callee, ev, keywords, names).trace_at(ev, f, span)?;
             }
         }
     }
     if let Some(iterable) = alone {
-        unpack(iterable, positional).at(ev, f, span)?;
+        unpack(iterable, positional).trace_at(ev, f, span)?;
     }
     match are_names {
         true => Ok(()),
-        false => Err(ev.type_error("keywords must be strings")).at(ev, f, span),
+        false => Err(ev.type_error("keywords must be strings")).trace_at(ev, f, span),
     }
 }
 
@@ -212,14 +214,14 @@ fn gather_mapping<'e>(
     ev.merge_mapping(&dict, mapping).map_err(|raised| {
         let no_mapping = match mapping {
             Value::Instance(instance) => {
-                !matches!(instance.extended(), Some(Value::Dict(_)))
+                !matches!(instance.builtin_value(), Some(Value::Dict(_)))
                     && instance.class.lookup(known::KEYS).is_none()
             }
             _ => true,
         };
         // An attribute that is missing on the way says that there is no mapping, as in CPython.
         let lacks = ev.is_kind(&raised, ExceptionKind::AttributeError)
-            && !matches!(ev.plain(mapping), Value::Dict(_));
+            && !matches!(ev.unwrap_builtin(mapping), Value::Dict(_));
         if lacks || ev.is_kind(&raised, ExceptionKind::TypeError) && no_mapping {
             let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(mapping));
             return ev.type_error(format!(
@@ -229,13 +231,13 @@ fn gather_mapping<'e>(
         raised
     })?;
     let (mut given, mut are_texts) = (KeywordSet::default(), true);
-    for (_, key, value) in ev.entries(&dict)? {
-        ev.worked(NAME)?;
-        let Value::Str(text) = ev.plain(&key) else {
+    for (_, key, value) in ev.collect_entries(&dict)? {
+        ev.charge(WORK_PER_KEYWORD)?;
+        let Value::Str(text) = ev.unwrap_builtin(&key) else {
             are_texts = false;
             continue;
         };
-        let name = ev.ask_name(text.as_str())?;
+        let name = ev.temp_symbol(text.as_str())?;
         if given.has(*name, keywords) {
             return Err(given_twice(*name, callee, ev));
         }
@@ -260,9 +262,9 @@ fn add_keyword(
 }
 
 /// Work for a name that is given in a mapping.
-const NAME: usize = 16 * VALUE;
+const WORK_PER_KEYWORD: usize = 16 * WORK_PER_VALUE;
 /// So many names are looked through; more of them are kept in a table.
-const LOOKED_THROUGH: usize = 16;
+const LINEAR_SCAN_MAX: usize = 16;
 
 /// Names that are given already, where they may be many.
 #[derive(Default)]
@@ -275,7 +277,7 @@ struct KeywordSet {
 impl KeywordSet {
     /// Whether one of the keywords has this name. Few are looked through.
     fn has(&mut self, name: Symbol, keywords: &[(Symbol, Value)]) -> bool {
-        if keywords.len() <= LOOKED_THROUGH {
+        if keywords.len() <= LINEAR_SCAN_MAX {
             return keywords.iter().any(|(other, _)| *other == name);
         }
         let more = &keywords[self.noted.min(keywords.len())..];

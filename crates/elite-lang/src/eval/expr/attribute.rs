@@ -39,7 +39,7 @@ pub struct ModuleMemberCache(ScriptCell<Option<(Rc<Module>, Rc<CellVar>)>>);
 impl ModuleMemberCache {
     /// The variable of this name; None if the module has none.
     #[inline]
-    pub fn of(&self, module: &Rc<Module>, name: Symbol) -> Option<Rc<CellVar>> {
+    pub fn cell_of(&self, module: &Rc<Module>, name: Symbol) -> Option<Rc<CellVar>> {
         if let Some((known, cell)) = &*self.0.borrow()
             && Rc::ptr_eq(known, module)
             && !cell.value.borrow().is_unbound()
@@ -162,8 +162,8 @@ impl CachedLookup {
             (Some((_, _)), Some(slot)) => CachedLookup::Slot(slot as u32),
             (Some((location, Value::Function(_))), None) => CachedLookup::Method(location),
             (Some((location, Value::Builtin(builtin))), None) if builtin.owner.is_some() => {
-                let is_for = |owner: &str| owner == "object" || class.is_called(owner);
-                match builtin.quick {
+                let is_for = |owner: &str| owner == "object" || class.has_ancestor(owner);
+                match builtin.fast_path {
                     Some(quick) if !class.is_script => CachedLookup::Quick(quick),
                     // Of another type: it is refused when it is made a method.
                     _ if class.is_script && !builtin.owner.is_some_and(is_for) => {
@@ -225,16 +225,16 @@ pub struct Attribute {
 impl ExprNode for Attribute {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        match self.at_hand(f) {
+        match self.try_load(f) {
             Some(found) => Ok(found),
             None => self.find(ev, f).whole(),
         }
     }
 
-    const IS_AT_HAND: bool = true;
+    const HAS_TRY_LOAD: bool = true;
 
     #[inline(always)]
-    fn at_hand(&self, f: &Frame<'_>) -> Option<Value> {
+    fn try_load(&self, f: &Frame<'_>) -> Option<Value> {
         // SAFETY: copying a value counts one reference more and does nothing else.
         #[allow(unsafe_code)]
         unsafe { self.reach(f) }.cloned()
@@ -245,7 +245,7 @@ impl Attribute {
     /// The attribute, wherever it is.
     #[inline(never)]
     fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
-        PairOf::of(self.find_anywhere(ev, f))
+        PairOf::pack(self.find_anywhere(ev, f))
     }
 
     #[inline(always)]
@@ -255,7 +255,7 @@ impl Attribute {
         }
         // SAFETY: what is found is copied, which counts a reference and does nothing else.
         #[allow(unsafe_code)]
-        if let Some(receiver) = unsafe { self.value.reach(f) }
+        if let Some(receiver) = unsafe { self.value.value_ref(f) }
             && let Some(found) = self.cache.read(receiver)
         {
             return Ok(found);
@@ -285,7 +285,7 @@ impl Attribute {
         unsafe { instance.glimpse(slot) }
     }
 
-    /// What `look` makes of the attribute of an instance in a local variable, if it is known where it lies.
+    /// What `with_value` makes of the attribute of an instance in a local variable, if it is known where it lies.
     #[inline(always)]
     pub fn look<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
         let Operand::Local(local) = &self.value else {
@@ -295,14 +295,14 @@ impl Attribute {
             return None;
         };
         let slot = self.cache.slot(instance.class.version())?;
-        instance.look_at(slot, look)
+        instance.with_slot(slot, look)
     }
 
     /// The member of a module.
     #[inline]
     fn of_module(&self, f: &Frame<'_>) -> Option<Value> {
-        self.value.look(f, |value| match value {
-            Value::Module(module) => Some(self.member.of(module, self.name)?.value.get()),
+        self.value.with_value(f, |value| match value {
+            Value::Module(module) => Some(self.member.cell_of(module, self.name)?.value.get()),
             _ => None,
         })?
     }
@@ -319,7 +319,9 @@ impl Attribute {
                     if let Value::Property(property) = class.at(location)
                         && !property.get.is_none()
                     {
-                        return ev.call1(&property.get, value.clone()).at(ev, f, self.span);
+                        return ev
+                            .call1(&property.get, value.clone())
+                            .trace_at(ev, f, self.span);
                     }
                 }
                 Some(CachedLookup::Method(location)) if !instance.in_dict.get() => {
@@ -336,6 +338,6 @@ impl Attribute {
                 }
             }
         }
-        ev.attribute(value, self.name).at(ev, f, self.span)
+        ev.attribute(value, self.name).trace_at(ev, f, self.span)
     }
 }

@@ -46,7 +46,7 @@ impl<O: Operator, A: Readable, B: Readable> ExprNode for PeekPeek<O, A, B> {
         }
         self.left.check(ev, f)?;
         self.right.check(ev, f)?;
-        ev.binary(O::OP, a, b).at(ev, f, self.span)
+        ev.binary(O::OP, a, b).trace_at(ev, f, self.span)
     }
 }
 
@@ -64,7 +64,7 @@ impl<O: Operator, B: Readable> ExprNode for ExprPeek<O, B> {
             return Ok(value);
         }
         self.right.check(ev, f)?;
-        ev.binary(O::OP, &a, b).at(ev, f, self.span)
+        ev.binary(O::OP, &a, b).trace_at(ev, f, self.span)
     }
 }
 
@@ -82,7 +82,7 @@ impl<O: Operator, A: Readable> ExprNode for PeekExpr<O, A> {
         if let Some(value) = fast(O::OP, &a, &b) {
             return Ok(value);
         }
-        ev.binary(O::OP, &a, &b).at(ev, f, self.span)
+        ev.binary(O::OP, &a, &b).trace_at(ev, f, self.span)
     }
 }
 
@@ -99,24 +99,24 @@ impl<O: Operator> ExprNode for ExprExpr<O> {
         if let Some(value) = fast(O::OP, &a, &b) {
             return Ok(value);
         }
-        ev.binary(O::OP, &a, &b).at(ev, f, self.span)
+        ev.binary(O::OP, &a, &b).trace_at(ev, f, self.span)
     }
 }
 
 /// The node for `left op right`.
 pub fn binary(op: BinaryOp, left: Operand, right: Operand, span: Span) -> BoxExpr {
     match op {
-        BinaryOp::Add => shaped::<op::Add>(left, right, span),
-        BinaryOp::Sub => shaped::<op::Sub>(left, right, span),
-        BinaryOp::Mul => shaped::<op::Mul>(left, right, span),
-        BinaryOp::Div => shaped::<op::Div>(left, right, span),
-        BinaryOp::FloorDiv => shaped::<op::FloorDiv>(left, right, span),
-        BinaryOp::Mod => shaped::<op::Mod>(left, right, span),
-        BinaryOp::BitAnd => shaped::<op::BitAnd>(left, right, span),
-        BinaryOp::BitOr => shaped::<op::BitOr>(left, right, span),
-        BinaryOp::BitXor => shaped::<op::BitXor>(left, right, span),
-        BinaryOp::Shl => shaped::<op::Shl>(left, right, span),
-        BinaryOp::Shr => shaped::<op::Shr>(left, right, span),
+        BinaryOp::Add => specialize::<op::Add>(left, right, span),
+        BinaryOp::Sub => specialize::<op::Sub>(left, right, span),
+        BinaryOp::Mul => specialize::<op::Mul>(left, right, span),
+        BinaryOp::Div => specialize::<op::Div>(left, right, span),
+        BinaryOp::FloorDiv => specialize::<op::FloorDiv>(left, right, span),
+        BinaryOp::Mod => specialize::<op::Mod>(left, right, span),
+        BinaryOp::BitAnd => specialize::<op::BitAnd>(left, right, span),
+        BinaryOp::BitOr => specialize::<op::BitOr>(left, right, span),
+        BinaryOp::BitXor => specialize::<op::BitXor>(left, right, span),
+        BinaryOp::Shl => specialize::<op::Shl>(left, right, span),
+        BinaryOp::Shr => specialize::<op::Shr>(left, right, span),
         BinaryOp::Pow => general::<op::Pow>(left, right, span),
         BinaryOp::MatMul => general::<op::MatMul>(left, right, span),
     }
@@ -126,9 +126,9 @@ fn general<O: Operator>(left: Operand, right: Operand, span: Span) -> BoxExpr {
     ExprExpr::<O>::boxed(left.into_expr(), right.into_expr(), span)
 }
 
-fn shaped<O: Operator>(left: Operand, right: Operand, span: Span) -> BoxExpr {
+fn specialize<O: Operator>(left: Operand, right: Operand, span: Span) -> BoxExpr {
     use Operand::{Const as C, Expr as E, Local as L};
-    match (left.peekable_or_expr(), right.peekable_or_expr()) {
+    match (left.without_cells(), right.without_cells()) {
         (L(left), L(right)) => PeekPeek::<O, _, _>::boxed(left, right, span),
         (L(left), C(right)) => PeekPeek::<O, _, _>::boxed(left, Const(right), span),
         (C(left), L(right)) => PeekPeek::<O, _, _>::boxed(Const(left), right, span),
@@ -154,6 +154,6 @@ impl ExprNode for Unary {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = self.operand.eval(ev, f)?;
-        ev.unary(self.op, &value).at(ev, f, self.span)
+        ev.unary(self.op, &value).trace_at(ev, f, self.span)
     }
 }

@@ -26,7 +26,7 @@ pub struct CallArgs {
     /// By position.
     pub args: NodeList<Operand>,
     /// All of them can be looked at without evaluating anything, some after copying them.
-    is_lent: bool,
+    is_readable: bool,
     /// Where the call is written.
     pub span: Span,
 }
@@ -37,7 +37,7 @@ impl CallArgs {
         let is_expr = |arg: &Operand| matches!(arg, Operand::Expr(_));
         let is_bound = |arg: &Operand| matches!(arg, Operand::Local(_) | Operand::Const(_));
         CallArgs {
-            is_lent: !args.iter().any(is_expr) && !args.iter().all(is_bound),
+            is_readable: !args.iter().any(is_expr) && !args.iter().all(is_bound),
             args,
             span,
         }
@@ -56,7 +56,7 @@ impl ExprNode for Call {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         // SAFETY: a function is copied, which counts a reference, or a builtin is asked what it answers with.
         #[allow(unsafe_code)]
-        let callee = unsafe { self.function.reach(f) }.map(|callee| match callee {
+        let callee = unsafe { self.function.value_ref(f) }.map(|callee| match callee {
             Value::Function(function) => Callee::Script(function.clone()),
             other => Builtin::quick_of(other).map_or(Callee::Other, Callee::Quick),
         });
@@ -65,7 +65,7 @@ impl ExprNode for Call {
                 return call_script(&function, None, &self.site, ev, f);
             }
             Some(Callee::Quick(quick)) => {
-                if let Some(answer) = answer(quick, None, &self.site, ev, f) {
+                if let Some(answer) = call_fast_path(quick, None, &self.site, ev, f) {
                     return Ok(answer);
                 }
             }
@@ -102,28 +102,28 @@ impl Call {
 /// The answer to a call whose arguments are variables of the frame and constants, which are looked at where they lie,
 /// or other variables, attributes and items, of which there are copies.
 #[inline(always)]
-pub(super) fn answer(
+pub(super) fn call_fast_path(
     quick: FastPath,
     receiver: Option<&Value>,
     site: &CallArgs,
     ev: &Evaluator<'_>,
     f: &Frame<'_>,
 ) -> Option<Value> {
-    if site.is_lent {
-        return answer_to_copies(quick, receiver, &site.args, ev, f);
+    if site.is_readable {
+        return call_fast_path_cloned(quick, receiver, &site.args, ev, f);
     }
     match (receiver, &*site.args) {
-        (None, [a]) => quick.ask(ev, &[a.bound(f)?]),
-        (None, [a, b]) => quick.ask(ev, &[a.bound(f)?, b.bound(f)?]),
+        (None, [a]) => quick.ask(ev, &[a.bound_ref(f)?]),
+        (None, [a, b]) => quick.ask(ev, &[a.bound_ref(f)?, b.bound_ref(f)?]),
         (Some(receiver), []) => quick.ask(ev, &[receiver]),
-        (Some(receiver), [a]) => quick.ask(ev, &[receiver, a.bound(f)?]),
-        (Some(receiver), [a, b]) => quick.ask(ev, &[receiver, a.bound(f)?, b.bound(f)?]),
+        (Some(receiver), [a]) => quick.ask(ev, &[receiver, a.bound_ref(f)?]),
+        (Some(receiver), [a, b]) => quick.ask(ev, &[receiver, a.bound_ref(f)?, b.bound_ref(f)?]),
         _ => None,
     }
 }
 
 #[inline(never)]
-fn answer_to_copies(
+fn call_fast_path_cloned(
     quick: FastPath,
     receiver: Option<&Value>,
     args: &[Operand],
@@ -131,10 +131,10 @@ fn answer_to_copies(
     f: &Frame<'_>,
 ) -> Option<Value> {
     match (receiver, args) {
-        (None, [a]) => quick.ask(ev, &[&a.copied(f)?]),
-        (None, [a, b]) => quick.ask(ev, &[&a.copied(f)?, &b.copied(f)?]),
-        (Some(receiver), [a]) => quick.ask(ev, &[receiver, &a.copied(f)?]),
-        (Some(receiver), [a, b]) => quick.ask(ev, &[receiver, &a.copied(f)?, &b.copied(f)?]),
+        (None, [a]) => quick.ask(ev, &[&a.try_clone(f)?]),
+        (None, [a, b]) => quick.ask(ev, &[&a.try_clone(f)?, &b.try_clone(f)?]),
+        (Some(receiver), [a]) => quick.ask(ev, &[receiver, &a.try_clone(f)?]),
+        (Some(receiver), [a, b]) => quick.ask(ev, &[receiver, &a.try_clone(f)?, &b.try_clone(f)?]),
         _ => None,
     }
 }
@@ -158,9 +158,10 @@ pub(super) fn call_native(
             let mut args: Vec<Value> = args
                 .chain(site.args.iter().map(|arg| arg.eval(ev, f)))
                 .collect::<R<_>>()?;
-            ev.check_receiver(builtin, &args).at(ev, f, site.span)?;
+            ev.check_receiver(builtin, &args)
+                .trace_at(ev, f, site.span)?;
             let result = ev.call_builtin(builtin, &mut args, &[], Some(&mut *f));
-            result.at(ev, f, site.span)
+            result.trace_at(ev, f, site.span)
         }
     }
 }
@@ -188,9 +189,9 @@ fn run_native<const N: usize>(
     }
     if is_unbound {
         ev.check_receiver(builtin, &slots[..given])
-            .at(ev, f, site.span)?;
+            .trace_at(ev, f, site.span)?;
     }
-    if let Some(quick) = builtin.quick
+    if let Some(quick) = builtin.fast_path
         && let Some(answer) = answer_to(quick, &slots[..given], ev)
     {
         return Ok(answer);
@@ -198,12 +199,12 @@ fn run_native<const N: usize>(
     let result = match &builtin.body {
         BuiltinBody::Bound(body) if builtin.signature.accepts(given) => {
             let slots = &mut slots[..builtin.signature.len()];
-            ev.note_filled(builtin, slots);
+            ev.gc_track_receiver(builtin, slots);
             body(ev, slots)
         }
         _ => ev.call_builtin(builtin, &mut slots[..given], &[], Some(&mut *f)),
     };
-    result.at(ev, f, site.span)
+    result.trace_at(ev, f, site.span)
 }
 
 /// The answer to a call with arguments that have been evaluated.
@@ -228,7 +229,7 @@ pub(super) fn call_other(
 ) -> R {
     with_args(args, ev, f, |ev, f, args| {
         ev.call_from(callee, args, &[], Some(&mut *f))
-            .at(ev, f, span)
+            .trace_at(ev, f, span)
     })
 }
 
@@ -237,8 +238,8 @@ pub(super) fn call_other(
 fn make_instance(class: &Rc<Class>, site: &CallArgs, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
     let (args, span) = (&*site.args, site.span);
     let version = class.version();
-    let init = match class.making() {
-        ConstructPath::Bare if args.is_empty() => {
+    let init = match class.construct_path() {
+        ConstructPath::NoInit if args.is_empty() => {
             return Ok(Value::Instance(Instance::new(
                 class.clone(),
                 InstancePayload::None,
@@ -267,16 +268,16 @@ fn make_instance(class: &Rc<Class>, site: &CallArgs, ev: &Evaluator<'_>, f: &mut
         if class.version() != version {
             // An argument has changed the class.
             let result = ev.instantiate(class, &mut slots[1..given], &[], Some(&mut *f));
-            return result.at(ev, f, span);
+            return result.trace_at(ev, f, span);
         }
         let object = Instance::new(class.clone(), InstancePayload::None);
         slots[0].fill(Value::Instance(object.clone()));
         if given < params.positional {
-            ev.fill_defaults(init, slots).at(ev, f, span)?;
+            ev.fill_defaults(init, slots).trace_at(ev, f, span)?;
         }
-        let result = ev.run(init, slots).at(ev, f, span)?;
+        let result = ev.run(init, slots).trace_at(ev, f, span)?;
         if !result.is_none() {
-            return Err(ev.init_returned(&result)).at(ev, f, span);
+            return Err(ev.init_result_error(&result)).trace_at(ev, f, span);
         }
         Ok(Value::Instance(object))
     })

@@ -41,7 +41,7 @@ impl<O: Ordering, A: Readable, B: Readable> PeekPeek<O, A, B> {
         self.left.check(ev, f)?;
         self.right.check(ev, f)?;
         ev.compare(O::OP, self.left.peek(f), self.right.peek(f))
-            .at(ev, f, self.span)
+            .trace_at(ev, f, self.span)
     }
 }
 
@@ -67,7 +67,7 @@ impl<O: Ordering, A: Readable, B: Readable> ExprNode for PeekPeek<O, A, B> {
 fn truth_of(value: Value, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<bool> {
     match value {
         Value::Bool(flag) => Ok(flag),
-        other => ev.truth(&other).at(ev, f, span),
+        other => ev.truth(&other).trace_at(ev, f, span),
     }
 }
 
@@ -79,7 +79,7 @@ impl<O: Ordering, B: Readable> ExprPeek<O, B> {
     fn slow(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, a: &Value) -> R {
         self.right.check(ev, f)?;
         ev.compare(O::OP, a, self.right.peek(f))
-            .at(ev, f, self.span)
+            .trace_at(ev, f, self.span)
     }
 }
 
@@ -114,7 +114,7 @@ impl<O: Ordering> ExprNode for ExprExpr<O> {
         let b = self.right.eval(ev, f)?;
         match fast(O::OP, &a, &b) {
             Some(flag) => Ok(Value::Bool(flag)),
-            None => ev.compare(O::OP, &a, &b).at(ev, f, self.span),
+            None => ev.compare(O::OP, &a, &b).trace_at(ev, f, self.span),
         }
     }
 
@@ -125,7 +125,7 @@ impl<O: Ordering> ExprNode for ExprExpr<O> {
         match fast(O::OP, &a, &b) {
             Some(flag) => Ok(flag),
             None => truth_of(
-                ev.compare(O::OP, &a, &b).at(ev, f, self.span)?,
+                ev.compare(O::OP, &a, &b).trace_at(ev, f, self.span)?,
                 ev,
                 f,
                 self.span,
@@ -152,7 +152,7 @@ impl ExprNode for Membership {
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         let looked = self
             .left
-            .look(f, |a| self.right.look(f, |b| self.at_once(a, b)));
+            .with_value(f, |a| self.right.with_value(f, |b| self.at_once(a, b)));
         if let Some(Some(Some(holds))) = looked {
             return Ok(holds);
         }
@@ -186,8 +186,11 @@ impl Membership {
         match self.op {
             CompareOp::Is => Ok(a.is(b)),
             CompareOp::IsNot => Ok(!a.is(b)),
-            CompareOp::In => ev.contains(b, a).at(ev, f, self.span),
-            _ => ev.contains(b, a).at(ev, f, self.span).map(|found| !found),
+            CompareOp::In => ev.contains(b, a).trace_at(ev, f, self.span),
+            _ => ev
+                .contains(b, a)
+                .trace_at(ev, f, self.span)
+                .map(|found| !found),
         }
     }
 }
@@ -211,9 +214,9 @@ impl ExprNode for ComparisonChain {
             let right = right.eval(ev, f)?;
             result = match fast_ordering(*op, &left, &right) {
                 Some(flag) => Value::Bool(flag),
-                None => ev.compare(*op, &left, &right).at(ev, f, self.span)?,
+                None => ev.compare(*op, &left, &right).trace_at(ev, f, self.span)?,
             };
-            if index + 1 < self.rest.len() && !ev.truth(&result).at(ev, f, self.span)? {
+            if index + 1 < self.rest.len() && !ev.truth(&result).trace_at(ev, f, self.span)? {
                 break;
             }
             left = right;
@@ -233,12 +236,12 @@ fn fast_ordering(op: CompareOp, a: &Value, b: &Value) -> Option<bool> {
 /// The node for `left op right`.
 pub fn compare(op: CompareOp, left: Operand, right: Operand, span: Span) -> BoxExpr {
     match op {
-        CompareOp::Eq => shaped::<op::Eq>(left, right, span),
-        CompareOp::Ne => shaped::<op::Ne>(left, right, span),
-        CompareOp::Lt => shaped::<op::Lt>(left, right, span),
-        CompareOp::Le => shaped::<op::Le>(left, right, span),
-        CompareOp::Gt => shaped::<op::Gt>(left, right, span),
-        CompareOp::Ge => shaped::<op::Ge>(left, right, span),
+        CompareOp::Eq => specialize::<op::Eq>(left, right, span),
+        CompareOp::Ne => specialize::<op::Ne>(left, right, span),
+        CompareOp::Lt => specialize::<op::Lt>(left, right, span),
+        CompareOp::Le => specialize::<op::Le>(left, right, span),
+        CompareOp::Gt => specialize::<op::Gt>(left, right, span),
+        CompareOp::Ge => specialize::<op::Ge>(left, right, span),
         _ => Box::new(Membership {
             op,
             left,
@@ -248,9 +251,9 @@ pub fn compare(op: CompareOp, left: Operand, right: Operand, span: Span) -> BoxE
     }
 }
 
-fn shaped<O: Ordering>(left: Operand, right: Operand, span: Span) -> BoxExpr {
+fn specialize<O: Ordering>(left: Operand, right: Operand, span: Span) -> BoxExpr {
     use Operand::{Const as C, Expr as E, Local as L};
-    match (left.peekable_or_expr(), right.peekable_or_expr()) {
+    match (left.without_cells(), right.without_cells()) {
         (L(left), L(right)) => PeekPeek::<O, _, _>::boxed(left, right, span),
         (L(left), C(right)) => PeekPeek::<O, _, _>::boxed(left, Const(right), span),
         (E(left), L(right)) => ExprPeek::<O, _>::boxed(left, right, span),

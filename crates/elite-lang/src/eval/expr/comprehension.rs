@@ -122,7 +122,7 @@ impl ExprNode for SetComprehension {
         let set = Set::new();
         self.clauses.run(ev, f, &mut |ev, f| {
             let value = self.element.eval(ev, f)?;
-            ev.set_add(&set, value).at(ev, f, self.span)
+            ev.set_add(&set, value).trace_at(ev, f, self.span)
         })?;
         Ok(Value::Set(Rc::new(set)))
     }
@@ -147,7 +147,7 @@ impl ExprNode for DictComprehension {
         self.clauses.run(ev, f, &mut |ev, f| {
             let key = self.key.eval(ev, f)?;
             let value = self.value.eval(ev, f)?;
-            ev.dict_set(&dict, key, value).at(ev, f, self.span)
+            ev.dict_set(&dict, key, value).trace_at(ev, f, self.span)
         })?;
         Ok(Value::Dict(Rc::new(dict)))
     }
@@ -167,7 +167,7 @@ impl ExprNode for GeneratorExpression {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let iterable = self.iterable.eval(ev, f)?;
-        let iterator = ev.iter(&iterable).at(ev, f, self.span)?;
+        let iterator = ev.iter(&iterable).trace_at(ev, f, self.span)?;
         let function = self.function.make(ev, f)?;
         ev.call_function(&function, &mut [iterator], &[])
     }

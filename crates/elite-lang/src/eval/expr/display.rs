@@ -29,7 +29,7 @@ fn gather(elements: &[Element], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<Vec<
                 let more = ev
                     .collect(&iterable)
                     .map_err(|raised| ev.not_unpackable(raised, &iterable));
-                items.extend(more.at(ev, f, *span)?);
+                items.extend(more.trace_at(ev, f, *span)?);
             }
         }
     }
@@ -101,18 +101,18 @@ impl ExprNode for SetDisplay {
         let stars = self.elements.iter().position(is_star);
         let (first, rest) = self.elements.split_at(stars.unwrap_or(self.elements.len()));
         for item in gather(first, ev, f)? {
-            ev.set_add(&set, item).at(ev, f, self.span)?;
+            ev.set_add(&set, item).trace_at(ev, f, self.span)?;
         }
         for element in rest {
             match element {
                 Element::One(expr) => {
                     let item = expr.eval(ev, f)?;
-                    ev.set_add(&set, item).at(ev, f, self.span)?;
+                    ev.set_add(&set, item).trace_at(ev, f, self.span)?;
                 }
                 Element::Star(expr, span) => {
                     let iterable = expr.eval(ev, f)?;
                     let added = ev.set_extend(&set, &iterable);
-                    added.at(ev, f, *span)?;
+                    added.trace_at(ev, f, *span)?;
                 }
             }
         }
@@ -123,7 +123,7 @@ impl ExprNode for SetDisplay {
         for (hash, key) in set.elements() {
             constant.append(hash, key);
         }
-        let copy = ev.copied_set(&constant).at(ev, f, self.span)?;
+        let copy = ev.copy_set(&constant).trace_at(ev, f, self.span)?;
         Ok(Value::Set(Rc::new(copy)))
     }
 }
@@ -149,19 +149,20 @@ impl ExprNode for DictDisplay {
                     let key = key.eval(ev, f)?;
                     let mut value = value.eval(ev, f)?;
                     if let Some(hash) = quick_hash(&key) {
-                        match dict.set_at_once(hash, &key, value) {
+                        match dict.set_fast(hash, &key, value) {
                             Ok(old) => {
-                                old.discard();
+                                old.drop_inline();
                                 continue;
                             }
                             Err(back) => value = back,
                         }
                     }
-                    ev.dict_set(&dict, key, value).at(ev, f, self.1)?;
+                    ev.dict_set(&dict, key, value).trace_at(ev, f, self.1)?;
                 }
                 DictElement::Unpack(mapping) => {
                     let mapping = mapping.eval(ev, f)?;
-                    ev.update_from_mapping(&dict, &mapping).at(ev, f, self.1)?;
+                    ev.update_from_mapping(&dict, &mapping)
+                        .trace_at(ev, f, self.1)?;
                 }
             }
         }
@@ -184,7 +185,7 @@ impl Evaluator<'_> {
     /// that there is no mapping, as in CPython.
     pub fn update_from_mapping(&self, dict: &Dict, mapping: &Value) -> R<()> {
         self.merge_mapping(dict, mapping).map_err(|raised| {
-            let is_dict = matches!(self.plain(mapping), Value::Dict(_));
+            let is_dict = matches!(self.unwrap_builtin(mapping), Value::Dict(_));
             match !is_dict && self.is_kind(&raised, ExceptionKind::AttributeError) {
                 true => self.not_a_mapping(mapping),
                 false => raised,
@@ -194,7 +195,7 @@ impl Evaluator<'_> {
 
     /// The same with what is raised as it is.
     pub fn merge_mapping(&self, dict: &Dict, mapping: &Value) -> R<()> {
-        let is_dict = matches!(self.plain(mapping), Value::Dict(_));
+        let is_dict = matches!(self.unwrap_builtin(mapping), Value::Dict(_));
         if !is_dict
             && self
                 .attribute_or_none(mapping, crate::value::symbol::known::KEYS)?

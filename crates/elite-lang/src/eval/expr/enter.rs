@@ -9,7 +9,7 @@ use crate::eval::code::{CodeKind, Params};
 use crate::eval::run::{StackSlots, make_cells};
 use crate::eval::words::PairOf;
 use crate::eval::{Evaluator, Frame, TraceExt};
-use crate::value::held::nothing_is_open;
+use crate::value::held::assert_no_borrows;
 use crate::value::{Function, R, Value};
 
 /// How a function is entered with values by position: `first`, if it is not `Unbound`, comes before them.
@@ -31,7 +31,7 @@ pub struct EntryPoints {
 
 impl EntryPoints {
     /// Those of functions of that kind with so many variables.
-    pub fn of(kind: CodeKind, params: &Params, slots: usize) -> Self {
+    pub fn for_code(kind: CodeKind, params: &Params, slots: usize) -> Self {
         let (call, given): (CallEntry, ValueEntry) = match slots {
             0..=4 if params.is_starred() && kind == CodeKind::Plain => {
                 (enter_starred::<4>, enter_with_any)
@@ -39,14 +39,12 @@ impl EntryPoints {
             5..=8 if params.is_starred() && kind == CodeKind::Plain => {
                 (enter_starred::<8>, enter_with_any)
             }
-            _ if !params.is_simple() || kind != CodeKind::Plain => {
-                (enter_generally, enter_with_any)
-            }
+            _ if !params.is_simple() || kind != CodeKind::Plain => (enter_general, enter_with_any),
             0..=2 => (enter::<2>, enter_with::<2>),
             3..=4 => (enter::<4>, enter_with::<4>),
             5..=8 => (enter::<8>, enter_with::<8>),
             9..=16 => (enter::<16>, enter_with::<16>),
-            _ => (enter_generally, enter_with_any),
+            _ => (enter_general, enter_with_any),
         };
         EntryPoints { call, given }
     }
@@ -61,12 +59,12 @@ pub(super) fn call_script(
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
 ) -> R {
-    let receiver = PairOf::of(receiver.unwrap_or_default());
+    let receiver = PairOf::pack(receiver.unwrap_or_default());
     (function.code.entries.call)(function, receiver, site, ev, f).whole()
 }
 
 /// Any function with any arguments.
-fn enter_generally(
+fn enter_general(
     function: &Rc<Function>,
     receiver: PairOf<Value>,
     site: &CallArgs,
@@ -75,7 +73,7 @@ fn enter_generally(
 ) -> PairOf<R> {
     let receiver = Some(receiver.whole()).filter(|value| !value.is_unbound());
     let result = call_with_keywords(function, receiver, &site.args, &[], ev, f, site.span);
-    PairOf::of(result)
+    PairOf::pack(result)
 }
 
 /// A function of at most `N` variables, which lie on the native stack, and no more values than it has parameters.
@@ -91,16 +89,16 @@ fn enter<const N: usize>(
     let first = usize::from(!receiver.is_unbound());
     let given = site.args.len() + first;
     if given > code.params.positional {
-        return enter_generally(function, PairOf::of(receiver), site, ev, f);
+        return enter_general(function, PairOf::pack(receiver), site, ev, f);
     }
     let mut slots = StackSlots::<N>::empty();
     let places = slots.first(N);
     places[0].fill(receiver);
     if let Err(raised) = fill(&mut places[first..], &site.args, ev, f) {
-        return PairOf::of(Err(raised));
+        return PairOf::pack(Err(raised));
     }
     let all = given == code.params.positional;
-    PairOf::of(run_filled(function, places, all, ev).at(ev, f, site.span))
+    PairOf::pack(run_bound(function, places, all, ev).trace_at(ev, f, site.span))
 }
 
 /// Evaluates arguments into the places of their parameters.
@@ -114,7 +112,7 @@ fn fill(places: &mut [Value], args: &[Operand], ev: &Evaluator<'_>, f: &mut Fram
 
 /// Runs a function whose arguments are in their places, `all` of them or all but those that have defaults.
 #[inline(always)]
-fn run_filled(function: &Rc<Function>, places: &mut [Value], all: bool, ev: &Evaluator<'_>) -> R {
+fn run_bound(function: &Rc<Function>, places: &mut [Value], all: bool, ev: &Evaluator<'_>) -> R {
     if !all {
         ev.fill_defaults(function, places)?;
     }
@@ -134,25 +132,25 @@ fn enter_starred<const N: usize>(
     let receiver = receiver.whole();
     let first = usize::from(!receiver.is_unbound());
     let (Some(star), true) = (code.params.star, first <= positional) else {
-        return enter_generally(function, PairOf::of(receiver), site, ev, f);
+        return enter_general(function, PairOf::pack(receiver), site, ev, f);
     };
     let (own, others) = site.args.split_at(site.args.len().min(positional - first));
     let mut slots = StackSlots::<N>::empty();
     let places = slots.first(N);
     places[0].fill(receiver);
     if let Err(raised) = fill(&mut places[first..], own, ev, f) {
-        return PairOf::of(Err(raised));
+        return PairOf::pack(Err(raised));
     }
-    match rest_of(others, ev, f).whole() {
+    match star_args(others, ev, f).whole() {
         Ok(rest) => places[star].put(rest),
-        Err(raised) => return PairOf::of(Err(raised)),
+        Err(raised) => return PairOf::pack(Err(raised)),
     }
     let all = own.len() + first == positional;
-    PairOf::of(run_filled(function, places, all, ev).at(ev, f, site.span))
+    PairOf::pack(run_bound(function, places, all, ev).trace_at(ev, f, site.span))
 }
 
 /// What `*args` is bound to.
-fn rest_of(args: &[Operand], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
+fn star_args(args: &[Operand], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
     let mut rest = || {
         Ok(match args {
             [] => ev.core.empty_tuple.clone(),
@@ -167,7 +165,7 @@ fn rest_of(args: &[Operand], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R>
             }
         })
     };
-    PairOf::of(rest())
+    PairOf::pack(rest())
 }
 
 /// Any function with values by position.
@@ -178,7 +176,7 @@ fn enter_with_any(
     ev: &Evaluator<'_>,
 ) -> PairOf<R> {
     let first = first.whole();
-    PairOf::of(match first.is_unbound() {
+    PairOf::pack(match first.is_unbound() {
         true => ev.call_bound(function, args, &[]),
         false => ev.with_first(first, args, |all| ev.call_bound(function, all, &[])),
     })
@@ -196,7 +194,7 @@ fn enter_with<const N: usize>(
     let before = usize::from(!first.is_unbound());
     let given = args.len() + before;
     if given > code.params.positional {
-        return enter_with_any(function, PairOf::of(first), args, ev);
+        return enter_with_any(function, PairOf::pack(first), args, ev);
     }
     let mut slots = StackSlots::<N>::empty();
     let places = slots.first(N);
@@ -205,14 +203,14 @@ fn enter_with<const N: usize>(
         place.fill(std::mem::take(arg));
     }
     let all = given == code.params.positional;
-    PairOf::of(run_filled(function, places, all, ev))
+    PairOf::pack(run_bound(function, places, all, ev))
 }
 
 /// Runs a plain function whose parameters are bound.
 #[inline(always)]
 fn run_here(function: &Rc<Function>, places: &mut [Value], ev: &Evaluator<'_>) -> R {
     let code = &*function.code;
-    nothing_is_open();
+    assert_no_borrows();
     let core = &*ev.core;
     let depth = core.depth.get();
     if depth >= core.limits.call_depth {
@@ -231,7 +229,7 @@ fn run_here(function: &Rc<Function>, places: &mut [Value], ev: &Evaluator<'_>) -
         };
         code.body.run(ev, frame)
     } else {
-        ev.run_deeper(function, places)
+        ev.run_on_segment(function, places)
     };
     // The outermost function of a thread leaves the line in which it ended.
     if depth > 0 {

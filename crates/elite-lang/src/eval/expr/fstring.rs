@@ -1,7 +1,7 @@
 //! f-strings.
 
 use crate::ast::Conversion;
-use crate::eval::bulk::STRIDE;
+use crate::eval::bulk::BULK_CHUNK;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
 use crate::value::trash::NodeList;
@@ -37,11 +37,11 @@ impl ExprNode for FString {
         }
         let mut out = String::with_capacity(16 * self.0.len());
         join(&self.0, ev, f, &mut out)?;
-        if out.len() <= STRIDE {
+        if out.len() <= BULK_CHUNK {
             return Ok(Value::str(out));
         }
         // Its characters are counted with pauses.
-        ev.string(out)
+        ev.new_str(out)
     }
 }
 
@@ -59,14 +59,14 @@ fn single(part: &FStringSegment, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = value.eval(ev, f)?;
         let value = match conversion {
             Conversion::None => value,
-            conversion => ev.convert(value, *conversion).at(ev, f, *span)?,
+            conversion => ev.convert(value, *conversion).trace_at(ev, f, *span)?,
         };
         let Some(parts) = nested else {
-            return ev.format_value(&value, spec).at(ev, f, *span);
+            return ev.format_value(&value, spec).trace_at(ev, f, *span);
         };
         let mut spec = String::new();
         join(parts, ev, f, &mut spec)?;
-        return ev.format_value(&value, &spec).at(ev, f, *span);
+        return ev.format_value(&value, &spec).trace_at(ev, f, *span);
     }
     Ok(Value::str(""))
 }
@@ -90,14 +90,14 @@ fn join(
                 let value = value.eval(ev, f)?;
                 let value = match conversion {
                     Conversion::None => value,
-                    conversion => ev.convert(value, *conversion).at(ev, f, *span)?,
+                    conversion => ev.convert(value, *conversion).trace_at(ev, f, *span)?,
                 };
                 match nested {
-                    None => ev.format_into(&value, spec, out).at(ev, f, *span)?,
+                    None => ev.format_into(&value, spec, out).trace_at(ev, f, *span)?,
                     Some(parts) => {
                         let mut spec = String::new();
                         join(parts, ev, f, &mut spec)?;
-                        ev.format_into(&value, &spec, out).at(ev, f, *span)?;
+                        ev.format_into(&value, &spec, out).trace_at(ev, f, *span)?;
                     }
                 }
             }

@@ -27,7 +27,7 @@ impl ExprNode for Item {
         if let Operand::Local(local) = &self.value
             && let Some(index) = self.index.peek(f)
         {
-            return match found(local.peek(f), index, ev) {
+            return match load_fast(local.peek(f), index, ev) {
                 Some(item) => Ok(item),
                 None => self.evaluate(ev, f).whole(),
             };
@@ -41,7 +41,7 @@ impl ExprNode for Item {
 
 /// The item, if it is found without running script code.
 #[inline(always)]
-fn found(value: &Value, index: &Value, ev: &Evaluator<'_>) -> Option<Value> {
+fn load_fast(value: &Value, index: &Value, ev: &Evaluator<'_>) -> Option<Value> {
     match index {
         Value::Int(at) => match value {
             Value::List(list) => list.at(*at),
@@ -63,10 +63,10 @@ impl Item {
     pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
         // SAFETY: the caller's promise.
         unsafe {
-            let Value::Int(at) = self.index.reach(f)? else {
+            let Value::Int(at) = self.index.value_ref(f)? else {
                 return None;
             };
-            let items = match self.value.reach(f)? {
+            let items = match self.value.value_ref(f)? {
                 Value::List(list) => list.glimpse(),
                 Value::Tuple(tuple) => tuple.items(),
                 _ => return None,
@@ -78,13 +78,13 @@ impl Item {
     /// Shows `each` the item, if container and index can be looked at and it lies in a list or tuple.
     #[inline(never)]
     pub fn show(&self, f: &Frame<'_>, each: &mut dyn FnMut(&Value)) {
-        let Some(Some(at)) = self.index.look(f, |index| match index {
+        let Some(Some(at)) = self.index.with_value(f, |index| match index {
             Value::Int(at) => Some(*at),
             _ => None,
         }) else {
             return;
         };
-        self.value.look(f, |value| match value {
+        self.value.with_value(f, |value| match value {
             Value::List(list) => {
                 let items = list.borrow();
                 if let Some(item) = place_of(at, items.len()).and_then(|place| items.get(place)) {
@@ -118,7 +118,7 @@ impl Item {
                 _ => &[],
             };
             if let Some(item) = place_of(*at, items.len()).and_then(|place| items.get(place)) {
-                return PairOf::of(Ok(item.clone()));
+                return PairOf::pack(Ok(item.clone()));
             }
         }
         self.find(ev, f)
@@ -131,13 +131,13 @@ impl Item {
         // code.
         #[allow(unsafe_code)]
         let item = unsafe {
-            match (self.value.reach(f), self.index.reach(f)) {
-                (Some(value), Some(index)) => found(value, index, ev),
+            match (self.value.value_ref(f), self.index.value_ref(f)) {
+                (Some(value), Some(index)) => load_fast(value, index, ev),
                 _ => None,
             }
         };
         match item {
-            Some(item) => PairOf::of(Ok(item)),
+            Some(item) => PairOf::pack(Ok(item)),
             None => self.evaluate(ev, f),
         }
     }
@@ -145,25 +145,25 @@ impl Item {
     /// The same, container and index evaluated one after the other.
     #[inline(never)]
     fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
-        PairOf::of(self.evaluated(ev, f))
+        PairOf::pack(self.eval_general(ev, f))
     }
 
     #[inline(always)]
-    fn evaluated(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+    fn eval_general(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = self.value.eval(ev, f)?;
         let own;
-        let index = match self.index.bound(f) {
+        let index = match self.index.bound_ref(f) {
             Some(index) => index,
             None => {
                 own = self.index.eval(ev, f)?;
                 &own
             }
         };
-        let item = match found(&value, index, ev) {
+        let item = match load_fast(&value, index, ev) {
             Some(item) => item,
-            None => ev.item(&value, index).at(ev, f, self.span)?,
+            None => ev.item(&value, index).trace_at(ev, f, self.span)?,
         };
-        value.discard();
+        value.drop_inline();
         Ok(item)
     }
 }
@@ -208,11 +208,11 @@ impl ExprNode for SliceAccess {
         let start = self.lower.eval(ev, f)?;
         let stop = self.upper.eval(ev, f)?;
         if let Some(part) = ev.part_at_once(&value, &start, &stop) {
-            value.discard();
+            value.drop_inline();
             return Ok(part);
         }
         let step = Value::None;
         let slice = Value::Slice(Rc::new(Slice { start, stop, step }));
-        ev.item(&value, &slice).at(ev, f, self.span)
+        ev.item(&value, &slice).trace_at(ev, f, self.span)
     }
 }

@@ -47,7 +47,7 @@ impl ExprNode for CallKeywords {
         }
         let (mut args, keywords) = gather(None, &self.args, &self.keywords, ev, f)?;
         ev.call_from(&callee, &mut args, &keywords, Some(&mut *f))
-            .at(ev, f, self.span)
+            .trace_at(ev, f, self.span)
     }
 }
 
@@ -92,7 +92,7 @@ pub(super) fn call_with_keywords(
         let (mut args, keywords) = gather(receiver, args, keywords, ev, f)?;
         return ev
             .call_function(function, &mut args, &keywords)
-            .at(ev, f, span);
+            .trace_at(ev, f, span);
     }
     with_slots(function.code.slots, |slots| {
         let mut more = ExtraArgs::new();
@@ -118,7 +118,7 @@ pub(super) fn call_with_keywords(
             match (params.by_name(*name), &others) {
                 (Some(index), _) => slots[index].put(value),
                 (None, Some((_, dict))) => {
-                    let name = ev.core.symbols.value(*name);
+                    let name = ev.core.symbols.to_value(*name);
                     // No name is given twice.
                     if let Value::Str(text) = &name {
                         dict.append(text.hash(), name.clone(), value);
@@ -133,8 +133,8 @@ pub(super) fn call_with_keywords(
         if let Some((slot, dict)) = others {
             slots[slot].put(Value::Dict(Rc::new(dict)));
         }
-        ev.fill_defaults(function, slots).at(ev, f, span)?;
-        ev.run(function, slots).at(ev, f, span)
+        ev.fill_defaults(function, slots).trace_at(ev, f, span)?;
+        ev.run(function, slots).trace_at(ev, f, span)
     })
 }
 

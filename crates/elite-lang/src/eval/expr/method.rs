@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::rc::{Rc, Weak};
 
 use super::attribute::{CachedLookup, InlineCache, ModuleMemberCache};
-use super::call::{CallArgs, answer, call_native, call_other};
+use super::call::{CallArgs, call_fast_path, call_native, call_other};
 use super::enter::call_script;
 use super::names::{LocalVar, Readable};
 use super::operand::Operand;
@@ -101,14 +101,14 @@ impl CallMethod {
             let version = instance.class.version();
             if let Some(function) = self.methods.of(version) {
                 let receiver = Some(Value::Instance(instance.clone()));
-                return PairOf::of(call_script(&function, receiver, &self.site, ev, f));
+                return PairOf::pack(call_script(&function, receiver, &self.site, ev, f));
             }
             if let Some((kind, quick)) = self.quick.get()
                 && kind == kind_of_class(version)
                 && let receiver = Some(local.peek(f))
-                && let Some(answer) = answer(quick, receiver, &self.site, ev, f)
+                && let Some(answer) = call_fast_path(quick, receiver, &self.site, ev, f)
             {
-                return PairOf::of(Ok(answer));
+                return PairOf::pack(Ok(answer));
             }
         }
         self.call(ev, f)
@@ -125,9 +125,9 @@ impl CallMethod {
         let receiver = local.peek(f);
         if let Some((kind, quick)) = self.quick.get()
             && kind == receiver.kind()
-            && let Some(answer) = answer(quick, Some(receiver), &self.site, ev, f)
+            && let Some(answer) = call_fast_path(quick, Some(receiver), &self.site, ev, f)
         {
-            return PairOf::of(Ok(answer));
+            return PairOf::pack(Ok(answer));
         }
         self.call(ev, f)
     }
@@ -135,7 +135,7 @@ impl CallMethod {
     /// A call of what is not a known function of the class of a local variable.
     #[inline(never)]
     fn call(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
-        PairOf::of(self.call_any(ev, f))
+        PairOf::pack(self.call_any(ev, f))
     }
 
     #[inline(always)]
@@ -149,7 +149,7 @@ impl CallMethod {
             }
             Value::Module(module) => {
                 if let Some(answer) = self.answer_of_module(module, ev, f) {
-                    receiver.discard();
+                    receiver.drop_inline();
                     return Ok(answer);
                 }
             }
@@ -165,8 +165,8 @@ impl CallMethod {
                     None => self.call_with(receiver, arg, ev, f),
                 };
             }
-            if let Some(answer) = answer(quick, Some(&receiver), &self.site, ev, f) {
-                receiver.discard();
+            if let Some(answer) = call_fast_path(quick, Some(&receiver), &self.site, ev, f) {
+                receiver.drop_inline();
                 return Ok(answer);
             }
         }
@@ -176,9 +176,9 @@ impl CallMethod {
     /// A call with one argument, which has been evaluated.
     #[inline(never)]
     fn call_with(&self, receiver: Value, arg: Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let method = { ev.attribute(&receiver, self.name) }.at(ev, f, self.attribute_span)?;
+        let method = { ev.attribute(&receiver, self.name) }.trace_at(ev, f, self.attribute_span)?;
         ev.call_from(&method, &mut [arg], &[], Some(&mut *f))
-            .at(ev, f, self.site.span)
+            .trace_at(ev, f, self.site.span)
     }
 
     /// The function that the class of an instance has, if the instance has no attribute of that name.
@@ -238,16 +238,16 @@ impl CallMethod {
         ev: &Evaluator<'_>,
         f: &Frame<'_>,
     ) -> Option<Value> {
-        let cell = self.member.of(module, self.name)?;
+        let cell = self.member.cell_of(module, self.name)?;
         let quick = Builtin::quick_of(&cell.value.borrow())?;
-        answer(quick, None, &self.site, ev, f)
+        call_fast_path(quick, None, &self.site, ev, f)
     }
 
     /// Calls a method of a builtin type.
     #[inline(never)]
     fn call_by_class(&self, receiver: Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Value::Module(module) = &receiver
-            && let Some(cell) = self.member.of(module, self.name)
+            && let Some(cell) = self.member.cell_of(module, self.name)
         {
             let callee = cell.value.get();
             match &callee {
@@ -308,7 +308,7 @@ impl CallMethod {
         }
         let callee = ev
             .attribute(receiver, self.name)
-            .at(ev, f, self.attribute_span)?;
+            .trace_at(ev, f, self.attribute_span)?;
         match &callee {
             Value::Function(function) => call_script(function, None, &self.site, ev, f),
             Value::BoundMethod(method) => match &method.function {
@@ -344,11 +344,11 @@ impl ExprNode for SuperCall {
         if !is_super {
             return ev
                 .call_from(&callee, &mut [], &[], Some(&mut *f))
-                .at(ev, f, self.span);
+                .trace_at(ev, f, self.span);
         }
         let Some(receiver) = &self.receiver else {
             let error = ev.raise(ExceptionKind::RuntimeError, "super(): no arguments");
-            return Err(error).at(ev, f, self.span);
+            return Err(error).trace_at(ev, f, self.span);
         };
         let class = self.class.eval(ev, f)?;
         let receiver = receiver.eval(ev, f).map_err(|raised| {
@@ -357,7 +357,7 @@ impl ExprNode for SuperCall {
             }
             raised
         });
-        let receiver = receiver.at(ev, f, self.span)?;
-        ev.make_super(&class, &receiver).at(ev, f, self.span)
+        let receiver = receiver.trace_at(ev, f, self.span)?;
+        ev.make_super(&class, &receiver).trace_at(ev, f, self.span)
     }
 }

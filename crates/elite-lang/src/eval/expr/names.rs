@@ -37,10 +37,10 @@ impl ExprNode for Const {
         Ok(self.0.clone())
     }
 
-    const IS_AT_HAND: bool = true;
+    const HAS_TRY_LOAD: bool = true;
 
     #[inline(always)]
-    fn at_hand(&self, _: &Frame<'_>) -> Option<Value> {
+    fn try_load(&self, _: &Frame<'_>) -> Option<Value> {
         Some(self.0.clone())
     }
 }
@@ -85,16 +85,16 @@ impl ExprNode for LocalVar {
             Value::Bool(flag) => Ok(*flag),
             Value::Instance(_) => {
                 let value = f.slots[self.slot as usize].clone();
-                ev.truth(&value).at(ev, f, self.span)
+                ev.truth(&value).trace_at(ev, f, self.span)
             }
             value => ev.truth(value),
         }
     }
 
-    const IS_AT_HAND: bool = true;
+    const HAS_TRY_LOAD: bool = true;
 
     #[inline(always)]
-    fn at_hand(&self, f: &Frame<'_>) -> Option<Value> {
+    fn try_load(&self, f: &Frame<'_>) -> Option<Value> {
         match &f.slots[self.slot as usize] {
             Value::Unbound => None,
             value => Some(value.clone()),
@@ -147,29 +147,29 @@ impl FreeVar {
     /// Where its value lies, if it is bound.
     ///
     /// # Safety
-    /// As `Held::glimpse`.
+    /// As `Held::get_unguarded`.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
         let cell = &f.function.closure[self.index as usize];
         // SAFETY: the caller's promise.
-        unsafe { cell.value.glimpse() }.filter(|value| !value.is_unbound())
+        unsafe { cell.value.get_unguarded() }.filter(|value| !value.is_unbound())
     }
 }
 
 impl ExprNode for FreeVar {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        match self.at_hand(f) {
+        match self.try_load(f) {
             Some(value) => Ok(value),
             None => Err(unbound_free(ev, f, self.index, self.span)),
         }
     }
 
-    const IS_AT_HAND: bool = true;
+    const HAS_TRY_LOAD: bool = true;
 
     #[inline(always)]
-    fn at_hand(&self, f: &Frame<'_>) -> Option<Value> {
+    fn try_load(&self, f: &Frame<'_>) -> Option<Value> {
         // SAFETY: copying a value counts one reference more and does nothing else.
         #[allow(unsafe_code)]
         unsafe { self.reach(f) }.cloned()
@@ -205,24 +205,24 @@ impl GlobalVar {
     /// Its value.
     #[inline]
     pub fn value(&self, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
-        match self.at_hand(f) {
+        match self.try_load(f) {
             Some(value) => Ok(value),
-            None => undefined(ev, f, self.name, self.span),
+            None => implicit_module_or_error(ev, f, self.name, self.span),
         }
     }
 
     /// Where its value lies, if it or the builtin of that name is bound.
     ///
     /// # Safety
-    /// As `Held::glimpse`.
+    /// As `Held::get_unguarded`.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub unsafe fn reach<'v>(&'v self, _: &'v Frame<'_>) -> Option<&'v Value> {
         // SAFETY: the caller's promise.
         unsafe {
-            match self.cell.value.glimpse() {
+            match self.cell.value.get_unguarded() {
                 Some(value) if !value.is_unbound() => Some(value),
-                _ => { self.builtin.value.glimpse() }.filter(|value| !value.is_unbound()),
+                _ => { self.builtin.value.get_unguarded() }.filter(|value| !value.is_unbound()),
             }
         }
     }
@@ -231,8 +231,8 @@ impl GlobalVar {
 /// The value of a name that nothing defines: some modules are there without import.
 #[cold]
 #[inline(never)]
-fn undefined(ev: &Evaluator<'_>, f: &Frame<'_>, name: Symbol, span: Span) -> R {
-    if let Some(module) = crate::stdlib::present(ev, name)? {
+fn implicit_module_or_error(ev: &Evaluator<'_>, f: &Frame<'_>, name: Symbol, span: Span) -> R {
+    if let Some(module) = crate::stdlib::implicit_module(ev, name)? {
         return Ok(module);
     }
     let name = ev.core.symbols.name(name);
@@ -253,10 +253,10 @@ impl ExprNode for GlobalVar {
         self.value(ev, f)
     }
 
-    const IS_AT_HAND: bool = true;
+    const HAS_TRY_LOAD: bool = true;
 
     #[inline(always)]
-    fn at_hand(&self, f: &Frame<'_>) -> Option<Value> {
+    fn try_load(&self, f: &Frame<'_>) -> Option<Value> {
         // SAFETY: copying a value counts one reference more and does nothing else.
         #[allow(unsafe_code)]
         unsafe { self.reach(f) }.cloned()
@@ -299,7 +299,7 @@ impl ExprNode for MappingName {
             Value::Dict(dict) => ev.dict_get(dict, &self.key),
             other => ev.item_or_none(other, &self.key),
         };
-        match found.at(ev, f, self.global.span)? {
+        match found.trace_at(ev, f, self.global.span)? {
             Some(value) => Ok(value),
             None => self.global.value(ev, f),
         }

@@ -67,7 +67,7 @@ impl Operand {
     }
 
     /// The same, with variables that others can change as expressions.
-    pub fn peekable_or_expr(self) -> Operand {
+    pub fn without_cells(self) -> Operand {
         match self {
             Operand::Free(_) | Operand::Global(_) | Operand::Attribute(_) | Operand::Item(_) => {
                 Operand::Expr(self.into_expr())
@@ -92,7 +92,7 @@ impl Operand {
 
     /// Its value, if it can be looked at without evaluating anything and is bound.
     #[inline(always)]
-    pub fn bound<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
+    pub fn bound_ref<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
         self.peek(f).filter(|value| !value.is_unbound())
     }
 
@@ -102,7 +102,7 @@ impl Operand {
     /// As `Held::glimpse`: while the reference is in use values are read and copied only.
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
+    pub unsafe fn value_ref<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
         // SAFETY: the caller's promise.
         unsafe {
             match self {
@@ -117,11 +117,11 @@ impl Operand {
         }
     }
 
-    /// What `look` makes of the value of a variable, a constant, an attribute that lies in an instance or an item of a
-    /// list or tuple, which is not copied; None for anything else. No script code may run meanwhile, and the list that
-    /// an item is from must not be changed.
+    /// What `with_value` makes of the value of a variable, a constant, an attribute that lies in an instance or an item
+    /// of a list or tuple, which is not copied; None for anything else. No script code may run meanwhile, and the list
+    /// that an item is from must not be changed.
     #[inline(always)]
-    pub fn look<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
+    pub fn with_value<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
         match self {
             Operand::Local(local) => Some(look(local.peek(f))),
             Operand::Const(value) => Some(look(value)),
@@ -148,19 +148,19 @@ impl Operand {
 
     /// The same for all that is no item of a container.
     #[inline(always)]
-    pub fn look_near<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
+    pub fn with_variable<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
         match self {
             Operand::Item(_) | Operand::Expr(_) => None,
-            near => near.look(f, look),
+            near => near.with_value(f, look),
         }
     }
 
     /// A copy of its value, if that can be looked at without evaluating anything and is bound.
     #[inline]
-    pub fn copied(&self, f: &Frame<'_>) -> Option<Value> {
+    pub fn try_clone(&self, f: &Frame<'_>) -> Option<Value> {
         // SAFETY: copying a value counts one reference more and does nothing else.
         #[allow(unsafe_code)]
-        unsafe { self.reach(f) }.cloned()
+        unsafe { self.value_ref(f) }.cloned()
     }
 
     /// The variable of an outer function or of the module that it is; its value may be `Unbound`.

@@ -27,7 +27,8 @@ impl ExprNode for PercentFormat {
                 slot.put(item.eval(ev, f)?);
             }
             let text = ev.percent_format_items(self.format.as_str(), slots);
-            text.and_then(|text| ev.string(text)).at(ev, f, self.span)
+            text.and_then(|text| ev.new_str(text))
+                .trace_at(ev, f, self.span)
         })
     }
 }

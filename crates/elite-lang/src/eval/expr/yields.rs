@@ -23,7 +23,9 @@ impl ExprNode for Yield {
             None => Value::None,
         };
         let line = ev.core.line.get();
-        let sent = ev.yield_value(f.slots, value, None).at(ev, f, self.span);
+        let sent = ev
+            .yield_value(f.slots, value, None)
+            .trace_at(ev, f, self.span);
         ev.core.line.set(line);
         sent
     }
@@ -41,7 +43,7 @@ impl ExprNode for YieldFrom {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let iterable = self.value.eval(ev, f)?;
-        delegate(&iterable, ev, f).at(ev, f, self.span)
+        delegate(&iterable, ev, f).trace_at(ev, f, self.span)
     }
 }
 
@@ -57,7 +59,7 @@ fn delegate(iterable: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
             Ok(sent) => GeneratorInput::Send(sent),
             Err(raised) => GeneratorInput::Throw(raised),
         };
-        step = ev.pass_on(&iterator, input)?;
+        step = ev.forward_input(&iterator, input)?;
     }
 }
 
@@ -73,26 +75,26 @@ impl Evaluator<'_> {
                 return match self.next_with_end(iterator) {
                     Ok(Some(value)) => Ok(StepResult::Yielded(value)),
                     Ok(None) => Ok(StepResult::Returned(Value::None)),
-                    Err(raised) => self.returned(raised).map(StepResult::Returned),
+                    Err(raised) => self.stop_iteration_value(raised).map(StepResult::Returned),
                 };
             }
             let next = self.attribute(iterator, known::NEXT)?;
-            return self.stepped(self.call(&next, &mut [], &[]));
+            return self.step_result(self.call(&next, &mut [], &[]));
         }
         let send = self.attribute(iterator, known::SEND)?;
-        self.stepped(self.call1(&send, sent))
+        self.step_result(self.call1(&send, sent))
     }
 
     /// A `StopIteration` as the end of an iterator with its value.
-    fn stepped(&self, result: R) -> R<StepResult> {
+    fn step_result(&self, result: R) -> R<StepResult> {
         match result {
             Ok(value) => Ok(StepResult::Yielded(value)),
-            Err(raised) => self.returned(raised).map(StepResult::Returned),
+            Err(raised) => self.stop_iteration_value(raised).map(StepResult::Returned),
         }
     }
 
     /// The value a `StopIteration` carries; any other exception goes on.
-    pub fn returned(&self, raised: Raised) -> R {
+    pub fn stop_iteration_value(&self, raised: Raised) -> R {
         match &raised {
             Raised::Exception(exception) if self.is_kind(&raised, ExceptionKind::StopIteration) => {
                 self.attribute(&Value::Instance(exception.clone()), known::VALUE)
@@ -109,7 +111,7 @@ impl Evaluator<'_> {
         }
         match (self.attribute_or_none(iterator, known::THROW)?, &raised) {
             (Some(throw), Raised::Exception(exception)) => {
-                self.stepped(self.call1(&throw, Value::Instance(exception.clone())))
+                self.step_result(self.call1(&throw, Value::Instance(exception.clone())))
             }
             _ => Err(raised),
         }

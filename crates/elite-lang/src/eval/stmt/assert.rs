@@ -50,7 +50,7 @@ impl StmtNode for AssertComparison {
         let left = attempt!(self.left.eval(ev, f));
         let right = attempt!(self.right.eval(ev, f));
         let compared = ev.compare_truth(self.op, &left, &right);
-        if attempt!(compared.at(ev, f, self.span)) {
+        if attempt!(compared.trace_at(ev, f, self.span)) {
             return Flow::Next;
         }
         fail(ev, f, self.message.as_ref(), self.span, Some((left, right)))
@@ -78,7 +78,7 @@ fn fail(
         for (name, value) in sides {
             lines.push(format!(
                 "the {name} side is {}",
-                attempt!(shown(ev, &value))
+                attempt!(short_repr(ev, &value))
             ));
         }
         *state.help.borrow_mut() = Some(lines.join(", ").into());
@@ -87,7 +87,7 @@ fn fail(
 }
 
 /// A value in a few words; a `__repr__` that fails is not this statement's error.
-fn shown(ev: &Evaluator<'_>, value: &Value) -> R<String> {
+fn short_repr(ev: &Evaluator<'_>, value: &Value) -> R<String> {
     let is_long = ev.len(value).is_ok_and(|items| items > ITEMS_MAX);
     let name = ev.core.types.name_of(value);
     if is_long && !matches!(value, Value::Str(_)) {

@@ -9,7 +9,7 @@ use crate::eval::expr::binary::{Operator, op};
 use crate::eval::expr::names::{Const, LocalVar, Readable};
 use crate::eval::expr::operand::{Operand, by_operand};
 use crate::eval::run::with_slots;
-use crate::eval::words::{PairOf, next_without};
+use crate::eval::words::{PairOf, next_dropping};
 use crate::eval::{
     BoxExpr, DynStmt, Evaluator, ExprNode, Flow, Frame, StmtNode, TraceExt, attempt,
 };
@@ -27,11 +27,13 @@ pub struct AssignLocal<V> {
 impl<V: ExprNode> StmtNode for AssignLocal<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        if !V::IS_AT_HAND {
-            return self.evaluated(ev, f);
+        if !V::HAS_TRY_LOAD {
+            return self.exec_general(ev, f);
         }
-        match self.value.at_hand(f) {
-            Some(value) => next_without(std::mem::replace(&mut f.slots[self.slot as usize], value)),
+        match self.value.try_load(f) {
+            Some(value) => {
+                next_dropping(std::mem::replace(&mut f.slots[self.slot as usize], value))
+            }
             None => self.evaluate(ev, f).whole(),
         }
     }
@@ -40,13 +42,13 @@ impl<V: ExprNode> StmtNode for AssignLocal<V> {
 impl<V: ExprNode> AssignLocal<V> {
     #[inline(never)]
     fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
-        PairOf::of(self.evaluated(ev, f))
+        PairOf::pack(self.exec_general(ev, f))
     }
 
     #[inline(always)]
-    fn evaluated(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+    fn exec_general(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
-        next_without(std::mem::replace(&mut f.slots[self.slot as usize], value))
+        next_dropping(std::mem::replace(&mut f.slots[self.slot as usize], value))
     }
 }
 
@@ -226,7 +228,7 @@ impl<const N: usize> AssignItems<N> {
     /// Unpacks something else.
     #[inline(never)]
     fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
-        PairOf::of(self.evaluated(ev, f))
+        PairOf::pack(self.evaluated(ev, f))
     }
 
     #[inline(always)]
@@ -240,7 +242,7 @@ impl<const N: usize> AssignItems<N> {
             },
             _ => return self.targets.assign(ev, f, value).into(),
         }
-        value.discard();
+        value.drop_inline();
         Flow::Next
     }
 
@@ -300,16 +302,16 @@ struct AssignAttribute<V> {
 impl<V: ExprNode> StmtNode for AssignAttribute<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        if !V::IS_AT_HAND {
+        if !V::HAS_TRY_LOAD {
             return self.evaluated(ev, f);
         }
         if let Operand::Local(local) = &self.target.value
             && let Value::Instance(instance) = local.peek(f)
-            && let Some(value) = self.value.at_hand(f)
+            && let Some(value) = self.value.try_load(f)
         {
             return match self.target.replace_at_once(instance, value) {
-                Ok(old) => next_without(old),
-                Err(value) => self.assign(PairOf::of(value), ev, f).whole(),
+                Ok(old) => next_dropping(old),
+                Err(value) => self.assign(PairOf::pack(value), ev, f).whole(),
             };
         }
         self.evaluate(ev, f).whole()
@@ -319,7 +321,7 @@ impl<V: ExprNode> StmtNode for AssignAttribute<V> {
 impl<V: ExprNode> AssignAttribute<V> {
     #[inline(never)]
     fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
-        PairOf::of(self.evaluated(ev, f))
+        PairOf::pack(self.evaluated(ev, f))
     }
 
     #[inline(always)]
@@ -329,16 +331,16 @@ impl<V: ExprNode> AssignAttribute<V> {
             && let Value::Instance(instance) = local.peek(f)
         {
             return match self.target.replace_at_once(instance, value) {
-                Ok(old) => next_without(old),
-                Err(value) => self.assign(PairOf::of(value), ev, f).whole(),
+                Ok(old) => next_dropping(old),
+                Err(value) => self.assign(PairOf::pack(value), ev, f).whole(),
             };
         }
-        self.assign(PairOf::of(value), ev, f).whole()
+        self.assign(PairOf::pack(value), ev, f).whole()
     }
 
     #[inline(never)]
     fn assign(&self, value: PairOf<Value>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
-        PairOf::of(self.target.assign(ev, f, value.whole()).into())
+        PairOf::pack(self.target.assign(ev, f, value.whole()).into())
     }
 }
 
@@ -360,17 +362,17 @@ impl<V: ExprNode> StmtNode for AssignItem<V> {
         if let Some(Value::Int(at)) = self.target.index.peek(f)
             && let Operand::Local(local) = &self.target.value
             && let Value::List(list) = local.peek(f)
-            && (list.noted.get() || !value.holds_values())
+            && (list.gc_tracked.get() || !value.can_hold_values())
         {
             return match list.replace_at(*at, value) {
                 Ok(old) => {
-                    old.discard();
+                    old.drop_inline();
                     Flow::Next
                 }
-                Err(value) => self.target.assign_words(ev, f, PairOf::of(value)).into(),
+                Err(value) => self.target.assign_words(ev, f, PairOf::pack(value)).into(),
             };
         }
-        self.target.assign_words(ev, f, PairOf::of(value)).into()
+        self.target.assign_words(ev, f, PairOf::pack(value)).into()
     }
 }
 
@@ -443,7 +445,7 @@ fn slow_local(
         }
     }
     let old = f.slots[slot].clone();
-    let new = ev.binary_in_place(op, &old, value).at(ev, f, span)?;
+    let new = ev.binary_in_place(op, &old, value).trace_at(ev, f, span)?;
     f.slots[slot] = new;
     Ok(())
 }
@@ -459,7 +461,7 @@ pub fn augmented_local(
     macro_rules! pick {
         ($($name:ident),*) => {
             match binary {
-                $(BinaryOp::$name => shaped::<op::$name>(slot, value, target, span),)*
+                $(BinaryOp::$name => specialize::<op::$name>(slot, value, target, span),)*
             }
         };
     }
@@ -468,7 +470,12 @@ pub fn augmented_local(
     )
 }
 
-fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> Box<dyn DynStmt> {
+fn specialize<O: Operator>(
+    slot: u32,
+    value: Operand,
+    target: Span,
+    span: Span,
+) -> Box<dyn DynStmt> {
     let local = crate::eval::expr::names::LocalVar { slot, span: target };
     let op = PhantomData::<O>;
     match value {
@@ -531,7 +538,7 @@ pub struct AugAttribute {
     /// The other operand.
     pub value: Operand,
     /// Evaluating the other operand leaves local variables as they are.
-    pub keeps: bool,
+    pub preserves_locals: bool,
     /// Where it is written.
     pub span: Span,
 }
@@ -539,7 +546,7 @@ pub struct AugAttribute {
 impl StmtNode for AugAttribute {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        if let (Operand::Local(local), true) = (&self.target.value, self.keeps) {
+        if let (Operand::Local(local), true) = (&self.target.value, self.preserves_locals) {
             attempt!(local.check(ev, f));
             let old = attempt!(self.read(ev, f, local.peek(f)));
             let value = attempt!(self.value.eval(ev, f));
@@ -566,7 +573,7 @@ impl AugAttribute {
             self.cache.learn(&instance.class, self.target.name);
         }
         ev.attribute(object, self.target.name)
-            .at(ev, f, self.target.span)
+            .trace_at(ev, f, self.target.span)
     }
 }
 
@@ -582,7 +589,7 @@ fn combine(
 ) -> R {
     match fast(op, old, value) {
         Some(new) => Ok(new),
-        None => ev.binary_in_place(op, old, value).at(ev, f, span),
+        None => ev.binary_in_place(op, old, value).trace_at(ev, f, span),
     }
 }
 
@@ -610,19 +617,22 @@ impl StmtNode for AugItem {
         if let (Operand::Local(local), true) = (&self.container, self.keeps) {
             attempt!(local.check(ev, f));
             let index = attempt!(self.index.eval(ev, f));
-            let old = attempt!(ev.item(local.peek(f), &index).at(ev, f, self.item_span));
+            let old = attempt!(
+                ev.item(local.peek(f), &index)
+                    .trace_at(ev, f, self.item_span)
+            );
             let value = attempt!(self.value.eval(ev, f));
             let new = attempt!(combine(self.op, &old, &value, ev, f, self.span));
             let set = ev.set_item(local.peek(f), &index, new);
-            return set.at(ev, f, self.item_span).into();
+            return set.trace_at(ev, f, self.item_span).into();
         }
         let container = attempt!(self.container.eval(ev, f));
         let index = attempt!(self.index.eval(ev, f));
-        let old = attempt!(ev.item(&container, &index).at(ev, f, self.item_span));
+        let old = attempt!(ev.item(&container, &index).trace_at(ev, f, self.item_span));
         let value = attempt!(self.value.eval(ev, f));
         let new = attempt!(combine(self.op, &old, &value, ev, f, self.span));
         ev.set_item(&container, &index, new)
-            .at(ev, f, self.item_span)
+            .trace_at(ev, f, self.item_span)
             .into()
     }
 }

@@ -26,9 +26,10 @@ impl Target for ClassSlot {
         let mut value = value;
         if let Some(namespace @ Value::Instance(_)) = f.slots.last().cloned() {
             let name = f.function.code.slot_names[self.slot as usize];
-            let name = ev.core.symbols.value(name);
-            ev.set_item(&namespace, &name, value).at(ev, f, self.span)?;
-            value = ev.item(&namespace, &name).at(ev, f, self.span)?;
+            let name = ev.core.symbols.to_value(name);
+            ev.set_item(&namespace, &name, value)
+                .trace_at(ev, f, self.span)?;
+            value = ev.item(&namespace, &name).trace_at(ev, f, self.span)?;
         }
         let old = std::mem::replace(&mut f.slots[self.slot as usize], value);
         drop(old);
@@ -39,11 +40,12 @@ impl Target for ClassSlot {
         let name = f.function.code.slot_names[self.slot as usize];
         if std::mem::take(&mut f.slots[self.slot as usize]).is_unbound() {
             let text = format!("name '{}' is not defined", ev.core.symbols.name(name));
-            return Err(ev.raise(ExceptionKind::NameError, text)).at(ev, f, self.span);
+            return Err(ev.raise(ExceptionKind::NameError, text)).trace_at(ev, f, self.span);
         }
         if let Some(namespace @ Value::Instance(_)) = f.slots.last().cloned() {
-            let name = ev.core.symbols.value(name);
-            ev.delete_item(&namespace, &name).at(ev, f, self.span)?;
+            let name = ev.core.symbols.to_value(name);
+            ev.delete_item(&namespace, &name)
+                .trace_at(ev, f, self.span)?;
         }
         Ok(())
     }

@@ -34,7 +34,7 @@ impl StmtNode for DefineFunction {
         let decorators = attempt!(evaluate(&self.decorators, ev, f));
         let mut value = Value::Function(attempt!(self.function.make(ev, f)));
         for (decorator, span) in decorators.iter().rev() {
-            value = attempt!(ev.call1(decorator, value).at(ev, f, *span));
+            value = attempt!(ev.call1(decorator, value).trace_at(ev, f, *span));
         }
         self.target.assign(ev, f, value).into()
     }
@@ -86,10 +86,10 @@ impl StmtNode for DefineClass {
             &mut keywords,
             &mut names,
         ));
-        let function = Function::plain(self.code.clone(), closure(&self.closure, f));
+        let function = Function::without_defaults(self.code.clone(), closure(&self.closure, f));
         let mut value = attempt!(self.build(ev, f, &function, &bases, &keywords));
         for (decorator, span) in decorators.iter().rev() {
-            value = attempt!(ev.call1(decorator, value).at(ev, f, *span));
+            value = attempt!(ev.call1(decorator, value).trace_at(ev, f, *span));
         }
         self.target.assign(ev, f, value).into()
     }
@@ -104,7 +104,9 @@ impl DefineClass {
         bases: &[Value],
         keywords: &[(Symbol, Value)],
     ) -> R {
-        let metaclass = ev.metaclass_of(bases, keywords).at(ev, f, self.span)?;
+        let metaclass = ev
+            .metaclass_of(bases, keywords)
+            .trace_at(ev, f, self.span)?;
         let keywords: &[_] = &keywords
             .iter()
             .filter(|(name, _)| *name != known::METACLASS)
@@ -113,13 +115,13 @@ impl DefineClass {
         let prepared = match &metaclass {
             Some(metaclass) => ev
                 .prepared_namespace(metaclass, &self.code.name, bases, keywords)
-                .at(ev, f, self.span)?,
+                .trace_at(ev, f, self.span)?,
             None => Value::None,
         };
         if let (Some(metaclass), Value::Instance(_)) = (&metaclass, &prepared) {
             return self.build_in(ev, f, function, metaclass, prepared, bases, keywords);
         }
-        let prepared = ev.prepared_names(&prepared).at(ev, f, self.span)?;
+        let prepared = ev.prepared_names(&prepared).trace_at(ev, f, self.span)?;
         with_slots(self.code.slots + 1, |slots| {
             for (name, value) in &prepared {
                 let names = &self.code.slot_names[..self.names];
@@ -127,12 +129,12 @@ impl DefineClass {
                     slots[slot] = value.clone();
                 }
             }
-            ev.run(function, slots).at(ev, f, self.span)?;
+            ev.run(function, slots).trace_at(ev, f, self.span)?;
             let names = self.code.slot_names[..self.names]
                 .iter()
                 .zip(slots[..self.names].iter());
             let mut attrs = prepared;
-            let module = ev.name_for_class(&self.code).at(ev, f, self.span)?;
+            let module = ev.name_for_class(&self.code).trace_at(ev, f, self.span)?;
             attrs.retain(|(name, _)| !self.code.slot_names[..self.names].contains(name));
             attrs.push((known::MODULE, module));
             attrs.push((known::QUALNAME, Value::str(&*self.code.qualname)));
@@ -151,15 +153,16 @@ impl DefineClass {
                 let cell = self.class_cell.map(|slot| slots[slot as usize].clone());
                 return ev
                     .call_metaclass(metaclass, &self.code.name, bases, attrs, cell, keywords)
-                    .at(ev, f, self.span);
+                    .trace_at(ev, f, self.span);
             }
             let class = ev
                 .make_class(&self.code.name, bases, attrs)
-                .at(ev, f, self.span)?;
+                .trace_at(ev, f, self.span)?;
             if let Some(Value::Cell(cell)) = self.class_cell.map(|slot| &slots[slot as usize]) {
                 drop(cell.replace(Value::Class(class.clone())));
             }
-            ev.finish_class(&class, keywords).at(ev, f, self.span)?;
+            ev.finish_class(&class, keywords)
+                .trace_at(ev, f, self.span)?;
             Ok(Value::Class(class))
         })
     }
@@ -179,18 +182,18 @@ impl DefineClass {
         keywords: &[(Symbol, Value)],
     ) -> R {
         let put = |name: Symbol, value: Value| {
-            ev.set_item(&namespace, &ev.core.symbols.value(name), value)
-                .at(ev, f, self.span)
+            ev.set_item(&namespace, &ev.core.symbols.to_value(name), value)
+                .trace_at(ev, f, self.span)
         };
         with_slots(self.code.slots + 1, |slots| {
-            let module = ev.name_for_class(&self.code).at(ev, f, self.span)?;
+            let module = ev.name_for_class(&self.code).trace_at(ev, f, self.span)?;
             put(known::MODULE, module)?;
             put(known::QUALNAME, Value::str(&*self.code.qualname))?;
             if let Some(doc) = self.code.doc.as_deref() {
                 put(known::DOC, Value::str(doc))?;
             }
             slots[self.code.slots] = namespace.clone();
-            ev.run(function, slots).at(ev, f, self.span)?;
+            ev.run(function, slots).trace_at(ev, f, self.span)?;
             let names = &self.code.slot_names[..self.names];
             if let Some(slot) = names.iter().position(|name| *name == known::ANNOTATIONS)
                 && !slots[slot].is_unbound()
@@ -205,7 +208,8 @@ impl DefineClass {
                 Value::tuple(bases.to_vec()),
                 namespace.clone(),
             ];
-            ev.call(metaclass, &mut args, keywords).at(ev, f, self.span)
+            ev.call(metaclass, &mut args, keywords)
+                .trace_at(ev, f, self.span)
         })
     }
 }
@@ -222,7 +226,7 @@ impl Evaluator<'_> {
         attrs: Vec<(Symbol, Value)>,
     ) -> R<Rc<Class>> {
         self.check_name(name)?;
-        let held = self.hold_names();
+        let held = self.pause_sweep();
         let class = self.make_with_names_held(name, bases, attrs)?;
         drop(held);
         // What the work on it made due was put off.
@@ -298,9 +302,9 @@ impl Evaluator<'_> {
                 _ => value,
             };
             class.set(name, value);
-            self.worked(ATTRIBUTE)?;
+            self.charge(ATTRIBUTE)?;
         }
-        class.note_own();
+        class.end_body_attrs();
         if !has_doc {
             class.set(known::DOC, Value::None);
         }
@@ -321,26 +325,29 @@ impl Evaluator<'_> {
         };
         let attrs = ValueVec::from(told(class));
         for (name, value) in attrs {
-            self.worked(ATTRIBUTE)?;
+            self.charge(ATTRIBUTE)?;
             if let Value::Property(property) = &value {
-                property.name.put(self.core.symbols.value(name));
+                property.name.put(self.core.symbols.to_value(name));
             }
             if let Value::Instance(descriptor) = &value
                 && let Some(set_name) = descriptor.class.lookup(known::SET_NAME)
             {
-                let mut args = [Value::Class(class.clone()), self.core.symbols.value(name)];
+                let mut args = [
+                    Value::Class(class.clone()),
+                    self.core.symbols.to_value(name),
+                ];
                 self.call_method_value(&set_name, &value, &mut args)
                     .map_err(|raised| self.set_name_error(raised, &value, name, class))?;
             }
         }
         if let Some(hook) = class
-            .ancestors()
+            .mro_tail()
             .iter()
             .find_map(|parent| parent.own_attrs().get(known::INIT_SUBCLASS).cloned())
         {
             let value = Value::Class(class.clone());
             let bound = match &hook {
-                Value::ClassMethod(function) => self.bound_to_class(function, &value)?,
+                Value::ClassMethod(function) => self.bind_to_class(function, &value)?,
                 Value::StaticMethod(function) => Value::clone(function),
                 Value::Instance(descriptor) => match descriptor.class.lookup(known::GET) {
                     Some(get) => self.call_method_value(&get, &hook, &mut [Value::None, value])?,
@@ -415,7 +422,7 @@ impl Evaluator<'_> {
 /// the classes that stand in each other's way.
 pub fn linearise(parents: &[Rc<Class>]) -> Result<Vec<Rc<Class>>, Vec<Rc<str>>> {
     let line = |class: &Rc<Class>| -> Vec<Rc<Class>> {
-        let mut line = class.line();
+        let mut line = class.mro();
         line.reverse();
         line
     };
@@ -467,13 +474,13 @@ pub fn is_final(class: &Class) -> bool {
     let is_iterator = class.base == BuiltinBase::Iterator;
     let name = class.name();
     if class.is_script {
-        return class.in_c.get() && *class.type_name() == *"datetime.timezone";
+        return class.is_c_type.get() && *class.type_name() == *"datetime.timezone";
     }
     if is_iterator {
         // Those of the library are classes to derive from, too.
         return name.ends_with("iterator") || matches!(&*name, "_tee" | "_grouper");
     }
-    if class.in_c.get() {
+    if class.is_c_type.get() {
         return matches!(
             &*class.type_name(),
             "re.Pattern"

@@ -7,7 +7,7 @@ use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Block;
 use crate::eval::coroutine::StopState;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt};
 use crate::source::Span;
 use crate::value::trash::NodeList;
@@ -61,7 +61,7 @@ impl ProtectedRange {
                 None => Ok(true),
                 Some(types) => types.eval(ev, f).and_then(|types| {
                     ev.exception_matches(exception, &types)
-                        .at(ev, f, handler.span)
+                        .trace_at(ev, f, handler.span)
                 }),
             };
             match takes {
@@ -98,11 +98,11 @@ impl Evaluator<'_> {
             Value::Class(class) if class.base == crate::value::class::BuiltinBase::Exception => {
                 Ok(exception.class.is_subclass_of(class))
             }
-            Value::Tuple(tuple) => self.recurse(|| {
+            Value::Tuple(tuple) => self.with_native_depth(|| {
                 // All of them are looked at: a wrong one is an error also behind one that takes the exception.
                 let mut takes = false;
                 for item in tuple.items() {
-                    self.worked(VALUE)?;
+                    self.charge(WORK_PER_VALUE)?;
                     takes |= self.exception_matches(exception, item)?;
                 }
                 Ok(takes)

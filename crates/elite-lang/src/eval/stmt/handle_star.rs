@@ -48,7 +48,7 @@ impl TryStar {
             // The types are looked at also when nothing is left: a wrong one is an error in any case.
             let parts = match handler.exception.as_ref().map(|types| types.eval(ev, f)) {
                 Some(types) => {
-                    types.and_then(|types| parts(&rest, &types, ev).at(ev, f, handler.span))
+                    types.and_then(|types| parts(&rest, &types, ev).trace_at(ev, f, handler.span))
                 }
                 None => Ok((rest.clone(), None)),
             };

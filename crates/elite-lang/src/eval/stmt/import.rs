@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::ops::dict::NAME;
+use crate::ops::dict::WORK_PER_NAME;
 use crate::source::Span;
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
@@ -28,9 +28,11 @@ pub struct Import {
 impl StmtNode for Import {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
+        let module = attempt!(ev.import(&self.module).trace_at(ev, f, self.span));
         let module = match self.module.split_once('.') {
-            Some((first, _)) if !self.aliased => attempt!(ev.import(first).at(ev, f, self.span)),
+            Some((first, _)) if !self.aliased => {
+                attempt!(ev.import(first).trace_at(ev, f, self.span))
+            }
             _ => module,
         };
         self.target.assign(ev, f, module).into()
@@ -53,9 +55,9 @@ pub struct ImportFrom {
 impl StmtNode for ImportFrom {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
+        let module = attempt!(ev.import(&self.module).trace_at(ev, f, self.span));
         for (name, target, span) in &self.names {
-            let value = attempt!(self.name(ev, &module, *name).at(ev, f, *span));
+            let value = attempt!(self.name(ev, &module, *name).trace_at(ev, f, *span));
             attempt!(target.assign(ev, f, value));
         }
         Flow::Next
@@ -107,7 +109,7 @@ pub struct ImportStar {
 impl StmtNode for ImportStar {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
+        let module = attempt!(ev.import(&self.module).trace_at(ev, f, self.span));
         let Value::Module(module) = module else {
             let names = attempt!(star_names(ev, &module));
             for name in names {
@@ -117,7 +119,7 @@ impl StmtNode for ImportStar {
             return Flow::Next;
         };
         for name in attempt!(public_names(ev, &module.namespace)) {
-            attempt!(ev.worked(NAME));
+            attempt!(ev.charge(WORK_PER_NAME));
             if let Some(value) = module.namespace.get(name) {
                 drop((self.global)(name).replace(value));
             }
@@ -136,7 +138,7 @@ fn public_names(ev: &Evaluator<'_>, namespace: &Namespace) -> R<Vec<Symbol>> {
             let mut all = SymbolSet::default();
             for text in listed.iter().filter_map(Value::as_str) {
                 all.extend(ev.core.symbols.find(text));
-                ev.worked(NAME)?;
+                ev.charge(WORK_PER_NAME)?;
             }
             Some(all)
         }
@@ -151,7 +153,7 @@ fn public_names(ev: &Evaluator<'_>, namespace: &Namespace) -> R<Vec<Symbol>> {
         };
         names[kept] = name;
         kept += usize::from(is_public);
-        ev.worked(NAME)?;
+        ev.charge(WORK_PER_NAME)?;
     }
     names.truncate(kept);
     Ok(names)
@@ -169,7 +171,9 @@ fn star_names(ev: &Evaluator<'_>, module: &Value) -> R<Vec<Symbol>> {
     };
     let names = names.iter().filter_map(Value::as_str);
     let public = names.filter(|name| is_listed || !name.starts_with('_'));
-    Ok(public.map(|name| ev.core.symbols.take(name)).collect())
+    Ok(public
+        .map(|name| ev.core.symbols.intern_used(name))
+        .collect())
 }
 
 /// What to say beside a message about an unknown name.

@@ -1,5 +1,5 @@
 //! What room the instances of a class have, as CPython lays them out: what its builtin type holds, slots, a dictionary,
-//! a weak reference. What is in the slots is the business of `value::class`.
+//! a weak reference. What is in the slots is the business of `to_value::class`.
 
 use std::collections::HashSet;
 use std::rc::Rc;
@@ -31,8 +31,8 @@ pub(super) fn takes_slots(base: BuiltinBase) -> bool {
 
 /// The nearest class that gives instances of a class more than those of its own ancestors have: slots, or what a
 /// builtin type holds.
-fn widening(class: &Rc<Class>) -> Option<Rc<Class>> {
-    let ancestors = class.ancestors();
+fn layout_owner(class: &Rc<Class>) -> Option<Rc<Class>> {
+    let ancestors = class.mro_tail();
     let mut line = std::iter::once(class).chain(&*ancestors);
     let widest = line.find(|class| match class.is_script {
         true => class.has_own_slots(),
@@ -48,7 +48,7 @@ pub fn best_base(parents: &[Rc<Class>]) -> Option<Rc<Class>> {
     let mut widest = None;
     if parents.len() > 1 {
         for parent in parents {
-            let Some(wide) = widening(parent) else {
+            let Some(wide) = layout_owner(parent) else {
                 continue;
             };
             let is_wider = |wide: &Rc<Class>, than: &Rc<Class>| {
@@ -65,14 +65,14 @@ pub fn best_base(parents: &[Rc<Class>]) -> Option<Rc<Class>> {
 }
 
 /// The classes that a class gets its layout from: itself, its best base, that one's, and so on.
-fn layout_line(class: &Rc<Class>) -> impl Iterator<Item = Rc<Class>> {
+fn layout_chain(class: &Rc<Class>) -> impl Iterator<Item = Rc<Class>> {
     std::iter::successors(Some(class.clone()), |class| best_base(&class.bases()))
 }
 
 /// Whether CPython's layout of a class has a place for a dictionary of attributes.
 pub fn has_dict(class: &Rc<Class>) -> bool {
-    layout_line(class).any(|class| match class.base {
-        _ if class.is_script => class.is_open() && !is_closed_in_c(&class),
+    layout_chain(class).any(|class| match class.base {
+        _ if class.is_script => class.adds_dict() && !is_closed_in_c(&class),
         BuiltinBase::Native => *class.type_name() == *"functools.partial",
         BuiltinBase::Exception
         | BuiltinBase::Type
@@ -85,13 +85,13 @@ pub fn has_dict(class: &Rc<Class>) -> bool {
 
 /// Whether CPython has this class in C, without what a class of a script gives its instances.
 fn is_closed_in_c(class: &Class) -> bool {
-    class.in_c.get() && matches!(&*class.type_name(), "_struct.Struct" | "_thread._local")
+    class.is_c_type.get() && matches!(&*class.type_name(), "_struct.Struct" | "_thread._local")
 }
 
 /// Whether it has a place for weak references: some builtin types have one, and classes without `__slots__`.
 pub fn is_weakly_referable(class: &Rc<Class>) -> bool {
-    layout_line(class).any(|class| match class.base {
-        _ if class.is_script => class.is_referable() && has_room(class.base),
+    layout_chain(class).any(|class| match class.base {
+        _ if class.is_script => class.adds_weakref() && has_room(class.base),
         BuiltinBase::Native => matches!(
             &*class.type_name(),
             "functools.partial" | "collections.deque" | "re.Pattern"
@@ -138,7 +138,7 @@ impl Evaluator<'_> {
                 let text = format!("__slots__ items must be strings, not '{name}'");
                 return Err(self.type_error(text));
             };
-            let name = self.take_name(text.as_str())?;
+            let name = self.intern_name(text.as_str())?;
             if !crate::lexer::names::is_name(text.as_str()) {
                 return Err(self.type_error("__slots__ must be identifiers"));
             }
@@ -152,17 +152,17 @@ impl Evaluator<'_> {
                 return Err(self.type_error(text));
             }
             slots.push(name);
-            self.worked(ATTRIBUTE)?;
+            self.charge(ATTRIBUTE)?;
         }
         let mut given = HashSet::new();
         for (name, _) in attrs.iter().filter(|_| !slots.is_empty()) {
             given.insert(*name);
-            self.worked(ATTRIBUTE)?;
+            self.charge(ATTRIBUTE)?;
         }
         for name in &slots {
-            self.worked(ATTRIBUTE)?;
+            self.charge(ATTRIBUTE)?;
             if given.contains(name) {
-                let name = self.repr(&self.core.symbols.value(*name))?;
+                let name = self.repr(&self.core.symbols.to_value(*name))?;
                 let text = format!("{name} in __slots__ conflicts with class variable");
                 return Err(self.value_error(text));
             }
@@ -188,19 +188,19 @@ impl Evaluator<'_> {
 
     /// What stands in the `__dict__` of a class for that which it adds to its instances: members for slots, `__dict__`,
     /// `__weakref__`. They are made when they are first asked for.
-    pub fn added_parts(&self, class: &Rc<Class>) -> R<Vec<(Symbol, Value)>> {
-        if let Some(known) = &*class.added.borrow() {
+    pub fn member_descriptors(&self, class: &Rc<Class>) -> R<Vec<(Symbol, Value)>> {
+        if let Some(known) = &*class.member_descriptors.borrow() {
             return Ok(known.to_vec());
         }
         let parts = self.find_added_parts(class)?;
         self.core.note_class(class);
-        class.added.put(Some(parts.as_slice().into()));
+        class.member_descriptors.put(Some(parts.as_slice().into()));
         Ok(parts)
     }
 
     /// One of them.
     pub fn added_part(&self, class: &Rc<Class>, name: Symbol) -> R<Option<Value>> {
-        let parts = self.added_parts(class)?;
+        let parts = self.member_descriptors(class)?;
         let part = parts.into_iter().find(|(other, _)| *other == name);
         Ok(part.map(|(_, part)| part))
     }
@@ -208,13 +208,13 @@ impl Evaluator<'_> {
     fn find_added_parts(&self, class: &Rc<Class>) -> R<Vec<(Symbol, Value)>> {
         let mut slots = Vec::new();
         for name in class.own_slots() {
-            self.worked(ATTRIBUTE)?;
+            self.charge(ATTRIBUTE)?;
             slots.push((self.core.symbols.name(name), name));
         }
         slots.sort_unstable();
         let mut parts = Vec::new();
         for (_, name) in slots {
-            self.worked(ATTRIBUTE)?;
+            self.charge(ATTRIBUTE)?;
             parts.push((name, self.make_descriptor(class.clone(), name, true, true)));
         }
         let bases = class.bases();
@@ -224,12 +224,12 @@ impl Evaluator<'_> {
         let asked = [
             (
                 known::DICT,
-                class.is_open(),
+                class.adds_dict(),
                 has_dict as fn(&Rc<Class>) -> bool,
             ),
             (
                 known::WEAKREF,
-                class.is_referable() && has_room(class.base),
+                class.adds_weakref() && has_room(class.base),
                 is_weakly_referable,
             ),
         ];

@@ -114,7 +114,7 @@ impl LoopTarget {
             f.slots[*slot as usize].put(item);
             return Ok(());
         }
-        self.assign_other(ev, f, PairOf::of(item))
+        self.assign_other(ev, f, PairOf::pack(item))
     }
 
     #[inline(never)]

@@ -74,7 +74,7 @@ impl Evaluator<'_> {
     /// The names a prepared dictionary puts into the body before it runs.
     pub fn prepared_names(&self, prepared: &Value) -> R<Vec<(Symbol, Value)>> {
         match prepared {
-            Value::Dict(dict) => self.named(dict),
+            Value::Dict(dict) => self.named_attrs(dict),
             _ => Ok(Vec::new()),
         }
     }
@@ -86,13 +86,13 @@ impl Evaluator<'_> {
         }
     }
 
-    fn named(&self, dict: &Dict) -> R<Vec<(Symbol, Value)>> {
+    fn named_attrs(&self, dict: &Dict) -> R<Vec<(Symbol, Value)>> {
         let mut named = Vec::new();
-        for (_, key, value) in self.entries(dict)? {
-            if let Value::Str(text) = self.plain(&key) {
-                named.push((self.take_name(text.as_str())?, value));
+        for (_, key, value) in self.collect_entries(dict)? {
+            if let Value::Str(text) = self.unwrap_builtin(&key) {
+                named.push((self.intern_name(text.as_str())?, value));
             }
-            self.worked(ATTRIBUTE)?;
+            self.charge(ATTRIBUTE)?;
         }
         Ok(named)
     }
@@ -110,11 +110,11 @@ impl Evaluator<'_> {
     ) -> R {
         let dict = Dict::new();
         for (name, value) in attrs {
-            self.dict_set(&dict, self.core.symbols.value(name), value)?;
-            self.worked(ATTRIBUTE)?;
+            self.dict_set(&dict, self.core.symbols.to_value(name), value)?;
+            self.charge(ATTRIBUTE)?;
         }
         if let Some(cell) = cell {
-            dict.set_interned(self.core.symbols.value(known::CLASSCELL), cell);
+            dict.set_interned(self.core.symbols.to_value(known::CLASSCELL), cell);
         }
         let mut args = [
             Value::str(name),
@@ -144,13 +144,13 @@ impl Evaluator<'_> {
             let text = format!("type.__new__() argument {number} must be {wanted}, not {found}");
             self.type_error(text)
         };
-        let Value::Str(name) = self.plain(name) else {
+        let Value::Str(name) = self.unwrap_builtin(name) else {
             return Err(wrong(1, "str", name));
         };
-        let Value::Tuple(bases) = self.plain(bases) else {
+        let Value::Tuple(bases) = self.unwrap_builtin(bases) else {
             return Err(wrong(2, "tuple", bases));
         };
-        let Value::Dict(dict) = self.plain(dict) else {
+        let Value::Dict(dict) = self.unwrap_builtin(dict) else {
             return Err(wrong(3, "dict", dict));
         };
         let winner = self.most_derived(metaclass.clone(), bases.items())?;
@@ -161,20 +161,20 @@ impl Evaluator<'_> {
             all.extend_from_slice(args);
             return self.call(&new, &mut all, keywords);
         }
-        let held = self.hold_names();
-        let mut attrs = self.named(&dict)?;
+        let held = self.pause_sweep();
+        let mut attrs = self.named_attrs(&dict)?;
         let cell = attrs.iter().position(|(name, _)| *name == known::CLASSCELL);
         let cell = cell.map(|index| attrs.remove(index).1);
         if !attrs.iter().any(|(name, _)| *name == known::MODULE) {
             let code = caller.map(|frame| &*frame.function.code);
-            let module = match code.map(|code| (code, code.refers.home())) {
+            let module = match code.map(|code| (code, code.refs.home())) {
                 // What is called so in the dictionary that the caller's names are in, whatever its builtins are called.
                 Some((_, Some(home))) => {
                     let none = || self.core.name_of_builtins.value.get();
                     home.get_str("__name__").unwrap_or_else(none)
                 }
                 Some((code, None)) => self.module_of(code),
-                None => self.core.symbols.value(known::MAIN),
+                None => self.core.symbols.to_value(known::MAIN),
             };
             attrs.push((known::MODULE, module));
         }

@@ -19,7 +19,7 @@ impl StmtNode for ExprStatement {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         match self.0.eval(ev, f) {
             Ok(value) => {
-                value.discard();
+                value.drop_inline();
                 Flow::Next
             }
             Err(raised) => Flow::Raise(raised),
@@ -44,10 +44,10 @@ impl StmtNode for Print {
         for (index, value) in self.values.iter().enumerate() {
             let value = attempt!(value.eval(ev, f));
             text.push_str(if index > 0 { " " } else { "" });
-            text.push_str(&attempt!(ev.str(&value).at(ev, f, self.span)));
+            text.push_str(&attempt!(ev.str(&value).trace_at(ev, f, self.span)));
         }
         text.push_str(self.end);
-        attempt!(ev.print(&text).at(ev, f, self.span));
+        attempt!(ev.print(&text).trace_at(ev, f, self.span));
         Flow::Next
     }
 }
@@ -91,15 +91,15 @@ impl StmtNode for Raise {
             });
         };
         let value = attempt!(exception.eval(ev, f));
-        let exception = attempt!(ev.to_exception(&value).at(ev, f, self.span));
+        let exception = attempt!(ev.to_exception(&value).trace_at(ev, f, self.span));
         if let Some(cause) = &self.cause {
             let cause = attempt!(cause.eval(ev, f));
-            attempt!(set_cause(ev, &exception, &cause).at(ev, f, self.span));
+            attempt!(set_cause(ev, &exception, &cause).trace_at(ev, f, self.span));
         }
         if let Some(handled) = ev.handled_exception()
             && let Some(state) = exception.exception()
         {
-            ev.core.note(&Value::Instance(exception.clone()));
+            ev.core.gc_track(&Value::Instance(exception.clone()));
             state.replace_context(&exception, &handled);
         }
         Flow::Raise(ev.trace(f, self.span, Raised::Exception(exception)))
@@ -121,7 +121,7 @@ fn set_cause(ev: &Evaluator<'_>, exception: &Rc<Instance>, cause: &Value) -> R<(
         }
         raised
     })?;
-    ev.core.note(&Value::Instance(exception.clone()));
+    ev.core.gc_track(&Value::Instance(exception.clone()));
     state.cause.put(Value::Instance(cause));
     Ok(())
 }
@@ -154,7 +154,7 @@ impl Evaluator<'_> {
         }
         let thread = crate::host::ThreadId(self.core.thread.get());
         // What the host keeps of it is the host's.
-        memory::outside(|| self.core.host.print(thread, text));
-        self.said(text.len())
+        memory::uncounted(|| self.core.host.print(thread, text));
+        self.charge_output(text.len())
     }
 }

@@ -53,7 +53,8 @@ impl Target for SlotTarget {
             let text = format!(
                 "cannot access local variable '{name}' where it is not associated with a value"
             );
-            return Err(ev.raise(ExceptionKind::UnboundLocalError, text)).at(ev, f, self.span);
+            return Err(ev.raise(ExceptionKind::UnboundLocalError, text))
+                .trace_at(ev, f, self.span);
         }
         Ok(())
     }
@@ -72,7 +73,8 @@ pub struct MappingTarget {
 impl Target for MappingTarget {
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
         let mapping = f.slots[self.slot as usize].clone();
-        ev.set_item(&mapping, &self.key, value).at(ev, f, self.span)
+        ev.set_item(&mapping, &self.key, value)
+            .trace_at(ev, f, self.span)
     }
 
     fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
@@ -89,7 +91,7 @@ impl Target for MappingTarget {
                 false => raised,
             }
         });
-        deleted.at(ev, f, self.span)
+        deleted.trace_at(ev, f, self.span)
     }
 }
 
@@ -130,7 +132,7 @@ impl Target for SharedTarget {
         if let Some(cell) = self.cell(f) {
             // Globals are taken apart anyway.
             let is_global = matches!(self.place, CellRef::Global(..));
-            if !is_global && !cell.noted.get() && value.holds_values() {
+            if !is_global && !cell.noted.get() && value.can_hold_values() {
                 ev.core.note_cell(cell);
             }
             let old = cell.replace(value);
@@ -155,7 +157,7 @@ impl Target for SharedTarget {
             ExceptionKind::NameError,
             format!("name '{name}' is not defined"),
         ))
-        .at(ev, f, self.span)
+        .trace_at(ev, f, self.span)
     }
 }
 
@@ -174,7 +176,7 @@ pub struct AttributeTarget {
 impl AttributeTarget {
     /// Sets the attribute of an instance whose class is known; the value back if more is to be done.
     #[inline(always)]
-    pub fn set_at_once(&self, instance: &Instance, value: Value) -> Result<(), Value> {
+    pub fn set_fast(&self, instance: &Instance, value: Value) -> Result<(), Value> {
         match self.slot_for(instance, &value) {
             Some(slot) => instance.set_slot(slot, value),
             None => Err(value),
@@ -193,7 +195,7 @@ impl AttributeTarget {
     /// The slot of an instance whose class is known, if it is noted already where the value demands it.
     #[inline(always)]
     fn slot_for(&self, instance: &Instance, value: &Value) -> Option<usize> {
-        match instance.noted.get() || !value.holds_values() {
+        match instance.noted.get() || !value.can_hold_values() {
             true => self.slot(instance.class.known_version()?),
             false => None,
         }
@@ -203,7 +205,7 @@ impl AttributeTarget {
     #[inline(always)]
     pub fn set(&self, ev: &Evaluator<'_>, f: &Frame<'_>, object: &Value, value: Value) -> R<()> {
         let at_once = match object {
-            Value::Instance(instance) => self.set_at_once(instance, value),
+            Value::Instance(instance) => self.set_fast(instance, value),
             _ => Err(value),
         };
         match at_once {
@@ -230,9 +232,9 @@ impl AttributeTarget {
         let Value::Instance(instance) = object else {
             return ev
                 .set_attribute(object, self.name, value)
-                .at(ev, f, self.span);
+                .trace_at(ev, f, self.span);
         };
-        if !instance.noted.get() && value.holds_values() {
+        if !instance.noted.get() && value.can_hold_values() {
             ev.core.note_instance(instance);
         }
         let mut value = value;
@@ -243,7 +245,7 @@ impl AttributeTarget {
             }
         }
         ev.set_attribute(object, self.name, value)
-            .at(ev, f, self.span)?;
+            .trace_at(ev, f, self.span)?;
         self.learn(ev, object);
         Ok(())
     }
@@ -296,7 +298,8 @@ impl Target for AttributeTarget {
 
     fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
         let object = self.value.eval(ev, f)?;
-        ev.delete_attribute(&object, self.name).at(ev, f, self.span)
+        ev.delete_attribute(&object, self.name)
+            .trace_at(ev, f, self.span)
     }
 }
 
@@ -316,8 +319,8 @@ impl Target for ItemTarget {
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
         let mut value = value;
         if let Some(Value::Int(at)) = self.index.peek(f)
-            && let Some(Some(list)) = self.value.look_near(f, |container| match container {
-                Value::List(list) if list.noted.get() || !value.holds_values() => {
+            && let Some(Some(list)) = self.value.with_variable(f, |container| match container {
+                Value::List(list) if list.gc_tracked.get() || !value.can_hold_values() => {
                     Some(list.clone())
                 }
                 _ => None,
@@ -325,7 +328,7 @@ impl Target for ItemTarget {
         {
             match list.replace_at(*at, value) {
                 Ok(old) => {
-                    old.discard();
+                    old.drop_inline();
                     return Ok(());
                 }
                 Err(back) => value = back,
@@ -334,7 +337,7 @@ impl Target for ItemTarget {
         if let (Operand::Local(local), true) = (&self.value, self.keeps) {
             local.check(ev, f)?;
             let own;
-            let index = match self.index.bound(f) {
+            let index = match self.index.bound_ref(f) {
                 Some(index) => index,
                 None => {
                     own = self.index.eval(ev, f)?;
@@ -343,17 +346,19 @@ impl Target for ItemTarget {
             };
             return ev
                 .set_item(local.peek(f), index, value)
-                .at(ev, f, self.span);
+                .trace_at(ev, f, self.span);
         }
         let container = self.value.eval(ev, f)?;
         let index = self.index.eval(ev, f)?;
-        ev.set_item(&container, &index, value).at(ev, f, self.span)
+        ev.set_item(&container, &index, value)
+            .trace_at(ev, f, self.span)
     }
 
     fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
         let container = self.value.eval(ev, f)?;
         let index = self.index.eval(ev, f)?;
-        ev.delete_item(&container, &index).at(ev, f, self.span)
+        ev.delete_item(&container, &index)
+            .trace_at(ev, f, self.span)
     }
 }
 
@@ -420,7 +425,7 @@ impl Target for Unpack {
                 Ok(())
             });
         }
-        let items = self.items(ev, &value).at(ev, f, self.span)?;
+        let items = self.items(ev, &value).trace_at(ev, f, self.span)?;
         for (target, item) in self.targets.iter().zip(items) {
             target.assign(ev, f, item)?;
         }
@@ -446,7 +451,7 @@ impl Evaluator<'_> {
     }
 
     /// The items of something that has to have just so many.
-    pub fn unpacked(&self, value: &Value, wanted: usize) -> R<Vec<Value>> {
+    pub fn unpack_exact(&self, value: &Value, wanted: usize) -> R<Vec<Value>> {
         let iterator = self.iter_to_unpack(value)?;
         let mut items = Vec::with_capacity(wanted);
         while let Some(item) = self.next(&iterator)? {
@@ -472,7 +477,7 @@ impl Unpack {
     fn items(&self, ev: &Evaluator<'_>, value: &Value) -> R<Vec<Value>> {
         let wanted = self.targets.len();
         let Some(star) = self.star else {
-            return ev.unpacked(value, wanted);
+            return ev.unpack_exact(value, wanted);
         };
         let iterator = ev.iter_to_unpack(value)?;
         let mut items = Vec::with_capacity(wanted);
@@ -483,7 +488,7 @@ impl Unpack {
             }
         }
         // Many of them stay where they are collected.
-        let mut middle = ev.listed(&iterator)?;
+        let mut middle = ev.collect_rest(&iterator)?;
         let Some(last) = (star + middle.len() + 1).checked_sub(wanted) else {
             return Err(self.too_few(ev, star + middle.len()));
         };

@@ -25,11 +25,11 @@ impl StmtNode for With {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let manager = attempt!(self.context.eval(ev, f));
-        let enter = attempt!(method(ev, &manager, known::ENTER).at(ev, f, self.span));
-        let exit = attempt!(method(ev, &manager, known::EXIT).at(ev, f, self.span));
+        let enter = attempt!(method(ev, &manager, known::ENTER).trace_at(ev, f, self.span));
+        let exit = attempt!(method(ev, &manager, known::EXIT).trace_at(ev, f, self.span));
         let entered = attempt!(
             ev.call_method_value(&enter, &manager, &mut [])
-                .at(ev, f, self.span)
+                .trace_at(ev, f, self.span)
         );
         let flow = match &self.target {
             Some(target) => match target.assign(ev, f, entered) {
@@ -70,7 +70,7 @@ impl With {
                 let mut args = [class, Value::Instance(exception.clone()), traceback];
                 let result = ev
                     .call_method_value(exit, manager, &mut args)
-                    .at(ev, f, self.span);
+                    .trace_at(ev, f, self.span);
                 ev.set_handled_exception(outer);
                 match result.and_then(|verdict| ev.truth(&verdict)) {
                     Ok(true) => Flow::Next,
@@ -85,7 +85,7 @@ impl With {
                 let line = ev.core.line.get();
                 match ev
                     .call_method_value(exit, manager, &mut none)
-                    .at(ev, f, self.span)
+                    .trace_at(ev, f, self.span)
                 {
                     Ok(_) => {
                         ev.core.line.set(line);

@@ -10,7 +10,7 @@ impl Evaluator<'_> {
     /// Gives a class of a script other bases. Nothing is changed unless all classes below it have an order then.
     pub(super) fn set_bases(&self, class: &Rc<Class>, new: &Value) -> R<()> {
         let name = class.name();
-        let Value::Tuple(bases) = self.plain(new) else {
+        let Value::Tuple(bases) = self.unwrap_builtin(new) else {
             let found = self.core.types.name_of(new);
             return Err(self.type_error(format!(
                 "can only assign tuple to {name}.__bases__, not {found}"
@@ -82,7 +82,7 @@ impl Evaluator<'_> {
         );
         let kind = if base != class.base || old.is_script != new.is_script {
             "deallocator"
-        } else if !old.is_laid_out_as(&new) {
+        } else if !old.has_layout_of(&new) {
             "object layout"
         } else {
             return Ok(());
@@ -102,7 +102,7 @@ fn reorder(class: &Rc<Class>, before: &mut SavedMros) -> Result<(), Vec<Rc<str>>
     let mut left = vec![class.clone()];
     while let Some(class) = left.pop() {
         let order = linearise(&class.bases())?;
-        before.push((class.clone(), class.ancestors()));
+        before.push((class.clone(), class.mro_tail()));
         class.set_ancestors(order);
         left.extend(class.subclasses());
     }

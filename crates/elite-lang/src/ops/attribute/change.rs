@@ -20,13 +20,13 @@ fn has_parts(base: BuiltinBase) -> bool {
 }
 
 impl Evaluator<'_> {
-    /// `value.name = new`
+    /// `to_value.name = new`
     pub fn set_attribute(&self, value: &Value, name: Symbol, new: Value) -> R<()> {
         match value {
             Value::Instance(instance) => {
                 let class = &instance.class;
                 if let Some(custom) = class.lookup(known::SETATTR) {
-                    let name = self.core.symbols.value(name);
+                    let name = self.core.symbols.to_value(name);
                     return self
                         .call_method_value(&custom, value, &mut [name, new])
                         .map(|_| ());
@@ -35,7 +35,7 @@ impl Evaluator<'_> {
             }
             Value::Class(class) if class.is_script => {
                 if class.meta_method(known::SETATTR).is_some() {
-                    let text = self.core.symbols.value(name);
+                    let text = self.core.symbols.to_value(name);
                     return self
                         .special(value, known::SETATTR, &mut [text, new])
                         .map(|_| ());
@@ -52,18 +52,18 @@ impl Evaluator<'_> {
                 Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"))
             }
             Value::Module(module) => {
-                self.core.symbols.settle(name);
+                self.core.symbols.mark_used(name);
                 module.namespace.set(name, new);
                 self.sweep_names_if_due()?;
                 Ok(())
             }
-            _ if name == known::CLASS => Err(self.class_refused(&new)),
+            _ if name == known::CLASS => Err(self.class_assignment_error(&new)),
             Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
                 if let Some(refused) = self.refused_by_type(value, name) {
                     return Err(refused);
                 }
                 if name == known::DICT {
-                    let Value::Dict(dict) = self.plain(&new) else {
+                    let Value::Dict(dict) = self.unwrap_builtin(&new) else {
                         let name = self.core.types.name_of(&new);
                         return Err(self.type_error(format!(
                             "__dict__ must be set to a dictionary, not a '{name}'"
@@ -73,10 +73,10 @@ impl Evaluator<'_> {
                     return Ok(());
                 }
                 let dict = self.wrapped_dict(wrapped)?;
-                if new.holds_values() {
-                    self.core.note(&Value::Dict(dict.clone()));
+                if new.can_hold_values() {
+                    self.core.gc_track(&Value::Dict(dict.clone()));
                 }
-                self.dict_set(&dict, self.core.symbols.value(name), new)
+                self.dict_set(&dict, self.core.symbols.to_value(name), new)
             }
             Value::Function(function) => self.set_function_attribute(function, name, new),
             Value::Generator(generator) if matches!(name, known::NAME | known::QUALNAME) => {
@@ -93,7 +93,7 @@ impl Evaluator<'_> {
                 Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"))
             }
             Value::Cell(cell) if &*self.core.symbols.name(name) == "cell_contents" => {
-                if new.holds_values() {
+                if new.can_hold_values() {
                     self.core.note_cell(cell);
                 }
                 drop(cell.replace(new));
@@ -122,7 +122,7 @@ impl Evaluator<'_> {
         if self.set_part_of_class(class, name, &new)?.is_some() {
             return Ok(());
         }
-        self.core.symbols.settle(name);
+        self.core.symbols.mark_used(name);
         class.set(name, new);
         self.sweep_names_if_due()?;
         Ok(())
@@ -180,7 +180,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    pub(super) fn class_refused(&self, new: &Value) -> Raised {
+    pub(super) fn class_assignment_error(&self, new: &Value) -> Raised {
         if matches!(new, Value::Class(_)) {
             return self.type_error("assignment to __class__ is not supported");
         }
@@ -224,7 +224,7 @@ impl Evaluator<'_> {
         name: Symbol,
         new: Value,
     ) -> R<()> {
-        if !instance.noted.get() && new.holds_values() {
+        if !instance.noted.get() && new.can_hold_values() {
             self.core.note_instance(instance);
         }
         let class = &instance.class;
@@ -241,7 +241,7 @@ impl Evaluator<'_> {
             return Ok(());
         }
         if name == known::CLASS {
-            return Err(self.class_refused(&new));
+            return Err(self.class_assignment_error(&new));
         }
         if !class.is_script && instance.exception().is_none() {
             return Err(self.cannot_set(value, name));
@@ -255,7 +255,7 @@ impl Evaluator<'_> {
             return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
         }
         if name == known::DICT && class.has_dict() {
-            let Value::Dict(dict) = self.plain(&new) else {
+            let Value::Dict(dict) = self.unwrap_builtin(&new) else {
                 let name = self.core.types.name_of(&new);
                 return Err(self.type_error(format!(
                     "__dict__ must be set to a dictionary, not a '{name}'"
@@ -267,7 +267,7 @@ impl Evaluator<'_> {
         if !class.takes_attribute(name) {
             return Err(self.cannot_set(value, name));
         }
-        if let Some(dict) = instance.shown_dict() {
+        if let Some(dict) = instance.dict_if_any() {
             self.grow_dict(&dict)?;
         }
         instance.set(name, new, &self.core.symbols);
@@ -275,12 +275,12 @@ impl Evaluator<'_> {
         Ok(())
     }
 
-    /// `del value.name`
+    /// `del to_value.name`
     pub fn delete_attribute(&self, value: &Value, name: Symbol) -> R<()> {
         match value {
             Value::Instance(instance) => {
                 if let Some(custom) = instance.class.lookup(known::DELATTR) {
-                    let name = self.core.symbols.value(name);
+                    let name = self.core.symbols.to_value(name);
                     return self
                         .call_method_value(&custom, value, &mut [name])
                         .map(|_| ());
@@ -288,7 +288,7 @@ impl Evaluator<'_> {
                 self.plain_delete_attribute(value, instance, name)
             }
             Value::Class(class) if class.meta_method(known::DELATTR).is_some() => {
-                let name = self.core.symbols.value(name);
+                let name = self.core.symbols.to_value(name);
                 self.special(value, known::DELATTR, &mut [name]).map(|_| ())
             }
             Value::Class(class) if class.is_script => {
@@ -307,14 +307,16 @@ impl Evaluator<'_> {
                     return Err(refused);
                 }
                 let dict = self.wrapped_dict(wrapped)?;
-                match self.dict_remove(&dict, &self.core.symbols.value(name))? {
+                match self.dict_remove(&dict, &self.core.symbols.to_value(name))? {
                     Some(_) => Ok(()),
                     None => Err(self.attribute_error(value, name)),
                 }
             }
             Value::Function(function) if self.delete_function_attribute(function, name)? => Ok(()),
             Value::Function(function) => {
-                let removed = function.attrs.change(|attrs| attrs.as_mut()?.remove(name));
+                let removed = function
+                    .attrs
+                    .with_mut(|attrs| attrs.as_mut()?.remove(name));
                 if removed.is_some() {
                     Ok(())
                 } else {
@@ -411,7 +413,7 @@ impl Evaluator<'_> {
             return Ok(());
         }
         if instance.remove(name, &self.core.symbols) {
-            match instance.shown_dict() {
+            match instance.dict_if_any() {
                 Some(dict) => self.shrink_dict(&dict),
                 None => Ok(()),
             }

@@ -5,9 +5,9 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::stmt::layout::best_base;
-use crate::value::dict::SOME;
+use crate::value::dict::REHASH_CHUNK;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, R, Raised, Symbol, Value, ValueVec};
 
@@ -27,7 +27,7 @@ impl Evaluator<'_> {
             known::CLASS => Value::Class(self.core.types.of(value).clone()),
             known::BASES => all(class.bases().to_vec()),
             known::BASE => best_base(&class.bases()).map_or(Value::None, Value::Class),
-            known::MRO => all(class.line()),
+            known::MRO => all(class.mro()),
             known::DICT => Value::Dict(Rc::new(self.dict_of_class(class)?)),
             _ => return Ok(None),
         }))
@@ -36,27 +36,27 @@ impl Evaluator<'_> {
     /// `__dict__` of a class: its attributes, and behind those that are written what it adds to its instances.
     fn dict_of_class(&self, class: &Rc<Class>) -> R<Dict> {
         let mut added = match class.is_script {
-            true => self.added_parts(class)?,
+            true => self.member_descriptors(class)?,
             false => Vec::new(),
         };
         let dict = Dict::new();
         let (mut from, mut more) = (0, true);
         while more || !added.is_empty() {
             let mut entries = ValueVec::default();
-            let count = match class.own_width() {
-                own if from < own => SOME.min(own - from),
-                _ => SOME,
+            let count = match class.body_attr_count() {
+                own if from < own => REHASH_CHUNK.min(own - from),
+                _ => REHASH_CHUNK,
             };
-            if from == class.own_width() {
+            if from == class.body_attr_count() {
                 std::mem::take(&mut added)
                     .into_iter()
                     .for_each(|part| entries.push(part));
             }
-            more = class.own_attrs().some(from, count, &mut entries);
+            more = class.own_attrs().entries_chunk(from, count, &mut entries);
             from += count;
             for (name, value) in entries {
-                self.dict_set(&dict, self.core.symbols.value(name), value)?;
-                self.worked(3 * VALUE)?;
+                self.dict_set(&dict, self.core.symbols.to_value(name), value)?;
+                self.charge(3 * WORK_PER_VALUE)?;
             }
         }
         Ok(dict)
@@ -79,7 +79,7 @@ impl Evaluator<'_> {
                 class.set_qualname(&text);
             }
             known::BASES => self.set_bases(class, new)?,
-            known::CLASS => return Err(self.class_refused(new)),
+            known::CLASS => return Err(self.class_assignment_error(new)),
             known::ABSTRACT_METHODS => {
                 class.set_abstract(self.truth(new)?);
                 return Ok(None);
@@ -135,7 +135,7 @@ impl Evaluator<'_> {
     }
 
     fn name_for(&self, class: &Class, part: &str, new: &Value) -> R<Rc<str>> {
-        let Value::Str(text) = self.plain(new) else {
+        let Value::Str(text) = self.unwrap_builtin(new) else {
             let (class, found) = (class.name(), self.core.types.name_of(new));
             let text = format!("can only assign string to {class}.{part}, not '{found}'");
             return Err(self.type_error(text));
@@ -149,7 +149,7 @@ impl Evaluator<'_> {
 
     /// `__qualname__` as the body of a class has it.
     pub fn take_qualname(&self, class: &Class, found: &Value) -> R<()> {
-        let Value::Str(text) = self.plain(found) else {
+        let Value::Str(text) = self.unwrap_builtin(found) else {
             let found = self.core.types.name_of(found);
             let text = format!("type __qualname__ must be a str, not {found}");
             return Err(self.type_error(text));

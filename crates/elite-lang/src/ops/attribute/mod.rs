@@ -15,7 +15,7 @@ use crate::value::symbol::known;
 use crate::value::{BoundMethod, Class, Instance, Module, R, Raised, Symbol, Value};
 
 impl Evaluator<'_> {
-    /// `value.name`
+    /// `to_value.name`
     pub fn attribute(&self, value: &Value, name: Symbol) -> R {
         match self.find_attribute(value, name)? {
             Some(found) => Ok(found),
@@ -45,7 +45,7 @@ impl Evaluator<'_> {
                 known::NAME => Ok(Some(Value::str(&*module.name))),
                 known::DICT => Ok(Some(Value::Dict(match &*module.name {
                     "__main__" => self.globals_dict(),
-                    _ => self.shown(&module.namespace),
+                    _ => self.namespace_dict(&module.namespace),
                 }))),
                 known::CLASS => Ok(Some(Value::Class(self.core.types.module.clone()))),
                 _ => match module.namespace.get(name) {
@@ -58,7 +58,7 @@ impl Evaluator<'_> {
                     }
                     None => match module.namespace.get(known::GETATTR) {
                         Some(custom) => {
-                            let text = self.core.symbols.value(name);
+                            let text = self.core.symbols.to_value(name);
                             self.call1(&custom, text).map(Some)
                         }
                         None => Ok(None),
@@ -133,7 +133,7 @@ impl Evaluator<'_> {
             (Some(found), _) => self.bind_attribute(&found, value, class).map(Some),
             // What a method does not have itself is looked up in its function.
             (None, Value::BoundMethod(method)) if name != known::CLASS && !method.is_builtin() => {
-                self.recurse(|| self.find_attribute(&method.function, name))
+                self.with_native_depth(|| self.find_attribute(&method.function, name))
             }
             (None, _) => self.object_attribute(value, class, name),
         }
@@ -184,7 +184,7 @@ impl Evaluator<'_> {
                 // An AttributeError of a property falls back to `__getattr__`, too.
                 return match class.lookup(known::GETATTR) {
                     Some(custom) => self
-                        .call_method_value(&custom, value, &mut [self.core.symbols.value(name)])
+                        .call_method_value(&custom, value, &mut [self.core.symbols.to_value(name)])
                         .map(Some),
                     None => Err(raised),
                 };
@@ -193,7 +193,7 @@ impl Evaluator<'_> {
         }
         match class.lookup(known::GETATTR) {
             Some(custom) => self
-                .call_method_value(&custom, value, &mut [self.core.symbols.value(name)])
+                .call_method_value(&custom, value, &mut [self.core.symbols.to_value(name)])
                 .map(Some),
             None => Ok(None),
         }
@@ -206,11 +206,11 @@ impl Evaluator<'_> {
         class: &Rc<Class>,
         name: Symbol,
     ) -> R<Option<Value>> {
-        match self.call_method_value(custom, value, &mut [self.core.symbols.value(name)]) {
+        match self.call_method_value(custom, value, &mut [self.core.symbols.to_value(name)]) {
             Err(raised) if self.is_kind(&raised, ExceptionKind::AttributeError) => {
                 match class.lookup(known::GETATTR) {
                     Some(custom) => self
-                        .call_method_value(&custom, value, &mut [self.core.symbols.value(name)])
+                        .call_method_value(&custom, value, &mut [self.core.symbols.to_value(name)])
                         .map(Some),
                     None => Err(raised),
                 }
@@ -261,7 +261,7 @@ impl Evaluator<'_> {
         {
             return Ok(Some(found));
         }
-        if let Some(extended) = instance.extended()
+        if let Some(extended) = instance.builtin_value()
             && let Some(found) = self.computed_attribute(&extended, name)?
         {
             return Ok(Some(found));
@@ -285,12 +285,12 @@ impl Evaluator<'_> {
     /// are read.
     pub fn bind_attribute(&self, found: &Value, receiver: &Value, class: &Rc<Class>) -> R {
         match found {
-            Value::Function(_) => Ok(self.bound(found, receiver)),
+            Value::Function(_) => Ok(self.bind_method(found, receiver)),
             Value::Builtin(builtin) if builtin.owner.is_some() => {
                 if class.is_script && !matches!(receiver, Value::Class(_)) {
-                    self.check_described(builtin, receiver)?;
+                    self.check_descriptor_receiver(builtin, receiver)?;
                 }
-                Ok(self.bound(found, receiver))
+                Ok(self.bind_method(found, receiver))
             }
             Value::Property(property) => {
                 if property.get.is_none() {
@@ -300,7 +300,7 @@ impl Evaluator<'_> {
             }
             Value::StaticMethod(function) => Ok((**function).clone()),
             Value::ClassMethod(function) => {
-                self.bound_to_class(function, &Value::Class(class.clone()))
+                self.bind_to_class(function, &Value::Class(class.clone()))
             }
             Value::Super(sup) if sup.receiver.is_unbound() => {
                 self.make_super(&Value::Class(sup.class.clone()), receiver)
@@ -317,7 +317,7 @@ impl Evaluator<'_> {
         }
     }
 
-    fn bound(&self, function: &Value, receiver: &Value) -> Value {
+    fn bind_method(&self, function: &Value, receiver: &Value) -> Value {
         let (function, receiver) = (function.clone(), receiver.clone());
         Value::BoundMethod(Rc::new(BoundMethod { receiver, function }))
     }
@@ -325,26 +325,28 @@ impl Evaluator<'_> {
     /// What a class method is as an attribute of a class: what it wraps, asked as one of the class if it is a
     /// descriptor itself.
     #[inline]
-    pub fn bound_to_class(&self, function: &Value, class: &Value) -> R {
+    pub fn bind_to_class(&self, function: &Value, class: &Value) -> R {
         match function {
-            Value::Function(_) => Ok(self.bound(function, class)),
-            _ => self.asked_for_class(function, class),
+            Value::Function(_) => Ok(self.bind_method(function, class)),
+            _ => self.get_for_class(function, class),
         }
     }
 
     #[inline(never)]
-    fn asked_for_class(&self, function: &Value, class: &Value) -> R {
+    fn get_for_class(&self, function: &Value, class: &Value) -> R {
         match function {
             Value::Property(property) if !property.get.is_none() => {
                 self.call1(&property.get, class.clone())
             }
             Value::StaticMethod(inner) => Ok(Value::clone(inner)),
-            Value::ClassMethod(inner) => self.recurse(|| self.bound_to_class(inner, class)),
+            Value::ClassMethod(inner) => {
+                self.with_native_depth(|| self.bind_to_class(inner, class))
+            }
             Value::Instance(descriptor) if let Some(get) = descriptor.class.lookup(known::GET) => {
                 let mut args = [class.clone(), class.clone()];
                 self.call_method_value(&get, function, &mut args)
             }
-            _ => Ok(self.bound(function, class)),
+            _ => Ok(self.bind_method(function, class)),
         }
     }
 
@@ -362,7 +364,7 @@ impl Evaluator<'_> {
         if let Some(found) = class.lookup(name) {
             return Ok(Some(match &found {
                 Value::StaticMethod(function) => (**function).clone(),
-                Value::ClassMethod(function) => self.bound_to_class(function, value)?,
+                Value::ClassMethod(function) => self.bind_to_class(function, value)?,
                 Value::Instance(descriptor) => match descriptor.class.lookup(known::GET) {
                     Some(get) => {
                         self.call_method_value(&get, &found, &mut [Value::None, value.clone()])?
@@ -384,7 +386,7 @@ impl Evaluator<'_> {
             None if class.meta_method(known::GETATTR).is_some()
                 && self.core.types.natural.lookup(name).is_none() =>
             {
-                let text = self.core.symbols.value(name);
+                let text = self.core.symbols.to_value(name);
                 self.special(value, known::GETATTR, &mut [text])
             }
             None => Ok(match name {
@@ -413,7 +415,7 @@ impl Evaluator<'_> {
 
     /// What a module is called at present; None if it has no name that is a text.
     fn name_of_module(&self, module: &Module) -> Option<Rc<str>> {
-        if crate::stdlib::is_own(&module.name) {
+        if crate::stdlib::is_bundled_module(&module.name) {
             return Some(module.name.clone());
         }
         match module.namespace.get(known::NAME) {

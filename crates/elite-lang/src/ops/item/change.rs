@@ -13,8 +13,8 @@ impl Evaluator<'_> {
     #[inline(always)] // one call site is the hot path of loops over lists
     pub fn set_item(&self, value: &Value, index: &Value, item: Value) -> R<()> {
         if let (Value::List(list), Value::Int(at)) = (value, index) {
-            if !list.noted.get() && item.holds_values() {
-                self.core.note_list(list);
+            if !list.gc_tracked.get() && item.can_hold_values() {
+                self.core.gc_track_list(list);
             }
             let old = list.change(|items| match self.place(*at, items.len()) {
                 Some(place) => Ok(std::mem::replace(&mut items[place], item)),
@@ -22,7 +22,7 @@ impl Evaluator<'_> {
             });
             return match old {
                 Ok(old) => {
-                    old.discard();
+                    old.drop_inline();
                     Ok(())
                 }
                 Err(_) => Err(self.assignment_error("list")),
@@ -40,15 +40,15 @@ impl Evaluator<'_> {
     }
 
     fn set_item_of(&self, value: &Value, index: &Value, item: Value) -> R<()> {
-        if item.holds_values() || index.holds_values() {
-            self.core.note(value);
+        if item.can_hold_values() || index.can_hold_values() {
+            self.core.gc_track(value);
         }
         match value {
             Value::Dict(dict) => match quick_hash(index) {
                 // Most often the key is there already, or there is room for it.
-                Some(hash) => match dict.set_at_once(hash, index, item) {
+                Some(hash) => match dict.set_fast(hash, index, item) {
                     Ok(old) => {
-                        old.discard();
+                        old.drop_inline();
                         Ok(())
                     }
                     Err(item) => self.dict_set_hashed(dict, hash, index.clone(), item),
@@ -79,14 +79,14 @@ impl Evaluator<'_> {
                         // With a step as well: CPython takes the bytes out.
                         return self.delete_bytes(bytes, indices);
                     }
-                    if self.long_bytes_are_spliced(bytes, |length| plain(indices, length), &new)?
-                        || self.long_bytes_are_stepped(bytes, indices, Some(&new))?
+                    if self.try_splice_long_bytes(bytes, |length| plain(indices, length), &new)?
+                        || self.try_set_strided_bytes(bytes, indices, Some(&new))?
                     {
                         return Ok(());
                     }
                     self.grow_bytes(bytes, new.len())?;
                     let done =
-                        bytes.change(|data| replace_slice(data, indices.within(data.len()), new));
+                        bytes.change(|data| replace_slice(data, indices.resolve(data.len()), new));
                     return done
                         .map(|_| ())
                         .map_err(|refused| self.wrong_size(&refused, "bytes"));
@@ -141,7 +141,7 @@ impl Evaluator<'_> {
     pub fn collect_as(&self, iterable: &Value, byte: impl Fn(&Value) -> R<u8>) -> R<Vec<u8>> {
         let iterator = self.iter(iterable)?;
         let mut data = Vec::new();
-        while let Some(item) = self.step(&iterator)? {
+        while let Some(item) = self.next_at_safepoint(&iterator)? {
             self.grow(&mut data, 1)?;
             data.push(byte(&item)?);
         }
@@ -155,11 +155,11 @@ impl Evaluator<'_> {
         // CPython asks a sequence for an item by a number, which must fit, and has other words then.
         let plain = match value {
             Value::Instance(_) => value.clone(),
-            other => self.plain(other),
+            other => self.unwrap_builtin(other),
         };
         // So it takes objects of a script's class, but not those of builtin ones.
         let is_of_script = matches!(&plain, Value::Instance(instance)
-            if instance.class.is_script && !instance.class.in_c.get());
+            if instance.class.is_script && !instance.class.is_c_type.get());
         let is_sequence = is_of_script
             || matches!(
                 plain,
@@ -186,7 +186,7 @@ impl Evaluator<'_> {
     fn set_list_slice(&self, list: &List, slice: &Slice, item: &Value) -> R<()> {
         // As in CPython: the indices, the length, the new items; then what is left of the old ones.
         let indices = self.slice_indices(slice)?;
-        let before = indices.within(list.len());
+        let before = indices.resolve(list.len());
         let refusal = || {
             match slice.step {
                 Value::None | Value::Int(1) => "can only assign an iterable",
@@ -195,23 +195,23 @@ impl Evaluator<'_> {
             .to_owned()
         };
         let new = match item {
-            Value::Instance(_) => self.listed(&self.iter_or(item, refusal)?)?,
+            Value::Instance(_) => self.collect_rest(&self.iter_or(item, refusal)?)?,
             _ => self.collect_or(item, refusal)?,
         };
-        if self.long_slice_is_set(list, indices, before, &new)? {
+        if self.try_set_long_slice(list, indices, before, &new)? {
             return Ok(());
         }
         self.grow_list(list, new.len())?;
         let done = list.change(|items| {
             let bounds = match before.step {
-                1 => before.clamped(items.len()),
-                _ => indices.within(items.len()),
+                1 => before.clamp_to(items.len()),
+                _ => indices.resolve(items.len()),
             };
             replace_slice(items, bounds, new.into())
         });
         match done {
             Ok(old) => {
-                self.let_go(old);
+                self.drop_values(old);
                 Ok(())
             }
             Err(refused) => Err(self.wrong_size(&refused, "sequence")),
@@ -236,10 +236,10 @@ impl Evaluator<'_> {
             Value::List(list) => {
                 if let Value::Slice(slice) = index {
                     let indices = self.slice_indices(slice)?;
-                    if !self.long_slice_is_deleted(list, indices)? {
-                        let within = |length| indices.within(length);
+                    if !self.try_delete_long_slice(list, indices)? {
+                        let within = |length| indices.resolve(length);
                         let old = list.change(|items| remove_slice(items, within(items.len())));
-                        self.let_go(old);
+                        self.drop_values(old);
                     }
                     return Ok(());
                 }
@@ -259,7 +259,7 @@ impl Evaluator<'_> {
                 let at = self.sequence_index(index, "bytearray")?;
                 let place = |length| self.place(at, length).map(|place| place..place + 1);
                 let is_first = self.place(at, bytes.len()) == Some(0);
-                if !is_first && self.long_bytes_are_spliced(bytes, place, &[])? {
+                if !is_first && self.try_splice_long_bytes(bytes, place, &[])? {
                     return Ok(());
                 }
                 match bytes::remove_byte(bytes, |length| self.place(at, length)) {
@@ -291,20 +291,20 @@ impl Evaluator<'_> {
             bytes.cut_front(range.end);
             return Ok(());
         }
-        if self.long_bytes_are_spliced(bytes, |length| plain(indices, length), &[])?
-            || self.long_bytes_are_stepped(bytes, indices, None)?
+        if self.try_splice_long_bytes(bytes, |length| plain(indices, length), &[])?
+            || self.try_set_strided_bytes(bytes, indices, None)?
         {
             return Ok(());
         }
         self.grow_bytes(bytes, 0)?;
-        bytes.change(|data| remove_slice(data, indices.within(data.len())));
+        bytes.change(|data| remove_slice(data, indices.resolve(data.len())));
         Ok(())
     }
 }
 
 /// The places of a slice without a step.
 fn plain(indices: SliceArgs, length: usize) -> Option<std::ops::Range<usize>> {
-    let bounds = indices.within(length);
+    let bounds = indices.resolve(length);
     let end = bounds.stop.max(bounds.start) as usize;
     (bounds.step == 1).then_some(bounds.start as usize..end)
 }

@@ -43,11 +43,11 @@ impl Evaluator<'_> {
     /// `value[index]` where that runs no script code and is no error; None otherwise.
     #[inline(never)]
     pub fn item_at_once(&self, value: &Value, index: &Value) -> PairOf<Option<Value>> {
-        PairOf::of(self.found_at_once(value, index))
+        PairOf::pack(self.item_fast(value, index))
     }
 
     #[inline(always)]
-    fn found_at_once(&self, value: &Value, index: &Value) -> Option<Value> {
+    fn item_fast(&self, value: &Value, index: &Value) -> Option<Value> {
         match (value, index) {
             (Value::List(list), Value::Int(at)) => list.at(*at),
             (Value::Tuple(tuple), Value::Int(at)) => {
@@ -60,7 +60,7 @@ impl Evaluator<'_> {
                 self.core.ascii.get(usize::from(byte)).cloned()
             }
             (Value::Dict(dict), Value::Str(_) | Value::Int(_) | Value::Tuple(_)) => {
-                dict.get_at_once(crate::ops::hash::quick_hash(index)?, index)?
+                dict.get_fast(crate::ops::hash::quick_hash(index)?, index)?
             }
             _ => None,
         }
@@ -141,7 +141,7 @@ impl Evaluator<'_> {
             }
             Value::Str(text) => {
                 let at = self.sequence_index(index, "string")?;
-                self.mark(text)?;
+                self.index_chars(text)?;
                 match self.place(at, text.len()) {
                     Some(place) => Ok(self.char_at(text, place)),
                     None => Err(self.index_error("string")),

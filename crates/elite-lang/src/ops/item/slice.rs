@@ -4,8 +4,8 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, PIECE, STRIDE};
-use crate::eval::pace::VALUE;
+use crate::eval::bulk::{BULK_CHUNK, CHUNK, WORK_PER_BYTE};
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::{ByteArray, Bytes, LongRange, R, Range, Slice, Str, Value};
 
 /// A slice with the length of its sequence worked in (Python's `slice.indices`).
@@ -31,7 +31,7 @@ impl SliceBounds {
     }
 
     /// The same places as far as there are still `length` of them, for a step of 1.
-    pub fn clamped(self, length: usize) -> SliceBounds {
+    pub fn clamp_to(self, length: usize) -> SliceBounds {
         let start = self.start.min(length as i64);
         SliceBounds {
             start,
@@ -52,7 +52,7 @@ impl SliceBounds {
     }
 
     /// The index of the last place; before the first one if there is none.
-    pub fn at_last(self) -> i64 {
+    pub fn last_index(self) -> i64 {
         self.place(self.len() as i64 - 1)
     }
 
@@ -93,7 +93,7 @@ const PART_MAX: usize = 64;
 
 impl SliceArgs {
     /// The bounds within a sequence of `length` items.
-    pub fn within(self, length: usize) -> SliceBounds {
+    pub fn resolve(self, length: usize) -> SliceBounds {
         let length = length as i64;
         let step = self.step;
         let (lowest, highest) = if step > 0 {
@@ -122,7 +122,7 @@ impl SliceArgs {
 impl Evaluator<'_> {
     /// The bounds of a slice of a sequence of `length` items, which is read when the slice's objects have answered.
     pub fn bounds(&self, slice: &Slice, length: impl FnOnce() -> usize) -> R<SliceBounds> {
-        Ok(self.slice_indices(slice)?.within(length()))
+        Ok(self.slice_indices(slice)?.resolve(length()))
     }
 
     /// What the parts of a slice are as integers. May run script code, so it comes before any length is read.
@@ -172,7 +172,7 @@ impl Evaluator<'_> {
             step: 1,
         };
         let places = |length: usize| {
-            let bounds = indices.within(length);
+            let bounds = indices.resolve(length);
             let (start, stop) = (
                 bounds.start as usize,
                 bounds.stop.max(bounds.start) as usize,
@@ -199,7 +199,7 @@ impl Evaluator<'_> {
                     part if part.len() == text.len() => Some(value.clone()),
                     part => match part.as_bytes() {
                         [byte] => self.core.ascii.get(usize::from(*byte)).cloned(),
-                        _ => Some(Value::Str(Rc::new(Str::counted(part, part.len())))),
+                        _ => Some(Value::Str(Rc::new(Str::with_char_count(part, part.len())))),
                     },
                 }
             }
@@ -211,7 +211,7 @@ impl Evaluator<'_> {
         Ok(match value {
             Value::List(list) => {
                 let indices = self.slice_indices(slice)?;
-                let bounds = indices.within(list.len());
+                let bounds = indices.resolve(list.len());
                 Value::list(self.pick(bounds, |places, out| {
                     let items = list.borrow();
                     out.extend(places.filter_map(|place| items.get(place).cloned()));
@@ -230,17 +230,17 @@ impl Evaluator<'_> {
             Value::Str(text) => {
                 let bounds = self.bounds(slice, || text.len())?;
                 self.check_allocation(bounds.len())?;
-                self.mark(text)?;
+                self.index_chars(text)?;
                 self.slice_text(text, bounds)?
             }
             Value::Bytes(_) | Value::ByteArray(_) => {
                 let indices = self.slice_indices(slice)?;
                 let data = self.bytes_like(value).unwrap_or_default();
-                let bounds = indices.within(data.len());
+                let bounds = indices.resolve(data.len());
                 let part = match bounds.step {
                     1 => {
                         let end = bounds.stop.max(bounds.start) as usize;
-                        self.copied_bytes(&data[bounds.start as usize..end])?
+                        self.copy_bytes(&data[bounds.start as usize..end])?
                     }
                     _ => self.pick(bounds, |places, out| {
                         out.extend(places.map(|place| data[place]));
@@ -294,17 +294,17 @@ impl Evaluator<'_> {
                 return Ok(Value::Str(text.clone()));
             }
             let part = text.slice(bounds.start as usize, bounds.stop as usize);
-            if part.len() > STRIDE {
+            if part.len() > BULK_CHUNK {
                 let mut copy = String::new();
                 self.push_text(&mut copy, part)?;
-                return Ok(Value::Str(Rc::new(Str::counted(copy, length))));
+                return Ok(Value::Str(Rc::new(Str::with_char_count(copy, length))));
             }
-            return Ok(Value::Str(Rc::new(Str::counted(part, length))));
+            return Ok(Value::Str(Rc::new(Str::with_char_count(part, length))));
         }
         let mut picked = String::new();
         self.grow(&mut picked, length)?;
         let bytes = text.as_str().as_bytes();
-        for places in bounds.parts(PIECE) {
+        for places in bounds.parts(CHUNK) {
             self.grow(&mut picked, places.len())?;
             if text.is_ascii() {
                 picked.extend(places.indices().map(|place| char::from(bytes[place])));
@@ -317,11 +317,11 @@ impl Evaluator<'_> {
                     true => picked.extend(whole.chars().step_by(stride)),
                     false => picked.extend(whole.chars().rev().step_by(stride)),
                 }
-                self.worked(whole.len() * EACH)?;
+                self.charge(whole.len() * WORK_PER_BYTE)?;
             }
-            self.worked(places.len() * EACH)?;
+            self.charge(places.len() * WORK_PER_BYTE)?;
         }
-        Ok(Value::Str(Rc::new(Str::counted(picked, length))))
+        Ok(Value::Str(Rc::new(Str::with_char_count(picked, length))))
     }
 
     /// What is at the places of a slice, which `take` appends for some of them at a time.
@@ -330,8 +330,8 @@ impl Evaluator<'_> {
         bounds: SliceBounds,
         mut take: impl FnMut(Box<dyn Iterator<Item = usize>>, &mut Vec<T>),
     ) -> R<Vec<T>> {
-        let mut out = self.room_for(bounds.len())?;
-        for places in bounds.parts(PIECE) {
+        let mut out = self.try_with_capacity(bounds.len())?;
+        for places in bounds.parts(CHUNK) {
             match places.step {
                 1 => take(
                     Box::new(places.start as usize..places.stop as usize),
@@ -339,7 +339,7 @@ impl Evaluator<'_> {
                 ),
                 _ => take(Box::new(places.indices()), &mut out),
             }
-            self.worked(places.len() * VALUE)?;
+            self.charge(places.len() * WORK_PER_VALUE)?;
         }
         Ok(out)
     }

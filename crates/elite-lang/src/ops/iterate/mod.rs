@@ -9,9 +9,9 @@ use crate::builtins::types::range::long_range_iterator;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::generator::{GeneratorInput, StepResult};
-use crate::eval::pace::VALUE;
-use crate::ops::dict::PASSED;
-use crate::value::dict::{SOME, ScanResult, ViewKind};
+use crate::eval::pace::WORK_PER_VALUE;
+use crate::ops::dict::WORK_PER_SLOT;
+use crate::value::dict::{REHASH_CHUNK, ScanResult, ViewKind};
 use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{Iter, R, Raised, ScriptCell, Value, ValueVec};
@@ -84,14 +84,15 @@ impl Evaluator<'_> {
                 Err(self.type_error(format!("iter() returned non-iterator of type '{name}'")))
             }
             None => {
-                if let Some(extended) = instance.extended()
+                if let Some(extended) = instance.builtin_value()
                     && crate::value::int::Int::of(&extended).is_none()
                     && !matches!(extended, Value::Float(_) | Value::Complex(_))
                 {
                     return self.iter(&extended);
                 }
                 // Items alone make a class of the script a sequence, not one of the library.
-                if instance.class.in_c.get() || instance.class.lookup(known::GETITEM).is_none() {
+                if instance.class.is_c_type.get() || instance.class.lookup(known::GETITEM).is_none()
+                {
                     return Err(self.not_iterable(value));
                 }
                 let (object, done) = (value.clone(), Cell::new(false));
@@ -120,8 +121,8 @@ impl Evaluator<'_> {
         match value {
             Value::Instance(instance) => {
                 let has = |name| instance.class.lookup(name).is_some();
-                let has_items = has(known::GETITEM) && !instance.class.in_c.get();
-                has(known::ITER) || has_items || self.is_container(&self.plain(value))
+                let has_items = has(known::GETITEM) && !instance.class.is_c_type.get();
+                has(known::ITER) || has_items || self.is_container(&self.unwrap_builtin(value))
             }
             Value::Class(class) if class.metaclass().is_some() => {
                 self.core.types.of(value).lookup(known::ITER).is_some()
@@ -288,10 +289,10 @@ impl Evaluator<'_> {
                             ViewKind::Items => Value::pair(key, value),
                         });
                     }
-                    ScanResult::Further(at) => position.set(at),
-                    ScanResult::Nowhere => break None,
+                    ScanResult::Continue(at) => position.set(at),
+                    ScanResult::End => break None,
                 }
-                self.worked(SOME * PASSED)?;
+                self.charge(REHASH_CHUNK * WORK_PER_SLOT)?;
             },
             Iter::Set {
                 set,
@@ -310,10 +311,10 @@ impl Evaluator<'_> {
                         position.set(at);
                         break Some(key);
                     }
-                    ScanResult::Further(at) => position.set(at),
-                    ScanResult::Nowhere => break None,
+                    ScanResult::Continue(at) => position.set(at),
+                    ScanResult::End => break None,
                 }
-                self.worked(SOME * PASSED)?;
+                self.charge(REHASH_CHUNK * WORK_PER_SLOT)?;
             },
             _ => return self.deeper(|| self.next_lazy(iter)),
         })
@@ -363,8 +364,8 @@ impl Evaluator<'_> {
                     position.set(at);
                     Some(Some((key, value)))
                 }
-                ScanResult::Further(_) => None,
-                ScanResult::Nowhere => Some(None),
+                ScanResult::Continue(_) => None,
+                ScanResult::End => Some(None),
             }),
             Iter::Enumerate { .. } => self.pair_or_end(iter).map(Some),
             Iter::Zip {
@@ -379,21 +380,21 @@ impl Evaluator<'_> {
     pub fn collect(&self, iterable: &Value) -> R<ValueVec> {
         match iterable {
             Value::List(list) => {
-                let mut items = ValueVec::from(self.room_for(list.len())?);
+                let mut items = ValueVec::from(self.try_with_capacity(list.len())?);
                 self.copy_list(list, &mut items)?;
                 return Ok(items);
             }
             Value::Tuple(tuple) => {
-                let mut items = ValueVec::from(self.room_for(tuple.items().len())?);
+                let mut items = ValueVec::from(self.try_with_capacity(tuple.items().len())?);
                 self.copy_values(tuple.items(), &mut items)?;
                 return Ok(items);
             }
             Value::Dict(dict) => {
-                let mut keys = ValueVec::from(self.room_for(dict.len())?);
+                let mut keys = ValueVec::from(self.try_with_capacity(dict.len())?);
                 let (mut from, mut some) = (Some(0), Vec::new());
                 while let Some(place) = from {
-                    from = dict.entries_from(place, SOME, &mut some);
-                    self.worked(some.len() * VALUE)?;
+                    from = dict.entries_from(place, REHASH_CHUNK, &mut some);
+                    self.charge(some.len() * WORK_PER_VALUE)?;
                     keys.extend(some.drain(..).map(|(_, key, _)| key));
                 }
                 return Ok(keys);
@@ -401,10 +402,10 @@ impl Evaluator<'_> {
             Value::Range(range) => {
                 let length = range.len();
                 let mut items: ValueVec = self
-                    .room_for(usize::try_from(length).unwrap_or(usize::MAX))?
+                    .try_with_capacity(usize::try_from(length).unwrap_or(usize::MAX))?
                     .into();
                 for index in 0..length {
-                    self.worked(VALUE / 2)?;
+                    self.charge(WORK_PER_VALUE / 2)?;
                     items.push(Value::Int(range.at(index)));
                 }
                 return Ok(items);
@@ -431,7 +432,7 @@ impl Evaluator<'_> {
 
     /// What an iterator has left, as natives of CPython make a list of it: that is asked for its length, not what it is
     /// from.
-    pub fn listed(&self, iterator: &Value) -> R<ValueVec> {
+    pub fn collect_rest(&self, iterator: &Value) -> R<ValueVec> {
         self.ask_length(iterator)?;
         self.drain(iterator)
     }
@@ -452,7 +453,7 @@ impl Evaluator<'_> {
             Err(raised) if is_type_error(&raised) => return Ok(None),
             Err(raised) => return Err(raised),
         };
-        let plain = self.plain(&hint);
+        let plain = self.unwrap_builtin(&hint);
         if Int::of(&plain).is_none() {
             let name = self.core.types.name_of(&hint);
             let text = format!("__length_hint__ must be an integer, not {name}");
@@ -481,7 +482,7 @@ impl Evaluator<'_> {
     /// All remaining values of an iterator.
     pub fn drain(&self, iterator: &Value) -> R<ValueVec> {
         let mut items = ValueVec::default();
-        while let Some(value) = self.step(iterator)? {
+        while let Some(value) = self.next_at_safepoint(iterator)? {
             if items.len() == items.capacity() {
                 self.grow(&mut *items, 1)?;
             }

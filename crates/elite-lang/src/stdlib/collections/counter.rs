@@ -2,19 +2,19 @@
 
 use std::rc::Rc;
 
-use super::{DictReceiver, around, is_a, is_builtin, made};
+use super::{DictReceiver, call_class, is_a, is_builtin, new_instance};
 use crate::ast::{BinaryOp, CompareOp};
 use crate::builtins::{Args, Builtin, RawFn};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::stdlib::define::{MethodDef, ModuleBuilder, native_class};
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, R, Value, ValueVec};
 
 pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let dict = &module.core().types.dict.clone();
-    let class = module.derived("Counter", dict, METHODS)?;
+    let class = module.derived_class("Counter", dict, METHODS)?;
     let raw: [(&'static str, RawFn); 3] = [
         ("__init__", |ev, args| {
             let (receiver, source) = arguments(ev, "__init__", args)?;
@@ -70,26 +70,26 @@ fn change(ev: &Evaluator<'_>, function: &'static str, op: BinaryOp, args: &mut A
         }
         let get = ev.attribute(&receiver, ev.core.symbols.intern("get"))?;
         let before = ev.call(&get, &mut [key.clone(), Value::Int(0)], &[])?;
-        own.set(ev, key, changed(ev, op, &before, count)?)
+        own.set(ev, key, combine_counts(ev, op, &before, count)?)
     };
     let add_all = |counts: Rc<Dict>| {
         if op == BinaryOp::Add && own.dict.is_empty() {
             // The counts as they are, whatever they are.
             return own.update(ev, &Value::Dict(counts));
         }
-        for (_, key, count) in ev.entries(&counts)? {
-            ev.worked(VALUE)?;
+        for (_, key, count) in ev.collect_entries(&counts)? {
+            ev.charge(WORK_PER_VALUE)?;
             add(key, &count)?;
         }
         Ok(())
     };
-    ev.core.note(&receiver);
+    ev.core.gc_track(&receiver);
     if let Some(source) = source {
         match mapping(ev, &source)? {
             Some(counts) => add_all(counts)?,
             None => {
                 let items = ev.iter(&source)?;
-                while let Some(item) = ev.step(&items)? {
+                while let Some(item) = ev.next_at_safepoint(&items)? {
                     add(item, &Value::Int(1))?;
                 }
             }
@@ -98,7 +98,7 @@ fn change(ev: &Evaluator<'_>, function: &'static str, op: BinaryOp, args: &mut A
     if !args.keywords.is_empty() {
         let named = Dict::new();
         for (name, count) in args.keywords {
-            ev.dict_set(&named, ev.core.symbols.value(*name), count.clone())?;
+            ev.dict_set(&named, ev.core.symbols.to_value(*name), count.clone())?;
         }
         add_all(Rc::new(named))?;
     }
@@ -106,7 +106,7 @@ fn change(ev: &Evaluator<'_>, function: &'static str, op: BinaryOp, args: &mut A
 }
 
 /// A count with another one added to it or taken away.
-fn changed(ev: &Evaluator<'_>, op: BinaryOp, before: &Value, by: &Value) -> R {
+fn combine_counts(ev: &Evaluator<'_>, op: BinaryOp, before: &Value, by: &Value) -> R {
     match op {
         BinaryOp::Add => ev.binary(op, by, before),
         _ => ev.binary(op, before, by),
@@ -125,14 +125,14 @@ fn add_direct(
         Some(at) => own.dict.value_at(at),
         None => Value::Int(0),
     };
-    let after = changed(ev, op, &before, count)?;
+    let after = combine_counts(ev, op, &before, count)?;
     ev.dict_set_hashed(&own.dict, hash, key, after)
 }
 
 /// The entries of an object that says it is a mapping.
 fn mapping(ev: &Evaluator<'_>, source: &Value) -> R<Option<Rc<Dict>>> {
     if ev.iterates_as_builtin(source)
-        && let Value::Dict(dict) = ev.plain(source)
+        && let Value::Dict(dict) = ev.unwrap_builtin(source)
     {
         return Ok(Some(dict));
     }
@@ -173,8 +173,8 @@ fn all_counts(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R<Option<boo
         DictReceiver::of(ev, &args[1])?,
     );
     for side in [&one, &two] {
-        for (hash, key, _) in ev.entries(&side.dict)? {
-            ev.worked(2 * VALUE)?;
+        for (hash, key, _) in ev.collect_entries(&side.dict)? {
+            ev.charge(2 * WORK_PER_VALUE)?;
             let (a, b) = (
                 count_of(ev, &one, hash, &key)?,
                 count_of(ev, &two, hash, &key)?,
@@ -187,11 +187,11 @@ fn all_counts(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R<Option<boo
     Ok(Some(true))
 }
 
-fn compared(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
+fn compare_counts(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
     Ok(all_counts(ev, args, op)?.map_or(Value::NotImplemented, Value::Bool))
 }
 
-/// As `compared`, for an order that equal ones do not have.
+/// As `compare_counts`, for an order that equal ones do not have.
 fn strictly(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
     Ok(match all_counts(ev, args, op)? {
         None => Value::NotImplemented,
@@ -225,7 +225,7 @@ fn is_positive(ev: &Evaluator<'_>, count: &Value) -> R<bool> {
 }
 
 /// A new counter of the positive counts.
-fn met(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
+fn merge_new(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
     let class = counter(ev)?;
     if !is_a(&args[1], &class) {
         return Ok(Value::NotImplemented);
@@ -235,16 +235,16 @@ fn met(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
         DictReceiver::of(ev, &args[1])?,
     );
     let result = Dict::new();
-    for (hash, key, count) in ev.entries(&one.dict)? {
-        ev.worked(2 * VALUE)?;
+    for (hash, key, count) in ev.collect_entries(&one.dict)? {
+        ev.charge(2 * WORK_PER_VALUE)?;
         let count = how.of(ev, &count, &count_of(ev, &two, hash, &key)?)?;
         if is_positive(ev, &count)? {
             ev.dict_set_hashed(&result, hash, key, count)?;
         }
     }
     if how != CountMerge::Least {
-        for (hash, key, count) in ev.entries(&two.dict)? {
-            ev.worked(2 * VALUE)?;
+        for (hash, key, count) in ev.collect_entries(&two.dict)? {
+            ev.charge(2 * WORK_PER_VALUE)?;
             if ev.dict_find_hashed(&one.dict, hash, &key)?.is_some() {
                 continue;
             }
@@ -257,33 +257,33 @@ fn met(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
             }
         }
     }
-    Ok(noted(ev, around(&class, result)))
+    Ok(gc_track_result(ev, new_instance(&class, result)))
 }
 
-fn noted(ev: &Evaluator<'_>, made: Value) -> Value {
-    ev.core.note(&made);
+fn gc_track_result(ev: &Evaluator<'_>, made: Value) -> Value {
+    ev.core.gc_track(&made);
     made
 }
 
 /// The same into the receiver. What has counts is walked through as it stands: `c -= c` empties it.
-fn meet(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
+fn merge_in_place(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
     let own = DictReceiver::of(ev, &args[0])?;
     let set = |hash: u64, key: Value, theirs: &Value| {
         let mine = count_of(ev, &own, hash, &key)?;
         let count = how.of(ev, &mine, theirs)?;
         own.set(ev, key, count)
     };
-    match ev.plain(&args[1]) {
+    match ev.unwrap_builtin(&args[1]) {
         _ if how == CountMerge::Least => {
-            for (hash, key, _) in ev.entries(&own.dict)? {
-                ev.worked(2 * VALUE)?;
+            for (hash, key, _) in ev.collect_entries(&own.dict)? {
+                ev.charge(2 * WORK_PER_VALUE)?;
                 let theirs = ev.item(&args[1], &key)?;
                 set(hash, key, &theirs)?;
             }
         }
         Value::Dict(others) => {
-            for (hash, key, count) in ev.entries(&others)? {
-                ev.worked(2 * VALUE)?;
+            for (hash, key, count) in ev.collect_entries(&others)? {
+                ev.charge(2 * WORK_PER_VALUE)?;
                 // What has counts may be the receiver.
                 let theirs = match ev.dict_find_hashed(&others, hash, &key)? {
                     Some(at) => others.value_at(at),
@@ -296,8 +296,8 @@ fn meet(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
             let items = ev.attribute(&args[1], ev.core.symbols.intern("items"))?;
             let items = ev.call(&items, &mut [], &[])?;
             let iterator = ev.iter(&items)?;
-            while let Some(item) = ev.step(&iterator)? {
-                let mut pair = ev.unpacked(&item, 2)?.into_iter();
+            while let Some(item) = ev.next_at_safepoint(&iterator)? {
+                let mut pair = ev.unpack_exact(&item, 2)?.into_iter();
                 let (key, count) = (
                     pair.next().unwrap_or_default(),
                     pair.next().unwrap_or_default(),
@@ -306,8 +306,8 @@ fn meet(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
             }
         }
     }
-    for (_, key, count) in ev.entries(&own.dict)? {
-        ev.worked(VALUE)?;
+    for (_, key, count) in ev.collect_entries(&own.dict)? {
+        ev.charge(WORK_PER_VALUE)?;
         if !is_positive(ev, &count)? {
             ev.delete_item(&args[0], &key)?;
         }
@@ -318,10 +318,10 @@ fn meet(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
 /// Keys with their counts, the highest first; equal ones as they came.
 /// All that was counted, what came most often first.
 fn by_count(ev: &Evaluator<'_>, own: &DictReceiver<'_>) -> R<ValueVec> {
-    let mut pairs = ValueVec::from(ev.room_for(own.dict.len())?);
-    for (_, key, count) in ev.entries(&own.dict)? {
+    let mut pairs = ValueVec::from(ev.try_with_capacity(own.dict.len())?);
+    for (_, key, count) in ev.collect_entries(&own.dict)? {
         pairs.push(Value::pair(key, count));
-        ev.worked(4 * VALUE)?;
+        ev.charge(4 * WORK_PER_VALUE)?;
     }
     ev.sort(&mut pairs, Some(&second()), true)?;
     Ok(pairs)
@@ -337,7 +337,7 @@ fn second() -> Value {
 
 /// `most_common`: some of them as `heapq.nlargest` has them.
 fn most_common(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let Some(n) = args[1].given().filter(|n| !n.is_none()) else {
+    let Some(n) = args[1].if_given().filter(|n| !n.is_none()) else {
         return Ok(by_count(ev, &DictReceiver::of(ev, &args[0])?)?.into_list());
     };
     let name = |name| ev.core.symbols.intern(name);
@@ -363,8 +363,8 @@ const METHODS: &[MethodDef] = &[
     ("total", "", |ev, args| {
         let own = DictReceiver::of(ev, &args[0])?;
         let mut sum = Value::Int(0);
-        for (_, _, count) in ev.entries(&own.dict)? {
-            ev.worked(VALUE)?;
+        for (_, _, count) in ev.collect_entries(&own.dict)? {
+            ev.charge(WORK_PER_VALUE)?;
             sum = ev.binary(BinaryOp::Add, &sum, &count)?;
         }
         Ok(sum)
@@ -396,17 +396,17 @@ const METHODS: &[MethodDef] = &[
         Ok(Value::str(format!("{name}({})", ev.repr(&shown)?)))
     }),
     ("__eq__", "other", |ev, args| {
-        compared(ev, args, CompareOp::Eq)
+        compare_counts(ev, args, CompareOp::Eq)
     }),
     ("__ne__", "other", |ev, args| {
         let equal = all_counts(ev, args, CompareOp::Eq)?;
         Ok(equal.map_or(Value::NotImplemented, |equal| Value::Bool(!equal)))
     }),
     ("__le__", "other", |ev, args| {
-        compared(ev, args, CompareOp::Le)
+        compare_counts(ev, args, CompareOp::Le)
     }),
     ("__ge__", "other", |ev, args| {
-        compared(ev, args, CompareOp::Ge)
+        compare_counts(ev, args, CompareOp::Ge)
     }),
     ("__lt__", "other", |ev, args| {
         strictly(ev, args, CompareOp::Le)
@@ -415,43 +415,43 @@ const METHODS: &[MethodDef] = &[
         strictly(ev, args, CompareOp::Ge)
     }),
     ("__add__", "other", |ev, args| {
-        met(ev, args, CountMerge::Sum)
+        merge_new(ev, args, CountMerge::Sum)
     }),
     ("__sub__", "other", |ev, args| {
-        met(ev, args, CountMerge::Difference)
+        merge_new(ev, args, CountMerge::Difference)
     }),
     ("__or__", "other", |ev, args| {
-        met(ev, args, CountMerge::Most)
+        merge_new(ev, args, CountMerge::Most)
     }),
     ("__and__", "other", |ev, args| {
-        met(ev, args, CountMerge::Least)
+        merge_new(ev, args, CountMerge::Least)
     }),
     ("__iadd__", "other", |ev, args| {
-        meet(ev, args, CountMerge::Sum)
+        merge_in_place(ev, args, CountMerge::Sum)
     }),
     ("__isub__", "other", |ev, args| {
-        meet(ev, args, CountMerge::Difference)
+        merge_in_place(ev, args, CountMerge::Difference)
     }),
     ("__ior__", "other", |ev, args| {
-        meet(ev, args, CountMerge::Most)
+        merge_in_place(ev, args, CountMerge::Most)
     }),
     ("__iand__", "other", |ev, args| {
-        meet(ev, args, CountMerge::Least)
+        merge_in_place(ev, args, CountMerge::Least)
     }),
-    ("__pos__", "", |ev, args| signed(ev, args, false)),
-    ("__neg__", "", |ev, args| signed(ev, args, true)),
+    ("__pos__", "", |ev, args| unary_counts(ev, args, false)),
+    ("__neg__", "", |ev, args| unary_counts(ev, args, true)),
 ];
 
 fn copy(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let class = DictReceiver::of(ev, &args[0])?.class;
-    made(ev, &class, &mut [args[0].clone()])
+    call_class(ev, &class, &mut [args[0].clone()])
 }
 
 /// The positive counts, or the negative ones turned round.
-fn signed(ev: &Evaluator<'_>, args: &[Value], turned: bool) -> R {
-    let nothing = around(&counter(ev)?, Dict::new());
+fn unary_counts(ev: &Evaluator<'_>, args: &[Value], turned: bool) -> R {
+    let nothing = new_instance(&counter(ev)?, Dict::new());
     match turned {
-        false => met(ev, &[args[0].clone(), nothing], CountMerge::Sum),
-        true => met(ev, &[nothing, args[0].clone()], CountMerge::Difference),
+        false => merge_new(ev, &[args[0].clone(), nothing], CountMerge::Sum),
+        true => merge_new(ev, &[nothing, args[0].clone()], CountMerge::Difference),
     }
 }

@@ -8,7 +8,7 @@ use crate::ast::CompareOp;
 use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, native_class, with_data};
 use crate::value::data::Contents;
 use crate::value::int::Int;
@@ -16,7 +16,7 @@ use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::{Iter, R, Raised, ScriptCell, Value, ValueVec, trash};
 
 /// Items that are copied between two safepoints.
-const SOME: usize = 4096;
+const COPY_CHUNK: usize = 4096;
 
 pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let class = module.class(
@@ -72,7 +72,7 @@ impl Deque {
     /// Adds at one end; what does not fit any more leaves at the other one.
     #[inline(always)]
     fn push(&self, value: Value, left: bool) {
-        let left_over = self.items.change(|items| {
+        let left_over = self.items.with_mut(|items| {
             if left {
                 items.push_front(value);
             } else {
@@ -90,7 +90,7 @@ impl Deque {
 
     #[inline(always)]
     fn pop(&self, left: bool) -> Option<Value> {
-        let popped = self.items.change(|items| match left {
+        let popped = self.items.with_mut(|items| match left {
             true => items.pop_front(),
             false => items.pop_back(),
         })?;
@@ -111,11 +111,11 @@ impl Deque {
 
     /// The items, some at a time.
     fn to_vec(&self, ev: &Evaluator<'_>) -> R<Vec<Value>> {
-        let mut out = ev.room_for(self.len())?;
+        let mut out = ev.try_with_capacity(self.len())?;
         loop {
             let some = {
                 let items = self.items.borrow();
-                let end = items.len().min(out.len() + SOME);
+                let end = items.len().min(out.len() + COPY_CHUNK);
                 let from = out.len().min(end);
                 out.extend(items.range(from..end).cloned());
                 end - from
@@ -123,7 +123,7 @@ impl Deque {
             if some == 0 {
                 return Ok(out);
             }
-            ev.worked(some * VALUE)?;
+            ev.charge(some * WORK_PER_VALUE)?;
         }
     }
 
@@ -135,7 +135,7 @@ impl Deque {
 impl Drop for Deque {
     fn drop(&mut self) {
         let mut items: Vec<Value> = std::mem::take(self.items.get_mut()).into();
-        trash::dismantle(&mut items);
+        trash::drop_values(&mut items);
     }
 }
 
@@ -185,7 +185,7 @@ impl Contents for Deque {
 fn note(ev: &Evaluator<'_>, receiver: &Value, item: &Value) {
     if let Value::Instance(instance) = receiver
         && !instance.noted.get()
-        && item.holds_values()
+        && item.can_hold_values()
     {
         ev.core.note_instance(instance);
     }
@@ -198,10 +198,10 @@ fn data(ev: &Evaluator<'_>, receiver: &Value) -> R<Rc<Deque>> {
 
 fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) -> R<()> {
     let deque = data(ev, receiver)?;
-    let most = match maxlen.given() {
+    let most = match maxlen.if_given() {
         None | Some(Value::None) => None,
         Some(value) => {
-            let Some(most) = Int::of(&ev.plain(value)) else {
+            let Some(most) = Int::of(&ev.unwrap_builtin(value)) else {
                 return Err(ev.type_error("an integer is required"));
             };
             match usize::try_from(ev.index(&most.into_value())?) {
@@ -212,7 +212,7 @@ fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) 
     };
     deque.maxlen.set(most);
     deque.empty();
-    match iterable.given() {
+    match iterable.if_given() {
         Some(iterable) => extend(ev, &deque, iterable, false),
         None => Ok(()),
     }
@@ -223,13 +223,13 @@ fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<
     let own = data(ev, iterable).is_ok_and(|other| std::ptr::eq(&*other, deque));
     if own {
         for item in deque.to_vec(ev)? {
-            ev.worked(VALUE)?;
+            ev.charge(WORK_PER_VALUE)?;
             deque.grow(ev, 1)?;
             deque.push(item, left);
         }
     } else {
         let iterator = ev.iter(iterable)?;
-        while let Some(item) = ev.step(&iterator)? {
+        while let Some(item) = ev.next_at_safepoint(&iterator)? {
             deque.grow(ev, 1)?;
             deque.push(item, left);
         }
@@ -248,7 +248,7 @@ fn position(ev: &Evaluator<'_>, deque: &Deque, index: &Value) -> R<usize> {
         .ok_or_else(|| ev.raise(ExceptionKind::IndexError, "deque index out of range"))
 }
 
-fn mutated(ev: &Evaluator<'_>) -> Raised {
+fn mutated_error(ev: &Evaluator<'_>) -> Raised {
     ev.raise(
         ExceptionKind::RuntimeError,
         "deque mutated during iteration",
@@ -268,7 +268,7 @@ struct DequeIter {
 impl LibraryIterator for DequeIter {
     fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>> {
         if self.deque.generation.get() != self.generation {
-            return Err(mutated(ev));
+            return Err(mutated_error(ev));
         }
         let items = self.deque.items.borrow();
         let at = self.next.get();
@@ -290,7 +290,7 @@ impl LibraryIterator for DequeIter {
         held.push(self.object.replace(Value::Unbound));
     }
 
-    fn copied(
+    fn copy_with(
         &self,
         _: &Evaluator<'_>,
         each: &dyn Fn(&Value) -> R,
@@ -335,12 +335,12 @@ fn find(ev: &Evaluator<'_>, deque: &Deque, wanted: &Value) -> R<Option<usize>> {
     let generation = deque.generation.get();
     let mut index = 0;
     while let Some(item) = deque.get(index) {
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
         if ev.equal(&item, wanted)? {
             return Ok(Some(index));
         }
         if deque.generation.get() != generation {
-            return Err(mutated(ev));
+            return Err(mutated_error(ev));
         }
         index += 1;
     }
@@ -354,7 +354,7 @@ fn compare(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
         return Ok(Value::NotImplemented);
     };
     let (own, other) = (Value::list(own.to_vec(ev)?), Value::list(other.to_vec(ev)?));
-    ev.recurse(|| ev.compare(op, &own, &other))
+    ev.with_native_depth(|| ev.compare(op, &own, &other))
 }
 
 const METHODS: &[MethodDef] = &[
@@ -399,12 +399,12 @@ const METHODS: &[MethodDef] = &[
         alike(ev, &args[0], deque.to_vec(ev)?)
     }),
     ("rotate", "n? /", |ev, args| {
-        let steps = args[1].given().map_or(Ok(1), |n| ev.index(n))?;
+        let steps = args[1].if_given().map_or(Ok(1), |n| ev.index(n))?;
         let deque = data(ev, &args[0])?;
         let length = deque.len() as i64;
         if length > 0 {
             let steps = steps.rem_euclid(length) as usize;
-            deque.items.change(|items| items.rotate_right(steps));
+            deque.items.with_mut(|items| items.rotate_right(steps));
             deque.changed();
         }
         Ok(Value::None)
@@ -413,7 +413,7 @@ const METHODS: &[MethodDef] = &[
         let deque = data(ev, &args[0])?;
         deque
             .items
-            .change(|items| items.make_contiguous().reverse());
+            .with_mut(|items| items.make_contiguous().reverse());
         Ok(Value::None)
     }),
     ("count", "item /", |ev, args| {
@@ -421,10 +421,10 @@ const METHODS: &[MethodDef] = &[
         let generation = deque.generation.get();
         let (mut index, mut count) = (0, 0);
         while let Some(item) = deque.get(index) {
-            ev.worked(VALUE)?;
+            ev.charge(WORK_PER_VALUE)?;
             count += i64::from(ev.equal(&item, &args[1])?);
             if deque.generation.get() != generation {
-                return Err(mutated(ev));
+                return Err(mutated_error(ev));
             }
             index += 1;
         }
@@ -433,7 +433,7 @@ const METHODS: &[MethodDef] = &[
     ("index", "item start? stop? /", |ev, args| {
         let deque = data(ev, &args[0])?;
         let generation = deque.generation.get();
-        let bound = |value: &Value, default: i64| match value.given() {
+        let bound = |value: &Value, default: i64| match value.if_given() {
             None => Ok(default),
             Some(value) if ev.has_index(value) => ev.clamped_index(value),
             Some(_) => {
@@ -446,12 +446,12 @@ const METHODS: &[MethodDef] = &[
         let places = insertion_place(start, length)..insertion_place(stop, length);
         for index in places {
             let Some(item) = deque.get(index) else { break };
-            ev.worked(VALUE)?;
+            ev.charge(WORK_PER_VALUE)?;
             if ev.equal(&item, &args[1])? {
                 return Ok(Value::Int(index as i64));
             }
             if deque.generation.get() != generation {
-                return Err(mutated(ev));
+                return Err(mutated_error(ev));
             }
         }
         let text = format!("{} is not in deque", ev.repr(&args[1])?);
@@ -471,7 +471,7 @@ const METHODS: &[MethodDef] = &[
         let index = ev.index(&args[1])?;
         let item = std::mem::take(&mut args[2]);
         deque.grow(ev, 1)?;
-        deque.items.change(|items| {
+        deque.items.with_mut(|items| {
             let place = match index {
                 index if index >= before => items.len(),
                 index if index <= -before => 0,
@@ -487,14 +487,14 @@ const METHODS: &[MethodDef] = &[
         let generation = deque.generation.get();
         let mut index = 0;
         while let Some(item) = deque.get(index) {
-            ev.worked(VALUE)?;
+            ev.charge(WORK_PER_VALUE)?;
             let equal = ev.equal(&item, &args[1])?;
             if deque.generation.get() != generation {
                 let text = "deque mutated during remove().";
                 return Err(ev.raise(ExceptionKind::IndexError, text));
             }
             if equal {
-                let removed = deque.items.change(|items| items.remove(index));
+                let removed = deque.items.with_mut(|items| items.remove(index));
                 deque.changed();
                 drop(removed);
                 return Ok(Value::None);
@@ -520,7 +520,7 @@ const METHODS: &[MethodDef] = &[
         let at = position(ev, &deque, &args[1])?;
         note(ev, &args[0], &args[2]);
         let value = std::mem::take(&mut args[2]);
-        let old = deque.items.change(|items| match items.get_mut(at) {
+        let old = deque.items.with_mut(|items| match items.get_mut(at) {
             Some(place) => std::mem::replace(place, value),
             None => value,
         });
@@ -530,7 +530,7 @@ const METHODS: &[MethodDef] = &[
     ("__delitem__", "index /", |ev, args| {
         let deque = data(ev, &args[0])?;
         let at = position(ev, &deque, &args[1])?;
-        let removed = deque.items.change(|items| items.remove(at));
+        let removed = deque.items.with_mut(|items| items.remove(at));
         deque.changed();
         drop(removed);
         Ok(Value::None)
@@ -595,7 +595,7 @@ const METHODS: &[MethodDef] = &[
         let deque = data(ev, &args[0])?;
         let name = ev.core.types.of(&args[0]).name();
         let items = Value::list(deque.to_vec(ev)?);
-        let items = ev.recurse(|| ev.repr(&items))?;
+        let items = ev.with_native_depth(|| ev.repr(&items))?;
         Ok(Value::str(match deque.maxlen.get() {
             Some(most) => format!("{name}({items}, maxlen={most})"),
             None => format!("{name}({items})"),
@@ -610,13 +610,13 @@ fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<ValueVec> {
     let items = data(ev, &args[0])?.to_vec(ev)?;
     let count = items.len().saturating_mul(times);
     ev.check_allocation(count.saturating_mul(2 * size_of::<Value>()))?;
-    ev.repeated(items.into(), times)
+    ev.repeat_values(items.into(), times)
 }
 
 fn repeat_into(ev: &Evaluator<'_>, receiver: Value, items: ValueVec) -> R {
     let deque = data(ev, &receiver)?;
     for item in items {
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
         deque.grow(ev, 1)?;
         deque.push(item, false);
     }
@@ -649,12 +649,12 @@ pub fn push_at_once(args: &[&Value], left: bool) -> Option<Value> {
         return None;
     };
     let deque = at_once(receiver)?;
-    if item.holds_values() && !instance.noted.get() {
+    if item.can_hold_values() && !instance.noted.get() {
         return None;
     }
     // SAFETY: two numbers are read.
     #[allow(unsafe_code)]
-    let items = unsafe { deque.items.glimpse() }?;
+    let items = unsafe { deque.items.get_unguarded() }?;
     if items.len() == items.capacity() {
         return None;
     }

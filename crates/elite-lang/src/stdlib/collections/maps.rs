@@ -2,18 +2,18 @@
 
 use std::rc::Rc;
 
-use super::{DictReceiver, around, is_a, made};
+use super::{DictReceiver, call_class, is_a, new_instance};
 use crate::ast::CompareOp;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::stdlib::define::{MethodDef, ModuleBuilder, native_class};
 use crate::value::{Class, R, Value, ValueVec};
 
 pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let dict = &module.core().types.dict.clone();
-    let ordered = module.derived("OrderedDict", dict, ORDERED)?;
+    let ordered = module.derived_class("OrderedDict", dict, ORDERED)?;
     for (name, body) in [
         ("__init__", ordered_init as crate::builtins::RawFn),
         ("update", ordered_update),
@@ -21,15 +21,15 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
         module.raw_method(&ordered, "OrderedDict", name, body);
     }
     module.class_method(&ordered, "fromkeys", "iterable value?", from_keys);
-    let defaulting = module.derived("defaultdict", dict, DEFAULTING)?;
+    let defaulting = module.derived_class("defaultdict", dict, DEFAULTING)?;
     let symbols = &module.core().symbols;
     let slot = symbols.intern("default_factory");
-    symbols.settle(slot);
-    let names = Value::tuple(vec![symbols.value(slot)]);
+    symbols.mark_used(slot);
+    let names = Value::tuple(vec![symbols.to_value(slot)]);
     defaulting.set(symbols.intern("__slots__"), names);
     defaulting.set_slots(&[slot]);
     for class in [&ordered, &defaulting] {
-        class.in_c.set(true);
+        class.is_c_type.set(true);
     }
     module.raw_method(&defaulting, "defaultdict", "__init__", default_init);
     Ok(())
@@ -40,7 +40,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
 const ORDERED: &[MethodDef] = &[
     ("popitem", "last?", |ev, args| {
         let own = DictReceiver::of(ev, &args[0])?;
-        let last = args[1].given().map_or(Ok(true), |last| ev.truth(last))?;
+        let last = args[1].if_given().map_or(Ok(true), |last| ev.truth(last))?;
         let found = match last {
             true => ev.previous_entry(&own.dict, usize::MAX)?.map(|(at, ..)| at),
             // Where the oldest entry is.
@@ -55,7 +55,7 @@ const ORDERED: &[MethodDef] = &[
     }),
     ("move_to_end", "key last?", |ev, args| {
         let own = DictReceiver::of(ev, &args[0])?;
-        let last = args[2].given().map_or(Ok(true), |last| ev.truth(last))?;
+        let last = args[2].if_given().map_or(Ok(true), |last| ev.truth(last))?;
         let hash = ev.hash(&args[1])?;
         let Some(at) = ev.dict_find_hashed(&own.dict, hash, &args[1])? else {
             return Err(ev.key_error(&args[1]));
@@ -71,19 +71,19 @@ const ORDERED: &[MethodDef] = &[
     ("copy", "", copy_ordered),
     ("__copy__", "", copy_ordered),
     ("__eq__", "other /", |ev, args| {
-        Ok(same(ev, &args[0], &args[1])?.map_or(Value::NotImplemented, Value::Bool))
+        Ok(ordered_eq(ev, &args[0], &args[1])?.map_or(Value::NotImplemented, Value::Bool))
     }),
     ("__ne__", "other /", |ev, args| {
-        let same = same(ev, &args[0], &args[1])?;
+        let same = ordered_eq(ev, &args[0], &args[1])?;
         Ok(same.map_or(Value::NotImplemented, |same| Value::Bool(!same)))
     }),
     ("__or__", "other /", |ev, args| {
         let (class, first, second) = (class_of(&args[0]), args[0].clone(), args[1].clone());
-        joined(ev, class, first, second)
+        union_as(ev, class, first, second)
     }),
     ("__ror__", "other /", |ev, args| {
         let (class, first, second) = (class_of(&args[0]), args[1].clone(), args[0].clone());
-        joined(ev, class, first, second)
+        union_as(ev, class, first, second)
     }),
     ("__ior__", "other /", |ev, args| {
         DictReceiver::of(ev, &args[0])?.update(ev, &args[1])?;
@@ -95,10 +95,10 @@ const ORDERED: &[MethodDef] = &[
         if own.dict.is_empty() {
             return Ok(Value::str(format!("{name}()")));
         }
-        let mut items = ValueVec::from(ev.room_for(own.dict.len())?);
-        for (_, key, value) in ev.entries(&own.dict)? {
+        let mut items = ValueVec::from(ev.try_with_capacity(own.dict.len())?);
+        for (_, key, value) in ev.collect_entries(&own.dict)? {
             items.push(Value::pair(key, value));
-            ev.worked(4 * VALUE)?;
+            ev.charge(4 * WORK_PER_VALUE)?;
         }
         let items = ev.repr(&items.into_list())?;
         Ok(Value::str(format!("{name}({items})")))
@@ -134,9 +134,9 @@ fn take_in(ev: &Evaluator<'_>, args: &mut Args<'_>, refusal: fn(usize) -> String
 
 fn from_keys(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let filled = ev.call(&args[0], &mut [], &[])?;
-    let value = args[2].given().cloned().unwrap_or(Value::None);
+    let value = args[2].if_given().cloned().unwrap_or(Value::None);
     let keys = ev.iter(&args[1])?;
-    while let Some(key) = ev.step(&keys)? {
+    while let Some(key) = ev.next_at_safepoint(&keys)? {
         ev.set_item(&filled, &key, value.clone())?;
     }
     Ok(filled)
@@ -145,12 +145,12 @@ fn from_keys(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 /// A new one of the same class, made without arguments and filled entry by entry.
 fn copy_ordered(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let own = DictReceiver::of(ev, &args[0])?;
-    let copy = made(ev, &own.class, &mut [])?;
+    let copy = call_class(ev, &own.class, &mut [])?;
     if let Ok(copied) = DictReceiver::of(ev, &copy) {
         copied.update(ev, &Value::Dict(own.dict))?;
         return Ok(copy);
     }
-    for (_, key, value) in ev.entries(&own.dict)? {
+    for (_, key, value) in ev.collect_entries(&own.dict)? {
         ev.safepoint()?;
         ev.set_item(&copy, &key, value)?;
     }
@@ -158,9 +158,9 @@ fn copy_ordered(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// Whether two dictionaries are equal, between two ordered ones also in their order; None if one is no dictionary.
-fn same(ev: &Evaluator<'_>, receiver: &Value, other: &Value) -> R<Option<bool>> {
+fn ordered_eq(ev: &Evaluator<'_>, receiver: &Value, other: &Value) -> R<Option<bool>> {
     let own = DictReceiver::of(ev, receiver)?;
-    let Value::Dict(others) = ev.plain(other) else {
+    let Value::Dict(others) = ev.unwrap_builtin(other) else {
         return Ok(None);
     };
     let (one, two) = (Value::Dict(own.dict.clone()), Value::Dict(others.clone()));
@@ -170,9 +170,9 @@ fn same(ev: &Evaluator<'_>, receiver: &Value, other: &Value) -> R<Option<bool>> 
     if !is_a(other, &*native_class(ev, "_collections.OrderedDict")?) {
         return Ok(Some(true));
     }
-    let (one, two) = (ev.entries(&own.dict)?, ev.entries(&others)?);
+    let (one, two) = (ev.collect_entries(&own.dict)?, ev.collect_entries(&others)?);
     for ((_, one, _), (_, two, _)) in one.iter().zip(&two) {
-        ev.worked(VALUE)?;
+        ev.charge(WORK_PER_VALUE)?;
         if !ev.equal(one, two)? {
             return Ok(Some(false));
         }
@@ -188,14 +188,14 @@ fn class_of(receiver: &Value) -> Option<Rc<Class>> {
 }
 
 /// `first | second` as a `class`.
-fn joined(ev: &Evaluator<'_>, class: Option<Rc<Class>>, first: Value, second: Value) -> R {
+fn union_as(ev: &Evaluator<'_>, class: Option<Rc<Class>>, first: Value, second: Value) -> R {
     let are_dicts = [&first, &second]
         .iter()
-        .all(|value| matches!(ev.plain(value), Value::Dict(_)));
+        .all(|value| matches!(ev.unwrap_builtin(value), Value::Dict(_)));
     let (Some(class), true) = (class, are_dicts) else {
         return Ok(Value::NotImplemented);
     };
-    let joined = made(ev, &class, &mut [first])?;
+    let joined = call_class(ev, &class, &mut [first])?;
     DictReceiver::of(ev, &joined)?.update(ev, &second)?;
     Ok(joined)
 }
@@ -216,7 +216,7 @@ const DEFAULTING: &[MethodDef] = &[
     ("copy", "", copy_defaulting),
     ("__copy__", "", copy_defaulting),
     ("__or__", "other /", |ev, args| {
-        let Value::Dict(_) = ev.plain(&args[1]) else {
+        let Value::Dict(_) = ev.unwrap_builtin(&args[1]) else {
             return Ok(Value::NotImplemented);
         };
         let other = args[1].clone();
@@ -226,12 +226,12 @@ const DEFAULTING: &[MethodDef] = &[
     }),
     ("__ror__", "other /", |ev, args| {
         let own = DictReceiver::of(ev, &args[0])?;
-        let Value::Dict(other) = ev.plain(&args[1]) else {
+        let Value::Dict(other) = ev.unwrap_builtin(&args[1]) else {
             return Ok(Value::NotImplemented);
         };
-        let joined = ev.copied_dict(&other)?;
+        let joined = ev.copy_dict(&other)?;
         ev.dict_update(&joined, &own.dict)?;
-        made(
+        call_class(
             ev,
             &own.class,
             &mut [factory(ev, &args[0]), Value::Dict(Rc::new(joined))],
@@ -272,17 +272,17 @@ fn default_init(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         return Err(ev.type_error(format!("dict expected at most 1 argument, got {count}")));
     }
     if let Value::Instance(instance) = receiver {
-        ev.core.note(receiver);
+        ev.core.gc_track(receiver);
         let name = ev.core.symbols.intern("default_factory");
         instance.set(name, factory, &ev.core.symbols);
     }
     if let Some(source) = rest.first() {
-        ev.core.note(receiver);
+        ev.core.gc_track(receiver);
         ev.dict_update_from(&own.dict, source)?;
     }
     for (name, value) in args.keywords {
-        ev.core.note(receiver);
-        ev.dict_set(&own.dict, ev.core.symbols.value(*name), value.clone())?;
+        ev.core.gc_track(receiver);
+        ev.dict_set(&own.dict, ev.core.symbols.to_value(*name), value.clone())?;
     }
     Ok(Value::None)
 }
@@ -292,13 +292,13 @@ fn copy_defaulting(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let factory = factory(ev, &args[0]);
     let class = native_class(ev, "_collections.defaultdict")?;
     if Rc::ptr_eq(&class, &own.class) {
-        let copy = around(&class, ev.copied_dict(&own.dict)?);
+        let copy = new_instance(&class, ev.copy_dict(&own.dict)?);
         if let Value::Instance(instance) = &copy {
-            ev.core.note(&copy);
+            ev.core.gc_track(&copy);
             let name = ev.core.symbols.intern("default_factory");
             instance.set(name, factory, &ev.core.symbols);
         }
         return Ok(copy);
     }
-    made(ev, &own.class, &mut [factory, args[0].clone()])
+    call_class(ev, &own.class, &mut [factory, args[0].clone()])
 }

@@ -15,7 +15,7 @@ use std::rc::Rc;
 use super::define::ModuleBuilder;
 use crate::builtins::{Builtin, BuiltinBody};
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, Instance, R, ScriptCell, Symbol, Value};
@@ -38,7 +38,9 @@ struct DictReceiver<'v> {
 
 impl<'v> DictReceiver<'v> {
     fn of(ev: &Evaluator<'_>, receiver: &'v Value) -> R<Self> {
-        let (Value::Instance(instance), Value::Dict(dict)) = (receiver, ev.plain(receiver)) else {
+        let (Value::Instance(instance), Value::Dict(dict)) =
+            (receiver, ev.unwrap_builtin(receiver))
+        else {
             let name = ev.core.types.name_of(receiver);
             return Err(ev.type_error(format!(
                 "descriptor requires a 'dict' subclass but received a '{name}'"
@@ -52,11 +54,11 @@ impl<'v> DictReceiver<'v> {
         })
     }
 
-    /// `self[key] = value`
+    /// `self[key] = to_value`
     fn set(&self, ev: &Evaluator<'_>, key: Value, value: Value) -> R<()> {
         if self.plain {
-            if key.holds_values() || value.holds_values() {
-                ev.core.note(self.receiver);
+            if key.can_hold_values() || value.can_hold_values() {
+                ev.core.gc_track(self.receiver);
             }
             return ev.dict_set(&self.dict, key, value);
         }
@@ -65,14 +67,14 @@ impl<'v> DictReceiver<'v> {
 
     /// What `update` takes: a mapping or pairs.
     fn update(&self, ev: &Evaluator<'_>, source: &Value) -> R<()> {
-        ev.core.note(self.receiver);
+        ev.core.gc_track(self.receiver);
         if self.plain {
             return ev.dict_update_from(&self.dict, source);
         }
         let taken = Dict::new();
         ev.dict_update_from(&taken, source)?;
-        for (_, key, value) in ev.entries(&taken)? {
-            ev.worked(2 * VALUE)?;
+        for (_, key, value) in ev.collect_entries(&taken)? {
+            ev.charge(2 * WORK_PER_VALUE)?;
             self.set(ev, key, value)?;
         }
         Ok(())
@@ -81,7 +83,7 @@ impl<'v> DictReceiver<'v> {
     /// Named values.
     fn update_named(&self, ev: &Evaluator<'_>, keywords: &[(Symbol, Value)]) -> R<()> {
         for (name, value) in keywords {
-            self.set(ev, ev.core.symbols.value(*name), value.clone())?;
+            self.set(ev, ev.core.symbols.to_value(*name), value.clone())?;
         }
         Ok(())
     }
@@ -98,7 +100,7 @@ fn is_builtin(class: &Class, name: Symbol) -> bool {
 }
 
 /// An instance of `class` around a dictionary.
-fn around(class: &Rc<Class>, dict: Dict) -> Value {
+fn new_instance(class: &Rc<Class>, dict: Dict) -> Value {
     let payload = InstancePayload::Value(ScriptCell::new(Value::Dict(Rc::new(dict))));
     Value::Instance(Instance::new(class.clone(), payload))
 }
@@ -109,7 +111,7 @@ fn is_a(value: &Value, class: &Class) -> bool {
 }
 
 /// Calls a class of a script or of this module.
-fn made(ev: &Evaluator<'_>, class: &Rc<Class>, args: &mut [Value]) -> R {
+fn call_class(ev: &Evaluator<'_>, class: &Rc<Class>, args: &mut [Value]) -> R {
     ev.call(&Value::Class(class.clone()), args, &[])
 }
 
@@ -129,9 +131,9 @@ fn method_with(
             held,
             body: Box::new(body),
         },
-        fills: false,
-        quick: None,
-        joins: None,
+        stores_args: false,
+        fast_path: None,
+        sequence_op: None,
         is_slot: false,
     }))
 }

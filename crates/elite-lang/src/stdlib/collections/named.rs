@@ -10,7 +10,7 @@ use super::method_with;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::lexer::TokenKind;
 use crate::lexer::names::is_name;
 use crate::stdlib::define::ModuleBuilder;
@@ -26,7 +26,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
         "typename field_names * rename? defaults? module?",
         |ev, args| {
             let (shape, defaults) = NamedTupleSpec::read(ev, args)?;
-            let module = args[4].given().filter(|module| !module.is_none());
+            let module = args[4].if_given().filter(|module| !module.is_none());
             Arc::new(shape).class(ev, defaults, module)
         },
     )]);
@@ -55,11 +55,13 @@ impl NamedTupleSpec {
     fn read(ev: &Evaluator<'_>, args: &[Value]) -> R<(Self, ValueVec)> {
         let mut fields = Self::names(ev, &args[1])?;
         let name = ev.str(&args[0])?;
-        let renames = args[2].given().map_or(Ok(false), |flag| ev.truth(flag))?;
+        let renames = args[2]
+            .if_given()
+            .map_or(Ok(false), |flag| ev.truth(flag))?;
         if renames {
             let mut seen = HashSet::new();
             for (index, field) in fields.iter_mut().enumerate() {
-                ev.worked(FIELD)?;
+                ev.charge(FIELD)?;
                 ev.check_name(field)?;
                 let is_good = is_name(field)
                     && !is_keyword(field)
@@ -73,7 +75,7 @@ impl NamedTupleSpec {
             }
         }
         for word in [&name].into_iter().chain(&fields) {
-            ev.worked(FIELD)?;
+            ev.charge(FIELD)?;
             ev.check_name(word)?;
             let problem = match () {
                 () if !is_name(word) => "must be valid identifiers",
@@ -85,9 +87,9 @@ impl NamedTupleSpec {
             return Err(ev.value_error(text));
         }
         let mut places = HashMap::new();
-        let mut symbols = ev.room_for(fields.len())?;
+        let mut symbols = ev.try_with_capacity(fields.len())?;
         for (index, field) in fields.iter().enumerate() {
-            ev.worked(FIELD)?;
+            ev.charge(FIELD)?;
             let symbol = ev.core.symbols.intern(field);
             let problem = match () {
                 () if field.starts_with('_') && !renames => {
@@ -102,7 +104,7 @@ impl NamedTupleSpec {
             let field = ev.repr(&Value::str(&**field))?;
             return Err(ev.value_error(format!("{problem}: {field}")));
         }
-        let defaults = match args[3].given().filter(|given| !given.is_none()) {
+        let defaults = match args[3].if_given().filter(|given| !given.is_none()) {
             Some(given) => ev.collect(given)?,
             None => ValueVec::default(),
         };
@@ -127,22 +129,22 @@ impl NamedTupleSpec {
                 return Err(ev.value_error(format!("at most {FIELDS_MAX} fields are allowed")));
             }
             fields.push(name);
-            ev.worked(FIELD)
+            ev.charge(FIELD)
         };
-        if let Value::Str(text) = ev.plain(given) {
+        if let Value::Str(text) = ev.unwrap_builtin(given) {
             let is_between = |c: char| c == ',' || c.is_whitespace();
             let mut rest = text.as_str();
             while !rest.is_empty() {
-                let length = ev.leading(rest, |c| !is_between(c))?;
+                let length = ev.prefix_len(rest, |c| !is_between(c))?;
                 if length > 0 {
-                    add(ev.copied_text(&rest[..length])?)?;
+                    add(ev.copy_text(&rest[..length])?)?;
                 }
                 rest = &rest[length..];
-                rest = &rest[ev.leading(rest, is_between)?..];
+                rest = &rest[ev.prefix_len(rest, is_between)?..];
             }
         } else {
             let names = ev.iter(given)?;
-            while let Some(name) = ev.step(&names)? {
+            while let Some(name) = ev.next_at_safepoint(&names)? {
                 add(ev.str(&name)?)?;
             }
         }
@@ -182,7 +184,7 @@ impl NamedTupleSpec {
             (
                 symbols.intern("__getnewargs__"),
                 method_with("namedtuple", "__getnewargs__", Vec::new(), |ev, _, args| {
-                    Ok(ev.plain(receiver(ev, args)?))
+                    Ok(ev.unwrap_builtin(receiver(ev, args)?))
                 }),
             ),
         ];
@@ -193,8 +195,8 @@ impl NamedTupleSpec {
             Err(ev.raise(ExceptionKind::AttributeError, "can't set attribute"))
         });
         for (index, symbol) in self.symbols.iter().enumerate() {
-            ev.worked(FIELD)?;
-            symbols.settle(*symbol);
+            ev.charge(FIELD)?;
+            symbols.mark_used(*symbol);
             let get = method_with("namedtuple", "__get__", Vec::new(), move |ev, _, args| {
                 ev.item(receiver(ev, args)?, &Value::Int(index as i64))
             });
@@ -217,7 +219,7 @@ impl NamedTupleSpec {
             defaults,
             move |ev, defaults, args| {
                 let (class, given) = class_and_rest(ev, args)?;
-                let mut values = ValueVec::from(ev.room_for(shape.fields.len())?);
+                let mut values = ValueVec::from(ev.try_with_capacity(shape.fields.len())?);
                 ev.copy_values(given, &mut values)?;
                 if !args.keywords.is_empty() || values.len() != shape.fields.len() {
                     shape.complete(ev, &mut values, args.keywords, defaults)?;
@@ -268,7 +270,7 @@ impl NamedTupleSpec {
             .map(|(name, value)| (*name, value))
             .collect();
         for index in given..self.fields.len() {
-            ev.worked(VALUE)?;
+            ev.charge(WORK_PER_VALUE)?;
             let default = index
                 .checked_sub(self.required)
                 .and_then(|at| defaults.get(at));
@@ -310,13 +312,13 @@ impl NamedTupleSpec {
                 let text = "_replace() takes 1 positional argument; give the fields by name";
                 return Err(ev.type_error(text));
             }
-            let mut values = ev.collect(&ev.plain(&receiver))?;
+            let mut values = ev.collect(&ev.unwrap_builtin(&receiver))?;
             let mut unknown = Vec::new();
             for (name, value) in args.keywords {
                 let index = shape.places.get(name);
                 match index.and_then(|index| values.get_mut(*index)) {
                     Some(place) => *place = value.clone(),
-                    None => unknown.push(ev.core.symbols.value(*name)),
+                    None => unknown.push(ev.core.symbols.to_value(*name)),
                 }
             }
             if !unknown.is_empty() {
@@ -332,14 +334,14 @@ impl NamedTupleSpec {
     fn as_dict(self: &Arc<Self>) -> Value {
         let shape = self.clone();
         method_with("namedtuple", "_asdict", Vec::new(), move |ev, _, args| {
-            let values = ev.collect(&ev.plain(receiver(ev, args)?))?;
+            let values = ev.collect(&ev.unwrap_builtin(receiver(ev, args)?))?;
             let dict = Dict::new();
             for (name, value) in shape.symbols.iter().zip(values) {
-                ev.worked(2 * VALUE)?;
-                ev.dict_set(&dict, ev.core.symbols.value(*name), value)?;
+                ev.charge(2 * WORK_PER_VALUE)?;
+                ev.dict_set(&dict, ev.core.symbols.to_value(*name), value)?;
             }
             let dict = Value::Dict(Rc::new(dict));
-            ev.core.note(&dict);
+            ev.core.gc_track(&dict);
             Ok(dict)
         })
     }
@@ -350,7 +352,7 @@ impl NamedTupleSpec {
         method_with("namedtuple", "__repr__", Vec::new(), move |ev, _, args| {
             let receiver = receiver(ev, args)?;
             let mut text = format!("{}(", ev.core.types.of(receiver).name());
-            let values = ev.collect(&ev.plain(receiver))?;
+            let values = ev.collect(&ev.unwrap_builtin(receiver))?;
             for (index, (name, value)) in shape.fields.iter().zip(values).enumerate() {
                 let before = if index > 0 { ", " } else { "" };
                 let value = ev.repr(&value)?;
@@ -372,7 +374,7 @@ fn instance(class: &Rc<Class>, values: Vec<Value>) -> Value {
 
 fn receiver<'a>(ev: &Evaluator<'_>, args: &'a Args<'_>) -> R<&'a Value> {
     match args.positional.first() {
-        Some(receiver) if matches!(ev.plain(receiver), Value::Tuple(_)) => Ok(receiver),
+        Some(receiver) if matches!(ev.unwrap_builtin(receiver), Value::Tuple(_)) => Ok(receiver),
         _ => Err(ev.type_error("a method of a named tuple needs one as its first argument")),
     }
 }

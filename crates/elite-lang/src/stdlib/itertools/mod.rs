@@ -14,7 +14,7 @@ use super::define::{MethodDef, ModuleBuilder, native_class};
 use crate::ast::BinaryOp;
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::symbol::known;
@@ -38,7 +38,7 @@ impl<S> IterState<S> {
     }
 
     fn set(&self, index: usize, value: Value) {
-        let old = self.held.change(|held| match held.get_mut(index) {
+        let old = self.held.with_mut(|held| match held.get_mut(index) {
             Some(place) => std::mem::replace(place, value),
             None => value,
         });
@@ -61,20 +61,20 @@ impl<S: Clone + 'static> LibraryIterator for IterState<S> {
         (self.next)(ev, self)
     }
 
-    fn copied(
+    fn copy_with(
         &self,
         ev: &Evaluator<'_>,
         each: &dyn Fn(&Value) -> R,
     ) -> R<Option<Box<dyn LibraryIterator>>> {
         let count = self.held.borrow().len();
-        let mut held = ValueVec::from(ev.room_for(count)?);
+        let mut held = ValueVec::from(ev.try_with_capacity(count)?);
         // `each` may be a script's function, and others have their turn: what is held is looked at anew each time.
         for index in 0..count {
             held.push(match self.get(index) {
                 Value::Unbound => Value::Unbound,
                 value => each(&value)?,
             });
-            ev.worked(VALUE)?;
+            ev.charge(WORK_PER_VALUE)?;
         }
         Ok(Some(Box::new(IterState {
             held: ScriptCell::new(held.into()),
@@ -112,11 +112,11 @@ fn lazy<S: Clone + 'static>(
     state: S,
     next: fn(&Evaluator<'_>, &IterState<S>) -> R<Option<Value>>,
 ) -> R {
-    shown(ev, name, held, state, next, None)
+    lazy_with_repr(ev, name, held, state, next, None)
 }
 
 /// Like `lazy`, with a `repr` of its own.
-fn shown<S: Clone + 'static>(
+fn lazy_with_repr<S: Clone + 'static>(
     ev: &Evaluator<'_>,
     name: &str,
     held: Vec<Value>,
@@ -138,8 +138,8 @@ fn shown<S: Clone + 'static>(
 
 /// Tells the search for cycles of a list that grows values.
 fn note(ev: &Evaluator<'_>, list: &Rc<List>) {
-    if !list.noted.get() {
-        ev.core.note_list(list);
+    if !list.gc_tracked.get() {
+        ev.core.gc_track_list(list);
     }
 }
 
@@ -147,7 +147,7 @@ const CLASSES: &[MethodDef] = &[
     ("accumulate", "iterable func? * initial?", accumulate),
     ("chain", "*iterables", |ev, args| {
         let iterables = ev.iter(&args[0])?;
-        chained(ev, iterables)
+        chain_from(ev, iterables)
     }),
     ("compress", "data selectors", |ev, args| {
         let held = vec![ev.iter(&args[0])?, ev.iter(&args[1])?];
@@ -253,7 +253,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     shared::fill(module)?;
     let from_iterable: BoundFn = |ev, args| {
         let iterables = ev.iter(&args[1])?;
-        chained(ev, iterables)
+        chain_from(ev, iterables)
     };
     let chain = native_class(module.ev, "itertools.chain")?;
     module.class_method(&chain, "from_iterable", "iterable /", from_iterable);
@@ -284,7 +284,7 @@ fn truth_of(ev: &Evaluator<'_>, predicate: &Value, value: &Value) -> R<bool> {
 }
 
 fn accumulate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let none = |value: &Value| value.given().cloned().unwrap_or(Value::None);
+    let none = |value: &Value| value.if_given().cloned().unwrap_or(Value::None);
     let held = vec![
         ev.iter(&args[0])?,
         none(&args[1]),
@@ -312,7 +312,7 @@ fn accumulate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// `chain` over the iterables an iterator gives.
-fn chained(ev: &Evaluator<'_>, iterables: Value) -> R {
+fn chain_from(ev: &Evaluator<'_>, iterables: Value) -> R {
     let held = vec![iterables, Value::Unbound];
     lazy(ev, "itertools.chain", held, (), |ev, own| {
         loop {
@@ -333,14 +333,14 @@ fn chained(ev: &Evaluator<'_>, iterables: Value) -> R {
 }
 
 fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let start = args[0].given().cloned().unwrap_or(Value::Int(0));
-    let step = args[1].given().cloned().unwrap_or(Value::Int(1));
+    let start = args[0].if_given().cloned().unwrap_or(Value::Int(0));
+    let step = args[1].if_given().cloned().unwrap_or(Value::Int(1));
     for value in [&start, &step] {
         let is_number = match value {
             Value::Float(_) | Value::Complex(_) => true,
             Value::Instance(instance) => {
                 instance
-                    .extended()
+                    .builtin_value()
                     .is_some_and(|value| rank_of_number(&value))
                     || [known::INT, known::FLOAT, known::INDEX]
                         .iter()
@@ -375,7 +375,7 @@ fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             step => format!("count({now}, {})", ev.repr(&step)?),
         })
     };
-    shown(
+    lazy_with_repr(
         ev,
         "itertools.count",
         vec![start, step],
@@ -424,7 +424,7 @@ fn repetitions(value: &Value) -> Option<i64> {
 
 fn repeat(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     // The count is held last, -1 for no end.
-    let left = match args[1].given() {
+    let left = match args[1].if_given() {
         Some(times) => ev.index(times)?.max(0),
         None => -1,
     };
@@ -448,7 +448,7 @@ fn repeat(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             _ => format!("repeat({object})"),
         })
     };
-    shown(ev, "itertools.repeat", held, (), next, Some(repr))
+    lazy_with_repr(ev, "itertools.repeat", held, (), next, Some(repr))
 }
 
 /// What an `islice` has taken and takes next.

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use super::{IterState, lazy};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
-use crate::eval::pace::VALUE;
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::stdlib::define::MethodDef;
 use crate::value::{R, Value, ValueVec};
 
@@ -15,7 +15,7 @@ pub(super) const CLASSES: &[MethodDef] = &[
     ("combinations", "iterable r", |ev, args| {
         let (pool, r) = pool(ev, args)?;
         let start = match r <= pool.len() {
-            true => Some(listed(ev, 0..r)?),
+            true => Some(collect_numbers(ev, 0..r)?),
             false => None,
         };
         choose(
@@ -37,7 +37,7 @@ pub(super) const CLASSES: &[MethodDef] = &[
     ("combinations_with_replacement", "iterable r", |ev, args| {
         let (pool, r) = pool(ev, args)?;
         let start = match r == 0 || !pool.is_empty() {
-            true => Some(listed(ev, (0..r).map(|_| 0))?),
+            true => Some(collect_numbers(ev, (0..r).map(|_| 0))?),
             false => None,
         };
         let name = "itertools.combinations_with_replacement";
@@ -53,10 +53,10 @@ pub(super) const CLASSES: &[MethodDef] = &[
     }),
     ("permutations", "iterable r?", |ev, args| {
         let pool = ev.collect(&args[0])?;
-        let r = match args[1].given() {
+        let r = match args[1].if_given() {
             None | Some(Value::None) => pool.len(),
             Some(r) => {
-                if crate::value::int::Int::of(&ev.plain(r)).is_none() {
+                if crate::value::int::Int::of(&ev.unwrap_builtin(r)).is_none() {
                     return Err(ev.type_error("Expected int as r"));
                 }
                 let r = usize::try_from(ev.index(r)?);
@@ -66,7 +66,7 @@ pub(super) const CLASSES: &[MethodDef] = &[
         let n = pool.len();
         // The places, and behind them what is left of each cycle, as the documentation of CPython has them.
         let start = match r <= n {
-            true => Some(listed(
+            true => Some(collect_numbers(
                 ev,
                 (0..n + r).map(|at| if at < n { at } else { 2 * n - at }),
             )?),
@@ -89,14 +89,17 @@ fn pool(ev: &Evaluator<'_>, args: &[Value]) -> R<(ValueVec, usize)> {
 }
 
 /// Places that are gone through at once.
-const AT_ONCE: usize = 4096;
+const INLINE_PLACES_MAX: usize = 4096;
 
 /// Numbers, made with pauses.
-fn listed(ev: &Evaluator<'_>, mut all: impl ExactSizeIterator<Item = usize>) -> R<Vec<usize>> {
-    let mut list = ev.room_for(all.len())?;
+fn collect_numbers(
+    ev: &Evaluator<'_>,
+    mut all: impl ExactSizeIterator<Item = usize>,
+) -> R<Vec<usize>> {
+    let mut list = ev.try_with_capacity(all.len())?;
     while all.len() > 0 {
-        list.extend(all.by_ref().take(AT_ONCE));
-        ev.worked(AT_ONCE.min(list.len()))?;
+        list.extend(all.by_ref().take(INLINE_PLACES_MAX));
+        ev.charge(INLINE_PLACES_MAX.min(list.len()))?;
     }
     Ok(list)
 }
@@ -105,11 +108,11 @@ fn listed(ev: &Evaluator<'_>, mut all: impl ExactSizeIterator<Item = usize>) -> 
 fn last_of(ev: &Evaluator<'_>, end: usize, test: impl Fn(usize) -> bool) -> R<Option<usize>> {
     let mut end = end;
     while end > 0 {
-        let begin = end.saturating_sub(AT_ONCE);
+        let begin = end.saturating_sub(INLINE_PLACES_MAX);
         if let Some(found) = (begin..end).rev().find(|at| test(*at)) {
             return Ok(Some(found));
         }
-        ev.worked(end - begin)?;
+        ev.charge(end - begin)?;
         end = begin;
     }
     Ok(None)
@@ -122,12 +125,12 @@ fn change(
     range: Range<usize>,
     to: impl Fn(usize) -> usize,
 ) -> R<()> {
-    for at in range.clone().step_by(AT_ONCE) {
-        let some = at..range.end.min(at + AT_ONCE);
+    for at in range.clone().step_by(INLINE_PLACES_MAX) {
+        let some = at..range.end.min(at + INLINE_PLACES_MAX);
         for at in some.clone() {
             places[at] = to(at);
         }
-        ev.worked(some.len())?;
+        ev.charge(some.len())?;
     }
     Ok(())
 }
@@ -166,7 +169,7 @@ impl PoolCursor {
                 return Ok(None);
             }
         };
-        let gone_on = unshared(ev, places).and_then(|mut places| {
+        let gone_on = make_unique(ev, places).and_then(|mut places| {
             let (choice, more) = next(&mut places)?;
             Ok((choice, more.then(|| Rc::new(places))))
         });
@@ -180,16 +183,16 @@ impl PoolCursor {
     }
 }
 
-fn unshared(ev: &Evaluator<'_>, places: Rc<Vec<usize>>) -> R<Vec<usize>> {
-    Rc::try_unwrap(places).or_else(|shared| listed(ev, shared.iter().copied()))
+fn make_unique(ev: &Evaluator<'_>, places: Rc<Vec<usize>>) -> R<Vec<usize>> {
+    Rc::try_unwrap(places).or_else(|shared| collect_numbers(ev, shared.iter().copied()))
 }
 
 /// The values of a pool at some places.
-fn chosen(ev: &Evaluator<'_>, pool: &[Value], places: &[usize]) -> R {
-    let mut values = ValueVec::from(ev.room_for(places.len())?);
-    for some in places.chunks(AT_ONCE) {
+fn pick(ev: &Evaluator<'_>, pool: &[Value], places: &[usize]) -> R {
+    let mut values = ValueVec::from(ev.try_with_capacity(places.len())?);
+    for some in places.chunks(INLINE_PLACES_MAX) {
         values.extend(some.iter().map(|place| pool[*place].clone()));
-        ev.worked(some.len() * VALUE)?;
+        ev.charge(some.len() * WORK_PER_VALUE)?;
     }
     Ok(values.into_tuple())
 }
@@ -211,7 +214,7 @@ fn choose(
         };
         let (advance, stand) = &own.state;
         stand.go_on(ev, |places| {
-            let choice = chosen(ev, pool.items(), places)?;
+            let choice = pick(ev, pool.items(), places)?;
             Ok((Some(choice), advance(ev, places, pool.items().len())?))
         })
     })
@@ -225,7 +228,7 @@ fn permute(ev: &Evaluator<'_>, own: &IterState<(usize, PoolCursor)>) -> R<Option
     let n = pool.items().len();
     stand.go_on(ev, |both| {
         let (places, cycles) = both.split_at_mut(n);
-        let choice = chosen(ev, pool.items(), &places[..*r])?;
+        let choice = pick(ev, pool.items(), &places[..*r])?;
         for i in (0..*r).rev() {
             cycles[i] -= 1;
             if cycles[i] != 0 {
@@ -241,10 +244,10 @@ fn permute(ev: &Evaluator<'_>, own: &IterState<(usize, PoolCursor)>) -> R<Option
 
 /// Puts the first of the places behind the others.
 fn to_the_end(ev: &Evaluator<'_>, places: &mut [usize]) -> R<()> {
-    for from in (0..places.len()).step_by(AT_ONCE) {
+    for from in (0..places.len()).step_by(INLINE_PLACES_MAX) {
         // One more, which stays the first of the next ones.
-        let some = from..places.len().min(from + AT_ONCE + 1);
-        ev.worked(some.len())?;
+        let some = from..places.len().min(from + INLINE_PLACES_MAX + 1);
+        ev.charge(some.len())?;
         places[some].rotate_left(1);
     }
     Ok(())
@@ -263,23 +266,23 @@ pub(super) fn product(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             Err(_) => return Err(ev.value_error("repeat argument cannot be negative")),
         };
     }
-    let mut pools = ValueVec::from(ev.room_for(args.positional.len())?);
+    let mut pools = ValueVec::from(ev.try_with_capacity(args.positional.len())?);
     for iterable in &*args.positional {
         pools.push(ev.collect(iterable)?.into_tuple());
-        ev.worked(VALUE * VALUE)?;
+        ev.charge(WORK_PER_VALUE * WORK_PER_VALUE)?;
     }
     let count = pools.len().saturating_mul(repeat);
-    let mut held = ValueVec::from(ev.room_for(count)?);
+    let mut held = ValueVec::from(ev.try_with_capacity(count)?);
     for _ in 0..if pools.is_empty() { 0 } else { repeat } {
         ev.copy_values(&pools, &mut held)?;
     }
-    let start = listed(ev, (0..held.len()).map(|_| 0))?;
+    let start = collect_numbers(ev, (0..held.len()).map(|_| 0))?;
     let state = PoolCursor::new(Some(start));
     lazy(ev, "itertools.product", held.into(), state, |ev, own| {
         own.state.go_on(ev, |places| {
-            let mut choice = ValueVec::from(ev.room_for(places.len())?);
-            for from in (0..places.len()).step_by(AT_ONCE) {
-                let some = from..places.len().min(from + AT_ONCE);
+            let mut choice = ValueVec::from(ev.try_with_capacity(places.len())?);
+            for from in (0..places.len()).step_by(INLINE_PLACES_MAX) {
+                let some = from..places.len().min(from + INLINE_PLACES_MAX);
                 for at in some.clone() {
                     match own.item(at, places[at]) {
                         Some(value) => choice.push(value),
@@ -287,7 +290,7 @@ pub(super) fn product(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
                         None => return Ok((None, false)),
                     }
                 }
-                ev.worked(some.len() * VALUE)?;
+                ev.charge(some.len() * WORK_PER_VALUE)?;
             }
             let mut at = places.len();
             while at > 0 {
@@ -297,7 +300,7 @@ pub(super) fn product(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
                     return Ok((Some(choice.into_tuple()), true));
                 }
                 places[at] = 0;
-                ev.worked(VALUE)?;
+                ev.charge(WORK_PER_VALUE)?;
             }
             Ok((Some(choice.into_tuple()), false))
         })

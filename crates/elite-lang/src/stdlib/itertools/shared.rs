@@ -83,7 +83,7 @@ fn parts(value: &Value) -> (Value, Value, usize) {
 }
 
 fn tee(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let count = match args[1].given() {
+    let count = match args[1].if_given() {
         Some(n) => ev.index(n)?,
         None => 2,
     };
@@ -115,7 +115,7 @@ const TARGET: usize = 2;
 const CURRENT_KEY: usize = 3;
 const CURRENT: usize = 4;
 
-fn put(list: &Rc<List>, index: usize, value: Value) {
+fn set_item(list: &Rc<List>, index: usize, value: Value) {
     drop(list.replace(index, value));
 }
 
@@ -133,14 +133,14 @@ fn advance(ev: &Evaluator<'_>, shared: &Rc<List>) -> R<bool> {
         Value::None => value.clone(),
         function => ev.call1(&function, value.clone())?,
     };
-    put(shared, CURRENT, value);
-    put(shared, CURRENT_KEY, key);
+    set_item(shared, CURRENT, value);
+    set_item(shared, CURRENT_KEY, key);
     Ok(true)
 }
 
 /// As CPython's itertoolsmodule.c has it.
 fn groupby(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let key = args[1].given().cloned().unwrap_or(Value::None);
+    let key = args[1].if_given().cloned().unwrap_or(Value::None);
     let none = Value::default;
     let shared = Value::list(vec![ev.iter(&args[0])?, key, none(), none(), none()]);
     if let Value::List(shared) = &shared {
@@ -164,7 +164,7 @@ fn groupby(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             ev.safepoint()?;
         }
         let key = shared.get(CURRENT_KEY).unwrap_or_default();
-        put(&shared, TARGET, key.clone());
+        set_item(&shared, TARGET, key.clone());
         let state = (own.state.clone(), own.state.get());
         let held = vec![Value::List(shared), key.clone()];
         let members = lazy(ev, "itertools._grouper", held, state, grouper_next)?;
@@ -188,7 +188,7 @@ fn grouper_next(ev: &Evaluator<'_>, own: &IterState<(Rc<Cell<u64>>, u64)>) -> R<
         return Ok(None);
     }
     let value = at(CURRENT);
-    put(&shared, CURRENT, Value::Unbound);
-    put(&shared, CURRENT_KEY, Value::Unbound);
+    set_item(&shared, CURRENT, Value::Unbound);
+    set_item(&shared, CURRENT_KEY, Value::Unbound);
     Ok(Some(value))
 }

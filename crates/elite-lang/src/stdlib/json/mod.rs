@@ -9,8 +9,8 @@ use std::rc::Rc;
 
 use super::define::ModuleBuilder;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, PIECE};
-use crate::eval::pace::VALUE;
+use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::surrogate::char_of;
 use crate::value::{Dict, R, Raised, Value, ValueVec};
 
@@ -24,7 +24,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
 
 /// `options` is a tuple: object_hook, parse_float, parse_int, object_pairs_hook, strict, parse_constant, error class.
 fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let Value::Str(text) = ev.plain(&args[0]) else {
+    let Value::Str(text) = ev.unwrap_builtin(&args[0]) else {
         return Err(ev.type_error("the JSON object must be str"));
     };
     let options = ev.collect(&args[1])?;
@@ -42,10 +42,10 @@ fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         parse_constant: option(5),
         error: option(6),
     };
-    if args[2].given().is_some() {
+    if args[2].if_given().is_some() {
         // Only one value, from a position on (`raw_decode`).
         let start = ev.clamped_index(&args[2])?.max(0) as usize;
-        ev.mark(&text)?;
+        ev.index_chars(&text)?;
         reader.at = text.byte_offset(start.min(text.len()));
         let value = reader.value()?;
         let end = text.char_index(reader.at);
@@ -83,7 +83,7 @@ impl JsonDecoder<'_, '_> {
             Ok(position) => Value::Int(position as i64),
             Err(raised) => return raised,
         };
-        let text = match self.ev.string_of(self.text) {
+        let text = match self.ev.new_str_from(self.text) {
             Ok(text) => text,
             Err(raised) => return raised,
         };
@@ -99,8 +99,8 @@ impl JsonDecoder<'_, '_> {
         let from = self.at;
         while let Some(b' ' | b'\t' | b'\n' | b'\r') = self.bytes.get(self.at) {
             self.at += 1;
-            if (self.at - from).is_multiple_of(PIECE) {
-                self.ev.worked(PIECE * EACH)?;
+            if (self.at - from).is_multiple_of(CHUNK) {
+                self.ev.charge(CHUNK * WORK_PER_BYTE)?;
             }
         }
         Ok(())
@@ -112,13 +112,13 @@ impl JsonDecoder<'_, '_> {
             Some(b'"') => {
                 self.at += 1;
                 let text = self.string()?;
-                self.ev.string(text)
+                self.ev.new_str(text)
             }
             Some(b'{' | b'[') => {
                 let ev = self.ev;
                 let is_object = self.bytes[self.at] == b'{';
                 self.at += 1;
-                ev.recurse(|| {
+                ev.with_native_depth(|| {
                     if is_object {
                         self.object()
                     } else {
@@ -241,7 +241,7 @@ impl JsonDecoder<'_, '_> {
             let from = self.at;
             let end = self
                 .text
-                .ceil_char_boundary((from + PIECE).min(self.text.len()));
+                .ceil_char_boundary((from + CHUNK).min(self.text.len()));
             while let Some(byte) = self.bytes[..end].get(self.at)
                 && !matches!(byte, b'"' | b'\\')
                 && (*byte >= 0x20 || !self.strict)
@@ -250,7 +250,7 @@ impl JsonDecoder<'_, '_> {
             }
             self.ev.grow(&mut out, self.at - from)?;
             out.push_str(&self.text[from..self.at]);
-            self.ev.worked((self.at - from) * 2 + EACH)?;
+            self.ev.charge((self.at - from) * 2 + WORK_PER_BYTE)?;
             if self.at == end && end < self.text.len() {
                 continue;
             }
@@ -344,7 +344,7 @@ impl JsonDecoder<'_, '_> {
         self.blanks()?;
         if self.bytes.get(self.at) == Some(&b'}') {
             self.at += 1;
-            return self.made(pairs);
+            return self.finish_object(pairs);
         }
         loop {
             if self.bytes.get(self.at) != Some(&b'"') {
@@ -367,7 +367,7 @@ impl JsonDecoder<'_, '_> {
             match self.bytes.get(self.at) {
                 Some(b'}') => {
                     self.at += 1;
-                    return self.made(pairs);
+                    return self.finish_object(pairs);
                 }
                 Some(b',') => self.at += 1,
                 _ => return Err(self.fail("Expecting ',' delimiter", self.at)),
@@ -376,18 +376,18 @@ impl JsonDecoder<'_, '_> {
         }
     }
 
-    fn made(&self, pairs: ValueVec<(Value, Value)>) -> R {
+    fn finish_object(&self, pairs: ValueVec<(Value, Value)>) -> R {
         if !self.pairs_hook.is_none() {
-            let mut tuples = ValueVec::from(self.ev.room_for(pairs.len())?);
+            let mut tuples = ValueVec::from(self.ev.try_with_capacity(pairs.len())?);
             for (key, value) in pairs {
                 tuples.push(Value::pair(key, value));
-                self.ev.worked(4 * VALUE)?;
+                self.ev.charge(4 * WORK_PER_VALUE)?;
             }
             return self.ev.call1(&self.pairs_hook, tuples.into_list());
         }
         let dict = Dict::new();
         for (key, value) in pairs {
-            self.ev.worked(2 * VALUE)?;
+            self.ev.charge(2 * WORK_PER_VALUE)?;
             self.ev.dict_set(&dict, key, value)?;
         }
         let dict = Value::Dict(Rc::new(dict));

@@ -2,8 +2,8 @@
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, pieces};
-use crate::eval::pace::VALUE;
+use crate::eval::bulk::{WORK_PER_BYTE, pieces};
+use crate::eval::pace::WORK_PER_VALUE;
 use crate::format::float;
 use crate::value::int::Int;
 use crate::value::surrogate::{code_of, is_surrogate};
@@ -16,7 +16,7 @@ pub(super) fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let option = |index: usize| options.get(index).cloned().unwrap_or(Value::None);
     let indent = match option(4) {
         Value::None => None,
-        Value::Str(text) => Some(ev.copied_text(text.as_str())?),
+        Value::Str(text) => Some(ev.copy_text(text.as_str())?),
         count => {
             let count = ev.index(&count)?.clamp(0, 1000) as usize;
             Some(" ".repeat(count))
@@ -28,7 +28,7 @@ pub(super) fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let separator =
         |index: usize, default: &str| match separators.as_ref().and_then(|s| s.get(index)) {
-            Some(Value::Str(text)) => ev.copied_text(text.as_str()),
+            Some(Value::Str(text)) => ev.copy_text(text.as_str()),
             _ => Ok(default.to_owned()),
         };
     let item = separator(0, if indent.is_some() { "," } else { ", " })?;
@@ -49,7 +49,7 @@ pub(super) fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         open: Vec::new(),
     };
     writer.value(&args[0])?;
-    ev.string(writer.out)
+    ev.new_str(writer.out)
 }
 
 struct JsonEncoder<'w, 'y> {
@@ -72,7 +72,7 @@ struct JsonEncoder<'w, 'y> {
 
 impl JsonEncoder<'_, '_> {
     fn value(&mut self, value: &Value) -> R<()> {
-        let plain = self.ev.plain(value);
+        let plain = self.ev.unwrap_builtin(value);
         match &plain {
             Value::None => self.out.push_str("null"),
             Value::Bool(true) => self.out.push_str("true"),
@@ -100,32 +100,32 @@ impl JsonEncoder<'_, '_> {
                     iterator => iterator?,
                 };
                 let items = self.ev.drain(&iterator)?;
-                self.within(&plain, |writer| {
+                self.nested(&plain, |writer| {
                     writer.array(|index| items.get(index).cloned())
                 })?;
             }
             Value::List(list) => {
-                self.within(&plain, |writer| writer.array(|index| list.get(index)))?;
+                self.nested(&plain, |writer| writer.array(|index| list.get(index)))?;
             }
             Value::Tuple(tuple) => {
                 let item = |index: usize| tuple.items().get(index).cloned();
-                self.within(&plain, |writer| writer.array(item))?;
+                self.nested(&plain, |writer| writer.array(item))?;
             }
             Value::Dict(_) if self.asks && !self.ev.truth(value)? => self.out.push_str("{}"),
             Value::Dict(dict) if !self.asks && dict.is_empty() => self.out.push_str("{}"),
             Value::Dict(_) if matches!(value, Value::Instance(_)) => {
-                self.within(&plain, |writer| {
+                self.nested(&plain, |writer| {
                     let items = writer.given_items(value)?;
                     writer.object(items)
                 })?;
             }
             Value::Dict(dict) => {
-                let entries = self.ev.entries(dict)?;
-                self.within(&plain, |writer| {
-                    let mut pairs = ValueVec::from(writer.ev.room_for(entries.len())?);
+                let entries = self.ev.collect_entries(dict)?;
+                self.nested(&plain, |writer| {
+                    let mut pairs = ValueVec::from(writer.ev.try_with_capacity(entries.len())?);
                     for (_, key, value) in entries {
                         pairs.push(Value::pair(key, value));
-                        writer.ev.worked(4 * VALUE)?;
+                        writer.ev.charge(4 * WORK_PER_VALUE)?;
                     }
                     writer.object(pairs)
                 })?;
@@ -137,7 +137,7 @@ impl JsonEncoder<'_, '_> {
             }
             _ => {
                 let default = self.default.clone();
-                self.within(value, |writer| {
+                self.nested(value, |writer| {
                     let replacement = writer.ev.call1(&default, value.clone())?;
                     writer.value(&replacement)
                 })?;
@@ -147,14 +147,14 @@ impl JsonEncoder<'_, '_> {
     }
 
     /// Goes one level deeper, into `container`.
-    fn within(&mut self, container: &Value, inner: impl FnOnce(&mut Self) -> R<()>) -> R<()> {
+    fn nested(&mut self, container: &Value, inner: impl FnOnce(&mut Self) -> R<()>) -> R<()> {
         let address = container.address().unwrap_or(0);
         if self.check_circular && self.open.contains(&address) {
             return Err(self.ev.value_error("Circular reference detected"));
         }
         self.open.push(address);
         let ev = self.ev;
-        let result = ev.recurse(|| inner(self));
+        let result = ev.with_native_depth(|| inner(self));
         self.open.pop();
         result
     }
@@ -184,14 +184,14 @@ impl JsonEncoder<'_, '_> {
         self.out.push('"');
         for piece in pieces(text) {
             self.ev.grow(&mut self.out, piece.len())?;
-            self.escaped(piece);
-            self.ev.worked(piece.len() * EACH)?;
+            self.push_escaped(piece);
+            self.ev.charge(piece.len() * WORK_PER_BYTE)?;
         }
         self.out.push('"');
         Ok(())
     }
 
-    fn escaped(&mut self, text: &str) {
+    fn push_escaped(&mut self, text: &str) {
         for c in text.chars() {
             match c {
                 '"' => self.out.push_str("\\\""),
@@ -258,14 +258,14 @@ impl JsonEncoder<'_, '_> {
         let items = ev.call(&method, &mut [], &[])?;
         let iterator = match self.asks {
             true => ev.iter(&items),
-            false => ev.iter_answered(value, "items", &items),
+            false => ev.iter_result(value, "items", &items),
         };
         ev.drain(&iterator?)
     }
 
     /// The key and the value of an item.
     fn pair(&self, item: &Value) -> R<(Value, Value)> {
-        if let Value::Tuple(pair) = self.ev.plain(item)
+        if let Value::Tuple(pair) = self.ev.unwrap_builtin(item)
             && (!self.asks || matches!(item, Value::Tuple(_)))
             && let [key, value] = pair.items()
         {
@@ -274,7 +274,7 @@ impl JsonEncoder<'_, '_> {
         if !self.asks {
             return Err(self.ev.value_error("items must return 2-tuples"));
         }
-        let mut pair = self.ev.unpacked(item, 2)?.into_iter();
+        let mut pair = self.ev.unpack_exact(item, 2)?.into_iter();
         Ok((
             pair.next().unwrap_or_default(),
             pair.next().unwrap_or_default(),
@@ -311,9 +311,9 @@ impl JsonEncoder<'_, '_> {
 
     /// The text of a key; None if it is to be skipped.
     fn key_text(&self, key: &Value) -> R<Option<String>> {
-        let plain = self.ev.plain(key);
+        let plain = self.ev.unwrap_builtin(key);
         Ok(Some(match &plain {
-            Value::Str(text) => self.ev.copied_text(text.as_str())?,
+            Value::Str(text) => self.ev.copy_text(text.as_str())?,
             Value::None => "null".to_owned(),
             Value::Bool(flag) => flag.to_string(),
             Value::Float(float) => self.float(*float)?,

@@ -36,8 +36,11 @@ pub(super) const METHODS: &[MethodDef] = &[
     }),
     ("randrange", "start stop? step?", randrange),
     ("randint", "a b", |ev, args| {
-        let (low, high) = (whole(ev, &args[1])?, whole(ev, &args[2])? + 1);
-        between(ev, &args[0], low, high)
+        let (low, high) = (
+            integer_argument(ev, &args[1])?,
+            integer_argument(ev, &args[2])? + 1,
+        );
+        int_in_range(ev, &args[0], low, high)
     }),
     ("choice", "seq", |ev, args| {
         let length = ev.len(&args[1])? as u64;
@@ -83,7 +86,7 @@ pub(super) const METHODS: &[MethodDef] = &[
     ("expovariate", "lambd", |ev, args| {
         let rate = ev.to_f64(&args[1])?;
         let drawn = -(1.0 - BitSource(&args[0]).float(ev)?).ln();
-        divided(ev, drawn, rate).map(Value::Float)
+        checked_div(ev, drawn, rate).map(Value::Float)
     }),
     ("vonmisesvariate", "mu kappa", von_mises),
     ("gammavariate", "alpha beta", |ev, args| {
@@ -101,13 +104,13 @@ pub(super) const METHODS: &[MethodDef] = &[
     ("paretovariate", "alpha", |ev, args| {
         let alpha = ev.to_f64(&args[1])?;
         let u = 1.0 - BitSource(&args[0]).float(ev)?;
-        Ok(Value::Float(u.powf(divided(ev, -1.0, alpha)?)))
+        Ok(Value::Float(u.powf(checked_div(ev, -1.0, alpha)?)))
     }),
     ("weibullvariate", "alpha beta", |ev, args| {
         let (alpha, beta) = (ev.to_f64(&args[1])?, ev.to_f64(&args[2])?);
         let u = 1.0 - BitSource(&args[0]).float(ev)?;
         Ok(Value::Float(
-            alpha * (-u.ln()).powf(divided(ev, 1.0, beta)?),
+            alpha * (-u.ln()).powf(checked_div(ev, 1.0, beta)?),
         ))
     }),
 ];
@@ -186,10 +189,12 @@ impl BitSource<'_> {
 }
 
 fn or(ev: &Evaluator<'_>, value: &Value, default: f64) -> R<f64> {
-    value.given().map_or(Ok(default), |value| ev.to_f64(value))
+    value
+        .if_given()
+        .map_or(Ok(default), |value| ev.to_f64(value))
 }
 
-fn divided(ev: &Evaluator<'_>, a: f64, b: f64) -> R<f64> {
+fn checked_div(ev: &Evaluator<'_>, a: f64, b: f64) -> R<f64> {
     match b == 0.0 {
         true => Err(ev.raise(ExceptionKind::ZeroDivisionError, "float division by zero")),
         false => Ok(a / b),
@@ -197,7 +202,7 @@ fn divided(ev: &Evaluator<'_>, a: f64, b: f64) -> R<f64> {
 }
 
 /// An integer, or a float that is one.
-fn whole(ev: &Evaluator<'_>, value: &Value) -> R<BigInt> {
+fn integer_argument(ev: &Evaluator<'_>, value: &Value) -> R<BigInt> {
     match value {
         Value::Float(float) if float.fract() == 0.0 => Ok(ev.to_int(&ev.int_of(value)?)?.to_big()),
         Value::Float(_) => Err(ev.value_error("non-integer arg 1 for randrange()")),
@@ -218,7 +223,7 @@ fn empty_range(ev: &Evaluator<'_>, range: Option<(&BigInt, &BigInt)>) -> Raised 
 }
 
 /// An integer from `start` up to `stop`.
-fn between(ev: &Evaluator<'_>, this: &Value, start: BigInt, stop: BigInt) -> R {
+fn int_in_range(ev: &Evaluator<'_>, this: &Value, start: BigInt, stop: BigInt) -> R {
     let width = &stop - &start;
     if width.sign() != Sign::Plus {
         return Err(empty_range(ev, Some((&start, &stop))));
@@ -231,22 +236,22 @@ fn between(ev: &Evaluator<'_>, this: &Value, start: BigInt, stop: BigInt) -> R {
 }
 
 fn randrange(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let start = whole(ev, &args[1])?;
+    let start = integer_argument(ev, &args[1])?;
     let step = args[3]
-        .given()
-        .map_or(Ok(BigInt::from(1)), |step| whole(ev, step))?;
-    let Some(stop) = args[2].given().filter(|stop| !stop.is_none()) else {
+        .if_given()
+        .map_or(Ok(BigInt::from(1)), |step| integer_argument(ev, step))?;
+    let Some(stop) = args[2].if_given().filter(|stop| !stop.is_none()) else {
         if step != BigInt::from(1) {
             return Err(ev.type_error("Missing a non-None stop argument"));
         }
         if start.sign() != Sign::Plus {
             return Err(empty_range(ev, None));
         }
-        return between(ev, &args[0], BigInt::ZERO, start);
+        return int_in_range(ev, &args[0], BigInt::ZERO, start);
     };
-    let stop = whole(ev, stop)?;
+    let stop = integer_argument(ev, stop)?;
     if step == BigInt::from(1) {
-        return between(ev, &args[0], start, stop);
+        return int_in_range(ev, &args[0], start, stop);
     }
     let width = &stop - &start;
     // As many steps as begin within the range.
@@ -258,7 +263,7 @@ fn randrange(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if steps.sign() != Sign::Plus {
         return Err(empty_range(ev, None));
     }
-    let drawn = between(ev, &args[0], BigInt::ZERO, steps)?;
+    let drawn = int_in_range(ev, &args[0], BigInt::ZERO, steps)?;
     Ok(Value::bigint(start + step * ev.to_int(&drawn)?.to_big()))
 }
 
@@ -274,7 +279,7 @@ fn rounded_up(a: &BigInt, b: &BigInt) -> BigInt {
 fn sample(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let (this, population) = (&args[0], &args[1]);
     let has_no_order = matches!(
-        ev.plain(population),
+        ev.unwrap_builtin(population),
         Value::Set(_) | Value::FrozenSet(_) | Value::Dict(_)
     );
     let get_item = crate::value::symbol::known::GETITEM;
@@ -283,7 +288,7 @@ fn sample(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Err(ev.type_error(text));
     }
     let length = ev.len(population)? as u64;
-    if let Some(counts) = args[3].given().filter(|counts| !counts.is_none()) {
+    if let Some(counts) = args[3].if_given().filter(|counts| !counts.is_none()) {
         return sample_of_counts(ev, args, length, counts);
     }
     let wanted = u64::try_from(ev.index(&args[2])?)
@@ -292,7 +297,7 @@ fn sample(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let Some(wanted) = wanted else {
         return Err(ev.value_error("Sample larger than population or is negative"));
     };
-    let mut chosen = ev.room_for(wanted as usize)?;
+    let mut chosen = ev.try_with_capacity(wanted as usize)?;
     // A table of chosen places takes less than a copy of the population when few are chosen.
     let table = match wanted {
         0..=5 => 21.0,
@@ -367,9 +372,9 @@ fn sums(ev: &Evaluator<'_>, numbers: &Value) -> R<Vec<Value>> {
 
 fn choices(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let (this, population) = (&args[0], &args[1]);
-    let given = |value: &Value| value.given().filter(|value| !value.is_none()).cloned();
+    let given = |value: &Value| value.if_given().filter(|value| !value.is_none()).cloned();
     let (weights, ends) = (given(&args[2]), given(&args[3]));
-    let wanted = args[4].given().map_or(Ok(1), |k| ev.index(k))?;
+    let wanted = args[4].if_given().map_or(Ok(1), |k| ev.index(k))?;
     let length = ev.len(population)?;
     let ends = match (weights, ends) {
         (Some(_), Some(_)) => {
@@ -423,9 +428,11 @@ fn choices(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn triangular(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let (mut low, mut high) = (or(ev, &args[1], 0.0)?, or(ev, &args[2], 1.0)?);
     let mut u = BitSource(&args[0]).float(ev)?;
-    let mut share = match args[3].given().filter(|mode| !mode.is_none()) {
+    let mut share = match args[3].if_given().filter(|mode| !mode.is_none()) {
         None => 0.5,
-        Some(_) if low == high => return Ok(args[1].given().cloned().unwrap_or(Value::Float(0.0))),
+        Some(_) if low == high => {
+            return Ok(args[1].if_given().cloned().unwrap_or(Value::Float(0.0)));
+        }
         Some(mode) => (ev.to_f64(mode)? - low) / (high - low),
     };
     if u > share {

@@ -124,7 +124,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
             };
             // A seed becomes a number of as many bytes.
             ev.check_bits((data.len() as u64 + 64).saturating_mul(8))?;
-            let mut key = ev.copied_bytes(&data)?;
+            let mut key = ev.copy_bytes(&data)?;
             key.extend(sha512(&data));
             Ok(Value::bigint(BigInt::from_bytes_be(Sign::Plus, &key)))
         }),

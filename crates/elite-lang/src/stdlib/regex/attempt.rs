@@ -7,14 +7,14 @@
 
 use super::Spans;
 use super::back::{BacktrackEntry, Backtracker, RepeatState, Scratch};
-use super::program::{Haystack, NOWHERE, Op, RegexProgram, Repeat, apart};
+use super::program::{Haystack, NOWHERE, Op, RegexProgram, Repeat, offset_from};
 use super::walk;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::R;
 
 /// Operations that one search may take before the states of the program are walked: so many, and so many for each byte.
-const PATIENCE: (usize, usize) = (10_000, 16);
+const BACKTRACK_BUDGET: (usize, usize) = (10_000, 16);
 /// The same for programs without such states, where it is an error to take more.
 const STEPS_MAX: (usize, usize) = (10_000_000, 1_000);
 
@@ -63,7 +63,7 @@ pub(super) fn find(
         program,
         search,
         scratch,
-        left: steps(PATIENCE),
+        left: steps(BACKTRACK_BUDGET),
         steps: 0,
     };
     let mut may_walk = true;
@@ -93,7 +93,7 @@ pub(super) fn find(
                 return Err(ev.raise(ExceptionKind::RuntimeError, text));
             }
         }
-        match search.hay.at(at) {
+        match search.hay.char_at(at) {
             Some((_, next)) if !search.anchored => at = next,
             _ => return Ok(None),
         }
@@ -117,18 +117,18 @@ impl Backtracker<'_, '_> {
         self.ev.grow(&mut scratch.rounds, program.repeats.len())?;
         scratch.rounds.resize(program.repeats.len(), round);
         let kept = program.slots + 2 * program.repeats.len();
-        if !self.pace(1 + kept / 16)? {
+        if !self.charge_steps(1 + kept / 16)? {
             return Ok(AttemptResult::Spent);
         }
         let (mut at, mut place) = (0, from);
         loop {
-            if !self.pace(1)? {
+            if !self.charge_steps(1)? {
                 return Ok(AttemptResult::Spent);
             }
             let op = program.ops[at];
             let goes_on = match op {
                 Op::Char(_) | Op::Fold(..) | Op::Set(_) | Op::Any | Op::NotNewline => {
-                    match hay.at(place) {
+                    match hay.char_at(place) {
                         Some((c, next)) if program.takes(op, c) => {
                             (at, place) = (at + 1, next);
                             true
@@ -141,7 +141,7 @@ impl Backtracker<'_, '_> {
                     program.holds(assert, hay, place)
                 }
                 Op::Split(other) => {
-                    let at_other = apart(at, other);
+                    let at_other = offset_from(at, other);
                     self.push(BacktrackEntry::Way {
                         at: at_other,
                         place,
@@ -150,7 +150,7 @@ impl Backtracker<'_, '_> {
                     true
                 }
                 Op::Jump(to) => {
-                    at = apart(at, to);
+                    at = offset_from(at, to);
                     true
                 }
                 Op::Save(slot) => {
@@ -172,8 +172,8 @@ impl Backtracker<'_, '_> {
                         None => false,
                     }
                 }
-                Op::Few(number) => {
-                    let next = self.few(program.repeats[number as usize], at, place)?;
+                Op::RepeatSingle(number) => {
+                    let next = self.repeat_single(program.repeats[number as usize], at, place)?;
                     match next {
                         Some(next) => {
                             (at, place) = (at + 2, next);
@@ -182,7 +182,7 @@ impl Backtracker<'_, '_> {
                         None => false,
                     }
                 }
-                Op::Enter(number) => {
+                Op::RepeatBegin(number) => {
                     self.set_round(number as usize, round)?;
                     let Repeat { least, length, .. } = program.repeats[number as usize];
                     // Without a round that has to be, it begins as if one had ended.
@@ -193,7 +193,7 @@ impl Backtracker<'_, '_> {
                     }
                     true
                 }
-                Op::Again(number) => {
+                Op::RepeatEnd(number) => {
                     let number = number as usize;
                     let mut round = self.scratch.rounds[number];
                     round.count = round.count.saturating_add(1);
@@ -206,7 +206,7 @@ impl Backtracker<'_, '_> {
                     let after = at + 2 + look.length as usize;
                     match self.back_by(look.back, place)? {
                         Some(begin) => {
-                            self.begin_alone(at, place)?;
+                            self.begin_atomic(at, place)?;
                             (at, place) = (at + 1, begin);
                             true
                         }
@@ -217,11 +217,11 @@ impl Backtracker<'_, '_> {
                     }
                 }
                 Op::Atomic => {
-                    self.begin_alone(at, place)?;
+                    self.begin_atomic(at, place)?;
                     at += 1;
                     true
                 }
-                Op::Cut => match self.end_alone()? {
+                Op::Cut => match self.end_atomic()? {
                     Some((begin, before)) => {
                         at += 1;
                         match program.ops[begin] {
@@ -245,7 +245,7 @@ impl Backtracker<'_, '_> {
                 Op::If(group, other) => {
                     at = match self.group(group as usize) {
                         Some(_) => at + 1,
-                        None => apart(at, other),
+                        None => offset_from(at, other),
                     };
                     true
                 }

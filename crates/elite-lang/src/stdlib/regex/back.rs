@@ -7,8 +7,8 @@ use super::program::{NOWHERE, Op, RegexProgram, Repeat, VISIT};
 use crate::eval::Evaluator;
 use crate::value::R;
 
-/// Operations between two looks at the clock of `Evaluator::worked`.
-const SOME: usize = 256;
+/// Operations between two looks at the clock of `Evaluator::charge`.
+const CHARGE_INTERVAL: usize = 256;
 
 /// What there is to step back to.
 pub(super) enum BacktrackEntry {
@@ -64,14 +64,14 @@ pub(super) struct Backtracker<'r, 'y> {
 impl Backtracker<'_, '_> {
     /// Counts operations; whether there are any left.
     #[inline]
-    pub(super) fn pace(&mut self, steps: usize) -> R<bool> {
+    pub(super) fn charge_steps(&mut self, steps: usize) -> R<bool> {
         self.steps += steps;
-        if self.steps < SOME {
+        if self.steps < CHARGE_INTERVAL {
             return Ok(true);
         }
         let steps = std::mem::take(&mut self.steps);
         self.left = self.left.saturating_sub(steps);
-        self.ev.worked(steps * VISIT)?;
+        self.ev.charge(steps * VISIT)?;
         Ok(self.left > 0)
     }
 
@@ -85,12 +85,16 @@ impl Backtracker<'_, '_> {
     /// Where to go on instead; None if there is no other way.
     pub(super) fn step_back(&mut self) -> R<Option<(usize, usize)>> {
         while let Some(back) = self.scratch.back.pop() {
-            self.pace(1)?;
+            self.charge_steps(1)?;
             match back {
                 BacktrackEntry::Way { at, place } => return Ok(Some((at, place))),
                 BacktrackEntry::Fewer { at, least, place } => {
                     // Between `least` and here there are characters only.
-                    let place = self.search.hay.before(place).map_or(least, |(_, at)| at);
+                    let place = self
+                        .search
+                        .hay
+                        .char_before(place)
+                        .map_or(least, |(_, at)| at);
                     if place > least {
                         self.scratch
                             .back
@@ -100,7 +104,7 @@ impl Backtracker<'_, '_> {
                 }
                 BacktrackEntry::More { at, place, left } => {
                     let op = self.program.ops[at - 1];
-                    if let Some((c, next)) = self.search.hay.at(place)
+                    if let Some((c, next)) = self.search.hay.char_at(place)
                         && self.program.takes(op, c)
                     {
                         if left > 1 {
@@ -150,7 +154,7 @@ impl Backtracker<'_, '_> {
         Ok(())
     }
 
-    /// Whether a group is repeated once more or what follows it comes now; `at` is its `RerunTimeline`.
+    /// Whether a group is repeated once more or what follows it comes now; `char_at` is its `RerunTimeline`.
     pub(super) fn decide(&mut self, number: usize, at: usize, place: usize) -> R<(usize, usize)> {
         let repeat = self.program.repeats[number];
         let group = at - repeat.length as usize;
@@ -175,7 +179,12 @@ impl Backtracker<'_, '_> {
     }
 
     /// A repeated character from `place` on: where it is done, with the other ways to step back to.
-    pub(super) fn few(&mut self, repeat: Repeat, at: usize, place: usize) -> R<Option<usize>> {
+    pub(super) fn repeat_single(
+        &mut self,
+        repeat: Repeat,
+        at: usize,
+        place: usize,
+    ) -> R<Option<usize>> {
         let (op, hay) = (self.program.ops[at + 1], self.search.hay);
         let (mut here, mut count) = (place, 0);
         let wanted = if repeat.greedy {
@@ -185,7 +194,9 @@ impl Backtracker<'_, '_> {
         };
         let mut least = place;
         while count < wanted || wanted == u32::MAX {
-            let Some((c, next)) = hay.at(here) else { break };
+            let Some((c, next)) = hay.char_at(here) else {
+                break;
+            };
             if !self.program.takes(op, c) {
                 break;
             }
@@ -194,8 +205,8 @@ impl Backtracker<'_, '_> {
             if count <= repeat.least {
                 least = here;
             }
-            if count % SOME as u32 == 0 {
-                self.pace(SOME / 4)?;
+            if count % CHARGE_INTERVAL as u32 == 0 {
+                self.charge_steps(CHARGE_INTERVAL / 4)?;
             }
         }
         if count < repeat.least {
@@ -242,14 +253,14 @@ impl Backtracker<'_, '_> {
         let hay = self.search.hay;
         let (mut from, mut to) = (start, place);
         while from < end {
-            let (Some((a, after)), Some((b, next))) = (hay.at(from), hay.at(to)) else {
+            let (Some((a, after)), Some((b, next))) = (hay.char_at(from), hay.char_at(to)) else {
                 return Ok(None);
             };
             if a != b && key(a, case) != key(b, case) {
                 return Ok(None);
             }
             (from, to) = (after, next);
-            self.pace(1)?;
+            self.charge_steps(1)?;
         }
         Ok(Some(to))
     }
@@ -258,17 +269,17 @@ impl Backtracker<'_, '_> {
     pub(super) fn back_by(&mut self, count: usize, place: usize) -> R<Option<usize>> {
         let mut place = place;
         for _ in 0..count {
-            match self.search.hay.before(place) {
+            match self.search.hay.char_before(place) {
                 Some((_, before)) => place = before,
                 None => return Ok(None),
             }
-            self.pace(1)?;
+            self.charge_steps(1)?;
         }
         Ok(Some(place))
     }
 
     /// What follows matches by itself.
-    pub(super) fn begin_alone(&mut self, at: usize, place: usize) -> R<()> {
+    pub(super) fn begin_atomic(&mut self, at: usize, place: usize) -> R<()> {
         let depth = self.scratch.back.len();
         self.ev.grow(&mut self.scratch.borders, 1)?;
         self.scratch.borders.push(depth);
@@ -276,7 +287,7 @@ impl Backtracker<'_, '_> {
     }
 
     /// Where what has matched by itself began.
-    pub(super) fn end_alone(&self) -> R<Option<(usize, usize)>> {
+    pub(super) fn end_atomic(&self) -> R<Option<(usize, usize)>> {
         let border = self.scratch.borders.last();
         let border = border.and_then(|depth| self.scratch.back.get(*depth));
         Ok(match border {
@@ -315,7 +326,7 @@ impl Backtracker<'_, '_> {
                 self.scratch.back.swap(kept, at);
                 kept += 1;
             }
-            self.pace(1)?;
+            self.charge_steps(1)?;
         }
         self.scratch.back.truncate(kept);
         Ok(())

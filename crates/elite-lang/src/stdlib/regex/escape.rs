@@ -20,8 +20,8 @@ impl PatternParser<'_, '_> {
         let assert = match c {
             'A' => Assert::Start,
             'Z' => Assert::End,
-            'b' => Assert::Border(self.meaning()),
-            'B' => Assert::NoBorder(self.meaning()),
+            'b' => Assert::Border(self.class_mode()),
+            'B' => Assert::NoBorder(self.class_mode()),
             '1'..='9' => return self.digits(c, start),
             other => {
                 let code = self.character(other, start)?;
@@ -35,7 +35,7 @@ impl PatternParser<'_, '_> {
 
     /// The set that one category is.
     fn category(&mut self, categories: Categories) -> PatternResult<u32> {
-        let of = self.meaning();
+        let of = self.class_mode();
         let known = self
             .categories
             .iter()
@@ -124,7 +124,7 @@ impl PatternParser<'_, '_> {
 
     /// A class after its `[`.
     pub(super) fn class(&mut self, start: usize) -> PatternResult {
-        let mut set = CharClassBuilder::new(self.meaning(), self.same());
+        let mut set = CharClassBuilder::new(self.class_mode(), self.folding());
         if self.peek() == Some('^') {
             self.at += 1;
             set.negated = true;

@@ -39,7 +39,7 @@ impl Contents for Match {
 
 impl Match {
     pub(super) fn group(&self, ev: &Evaluator<'_>, key: &Value) -> R<usize> {
-        let index = match ev.plain(key) {
+        let index = match ev.unwrap_builtin(key) {
             Value::Str(name) => self.compiled.parsed.by_name.get(name.as_str()).copied(),
             // Any other key is looked for among the names.
             _ if !ev.has_index(key) => ev.hash(key).map(|_| None)?,
@@ -53,7 +53,7 @@ impl Match {
     }
 
     pub(super) fn text_of(&self, ev: &Evaluator<'_>, group: usize, default: &Value) -> R {
-        ev.worked(GROUP)?;
+        ev.charge(GROUP)?;
         match self.spans.get(group).copied().flatten() {
             Some(span) => self.text.slice(ev, span),
             None => Ok(default.clone()),
@@ -94,7 +94,7 @@ pub(super) fn make_match(
 fn side(ev: &Evaluator<'_>, args: &[Value], pick: fn((usize, usize)) -> usize) -> R {
     let zero = Value::Int(0);
     with_match(ev, args, |found| {
-        let group = found.group(ev, args[1].given().unwrap_or(&zero))?;
+        let group = found.group(ev, args[1].if_given().unwrap_or(&zero))?;
         Ok(found.spans[group].map_or(Value::Int(-1), |span| found.text.index(pick(span))))
     })
 }
@@ -119,7 +119,7 @@ pub(super) const MATCH: &[MethodDef] = &[
     ("__copy__", "", |_, args| Ok(args[0].clone())),
     ("__deepcopy__", "memo /", |_, args| Ok(args[0].clone())),
     ("groups", "default?", |ev, args| {
-        let default = args[1].given().cloned().unwrap_or(Value::None);
+        let default = args[1].if_given().cloned().unwrap_or(Value::None);
         with_match(ev, args, |found| {
             Ok(Value::tuple(
                 (1..found.spans.len())
@@ -129,7 +129,7 @@ pub(super) const MATCH: &[MethodDef] = &[
         })
     }),
     ("groupdict", "default?", |ev, args| {
-        let default = args[1].given().cloned().unwrap_or(Value::None);
+        let default = args[1].if_given().cloned().unwrap_or(Value::None);
         with_match(ev, args, |found| {
             let dict = Dict::new();
             for (name, index) in &found.compiled.parsed.names {

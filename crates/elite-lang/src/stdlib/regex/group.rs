@@ -8,7 +8,7 @@ use crate::eval::coroutine::RESERVE;
 use crate::lexer::names::is_name;
 
 /// Nesting of groups.
-const DEPTH_MAX: usize = 100;
+const GROUP_DEPTH_MAX: usize = 100;
 
 /// What follows `(?`.
 enum Extension {
@@ -27,7 +27,7 @@ enum Extension {
 impl PatternParser<'_, '_> {
     pub(super) fn group(&mut self, start: usize) -> PatternResult<PatternItem> {
         self.depth += 1;
-        if self.depth > DEPTH_MAX {
+        if self.depth > GROUP_DEPTH_MAX {
             return Err(self.error("groups are nested too deeply", Some(start)));
         }
         let flags = self.flags;
@@ -134,7 +134,7 @@ impl PatternParser<'_, '_> {
                 }
                 Err(self.error("missing ), unterminated comment", Some(start)))
             }
-            'P' => self.named(start),
+            'P' => self.named_group(start),
             '(' => {
                 let name = self.until(')')?;
                 let index = self.condition(&name, self.at - name.chars().count() - 1)?;
@@ -202,7 +202,7 @@ impl PatternParser<'_, '_> {
         Ok(name)
     }
 
-    fn named(&mut self, start: usize) -> PatternResult<Extension> {
+    fn named_group(&mut self, start: usize) -> PatternResult<Extension> {
         match self.take() {
             Some('<') => {
                 let from = self.at;
@@ -293,7 +293,7 @@ impl PatternParser<'_, '_> {
 
     /// Writes what finds the text of a group again; its width.
     pub(super) fn refer(&mut self, group: usize) -> PatternResult<Width> {
-        self.emit(Op::Reference(group as u32, self.same()))?;
+        self.emit(Op::Reference(group as u32, self.folding()))?;
         Ok(self.widths[group])
     }
 

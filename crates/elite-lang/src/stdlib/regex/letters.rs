@@ -36,15 +36,15 @@ fn lower(c: u32) -> u32 {
     if c == 0x130 {
         return u32::from(b'i');
     }
-    char::from_u32(c).map_or(c, |c| only(c, c.to_lowercase()))
+    char::from_u32(c).map_or(c, |c| single_char(c, c.to_lowercase()))
 }
 
 fn upper(c: u32) -> u32 {
-    char::from_u32(c).map_or(c, |c| only(c, c.to_uppercase()))
+    char::from_u32(c).map_or(c, |c| single_char(c, c.to_uppercase()))
 }
 
 /// Another form of a character, if that is one character as well.
-fn only(c: char, mut form: impl Iterator<Item = char>) -> u32 {
+fn single_char(c: char, mut form: impl Iterator<Item = char>) -> u32 {
     match (form.next(), form.next()) {
         (Some(form), None) => form as u32,
         _ => c as u32,
@@ -160,11 +160,11 @@ impl CharClassBuilder {
             for c in low..=high {
                 let folded = key(c, self.same);
                 self.put(folded, folded);
-                ev.worked(MEMBER)?;
+                ev.charge(MEMBER)?;
             }
         }
         ev.check_allocation(size_of::<(u32, u32)>())?;
-        ev.worked(MEMBER)
+        ev.charge(MEMBER)
     }
 
     fn put(&mut self, low: u32, high: u32) {
@@ -189,7 +189,7 @@ impl CharClasses {
         ev.grow(&mut self.ranges, new.ranges.len())?;
         for range in new.ranges {
             self.ranges.push(range);
-            ev.worked(MEMBER)?;
+            ev.charge(MEMBER)?;
         }
         let mut set = CharClass {
             low: [0; 4],
@@ -205,7 +205,7 @@ impl CharClasses {
                 set.low[(c / 64) as usize] |= 1 << (c % 64);
             }
         }
-        ev.worked(256 * MEMBER / 4)?;
+        ev.charge(256 * MEMBER / 4)?;
         ev.grow(&mut self.sets, 1)?;
         self.sets.push(set);
         Ok(self.sets.len() as u32 - 1)

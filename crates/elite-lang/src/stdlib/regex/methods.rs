@@ -20,15 +20,15 @@ pub(super) fn with_pattern(
 }
 
 fn range(ev: &Evaluator<'_>, text: &Subject, pos: &Value, endpos: &Value) -> R<(usize, usize)> {
-    let start = pos.given().map_or(Ok(0), |pos| ev.clamped_index(pos))?;
-    let end = match endpos.given() {
+    let start = pos.if_given().map_or(Ok(0), |pos| ev.clamped_index(pos))?;
+    let end = match endpos.if_given() {
         Some(end) => text.offset(ev.clamped_index(end)?),
         None => text.len(),
     };
     Ok((text.offset(start), end))
 }
 
-fn one(ev: &Evaluator<'_>, args: &[Value], mode: Mode) -> R {
+fn match_once(ev: &Evaluator<'_>, args: &[Value], mode: Mode) -> R {
     with_pattern(ev, args, |pattern| {
         let text = Subject::of(ev, pattern, &args[1])?;
         let range = range(ev, &text, &args[2], &args[3])?;
@@ -105,13 +105,13 @@ impl LibraryIterator for Finds {
 
 pub(super) const PATTERN: &[MethodDef] = &[
     ("search", "string pos? endpos?", |ev, args| {
-        one(ev, args, Mode::Search)
+        match_once(ev, args, Mode::Search)
     }),
     ("match", "string pos? endpos?", |ev, args| {
-        one(ev, args, Mode::Match)
+        match_once(ev, args, Mode::Match)
     }),
     ("fullmatch", "string pos? endpos?", |ev, args| {
-        one(ev, args, Mode::Full)
+        match_once(ev, args, Mode::Full)
     }),
     ("findall", "string pos? endpos?", |ev, args| {
         with_pattern(ev, args, |pattern| {
@@ -150,7 +150,7 @@ pub(super) const PATTERN: &[MethodDef] = &[
     }),
     ("split", "string maxsplit?", |ev, args| {
         let most = args[2]
-            .given()
+            .if_given()
             .map_or(Ok(0), |most| ev.clamped_index(most))?;
         with_pattern(ev, args, |pattern| {
             let mut scanner = scanner(ev, pattern, &args[1], &Value::Unbound, &Value::Unbound)?;
@@ -235,7 +235,7 @@ pub(super) const PATTERN: &[MethodDef] = &[
 fn with_template(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let module = ev.import("re")?;
     let subn = ev.attribute(&module, ev.core.symbols.intern("_subn"))?;
-    let count = args[3].given().cloned().unwrap_or(Value::Int(0));
+    let count = args[3].if_given().cloned().unwrap_or(Value::Int(0));
     ev.call(
         &subn,
         &mut [args[0].clone(), args[1].clone(), args[2].clone(), count],
@@ -247,7 +247,7 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
     let mut scanner = scanner(ev, pattern, &args[2], &Value::Unbound, &Value::Unbound)?;
     let template = match &args[1] {
         Value::List(list) => {
-            let mut parts = ValueVec::from(ev.room_for(list.len())?);
+            let mut parts = ValueVec::from(ev.try_with_capacity(list.len())?);
             ev.copy_list(list, &mut parts)?;
             Some(parts)
         }
@@ -255,7 +255,7 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
     };
     let mut out: Vec<u8> = Vec::new();
     let mut pieces = 0_usize;
-    let push = |out: &mut Vec<u8>, value: &Value, place: usize| match ev.plain(value) {
+    let push = |out: &mut Vec<u8>, value: &Value, place: usize| match ev.unwrap_builtin(value) {
         Value::Str(text) if !pattern.is_bytes => ev.push_bytes(out, text.as_str().as_bytes()),
         other => match ev.bytes_like(&other) {
             Some(data) if pattern.is_bytes => ev.push_bytes(out, &data),
@@ -318,7 +318,7 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
     } else {
         // Made of whole strings only.
         let text = String::from_utf8(out);
-        ev.string(
+        ev.new_str(
             text.unwrap_or_else(|wrong| String::from_utf8_lossy(wrong.as_bytes()).into_owned()),
         )?
     };

@@ -51,7 +51,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
         with_pattern(ev, args, |p| {
             let dict = Dict::new();
             for (name, index) in &p.parsed.names {
-                ev.worked(GROUP)?;
+                ev.charge(GROUP)?;
                 dict.set_str(name, Value::Int(*index as i64));
             }
             Ok(Value::Dict(Rc::new(dict)))
@@ -76,7 +76,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
             let mut all = Vec::new();
             ev.grow(&mut all, m.spans.len())?;
             for span in m.spans.iter() {
-                ev.worked(GROUP)?;
+                ev.charge(GROUP)?;
                 all.push(Value::tuple(match span {
                     Some((start, end)) => vec![m.text.index(*start), m.text.index(*end)],
                     None => vec![outside.clone(), outside.clone()],
@@ -124,7 +124,7 @@ struct Pattern {
 }
 
 fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let source = ev.plain(&args[0]);
+    let source = ev.unwrap_builtin(&args[0]);
     let too_long = || Err(ev.value_error("the regular expression is longer than 1 MiB"));
     let (text, is_bytes) = match &source {
         Value::Str(text) if text.as_str().len() > PATTERN_MAX => return too_long(),
@@ -136,7 +136,7 @@ fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         other => match ev.bytes_like(other) {
             Some(data) if data.len() > PATTERN_MAX => return too_long(),
             // Byte by byte, as the characters of the same numbers.
-            Some(data) => (ev.of_latin1(&data)?, true),
+            Some(data) => (ev.decode_latin1(&data)?, true),
             None => return Err(ev.type_error("first argument must be string or compiled pattern")),
         },
     };
@@ -199,9 +199,9 @@ impl Subject {
     }
 
     fn of(ev: &Evaluator<'_>, pattern: &Pattern, value: &Value) -> R<Subject> {
-        match (ev.plain(value), pattern.is_bytes) {
+        match (ev.unwrap_builtin(value), pattern.is_bytes) {
             (Value::Str(text), false) => {
-                ev.mark(&text)?;
+                ev.index_chars(&text)?;
                 Ok(Subject::Str(text, value.clone()))
             }
             (Value::Str(_), true) => {
@@ -252,8 +252,8 @@ impl Subject {
 
     fn slice(&self, ev: &Evaluator<'_>, (start, end): (usize, usize)) -> R {
         match self {
-            Subject::Str(text, _) => ev.string_of(&text.as_str()[start..end]),
-            Subject::Bytes(data, _) => ev.copied_bytes(&data[start..end]).map(Value::bytes),
+            Subject::Str(text, _) => ev.new_str_from(&text.as_str()[start..end]),
+            Subject::Bytes(data, _) => ev.copy_bytes(&data[start..end]).map(Value::bytes),
         }
     }
 }

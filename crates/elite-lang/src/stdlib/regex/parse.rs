@@ -10,7 +10,7 @@ use std::rc::Rc;
 use super::letters::{CaseFolding, Categories, key};
 use super::program::{Assert, Op, RegexProgram, Repeat};
 use crate::eval::Evaluator;
-use crate::eval::bulk::{many, pieces};
+use crate::eval::bulk::{bulk_work, pieces};
 use crate::value::Raised;
 use crate::value::surrogate::code_of;
 
@@ -78,7 +78,7 @@ pub(super) fn parse(
     ev.grow(&mut chars, text.len())?;
     for piece in pieces(text) {
         chars.extend(piece.chars());
-        ev.worked(piece.len() * 4)?;
+        ev.charge(piece.len() * 4)?;
     }
     let mut parser = PatternParser {
         ev,
@@ -194,7 +194,7 @@ impl PatternParser<'_, '_> {
             return Ok(());
         }
         self.read = 0;
-        Ok(self.ev.worked(64 * CHARACTER)?)
+        Ok(self.ev.charge(64 * CHARACTER)?)
     }
 
     pub(super) fn emit(&mut self, op: Op) -> PatternResult {
@@ -208,7 +208,7 @@ impl PatternParser<'_, '_> {
         self.ev.grow(&mut self.program.ops, 1)?;
         self.program.ops.insert(at, op);
         let moved = self.program.ops.len() - at;
-        Ok(self.ev.worked(many(moved * size_of::<Op>()))?)
+        Ok(self.ev.charge(bulk_work(moved * size_of::<Op>()))?)
     }
 
     /// How many operations have been written since there were `from`.
@@ -228,7 +228,7 @@ impl PatternParser<'_, '_> {
     }
 
     /// What classes like `\w` mean here.
-    pub(super) fn meaning(&self) -> CaseFolding {
+    pub(super) fn class_mode(&self) -> CaseFolding {
         match self.is_bytes || self.has(flag::ASCII) {
             true => CaseFolding::Ascii,
             false => CaseFolding::Unicode,
@@ -236,9 +236,9 @@ impl PatternParser<'_, '_> {
     }
 
     /// Which characters count as the same here.
-    pub(super) fn same(&self) -> CaseFolding {
+    pub(super) fn folding(&self) -> CaseFolding {
         match self.has(flag::IGNORECASE) {
-            true => self.meaning(),
+            true => self.class_mode(),
             false => CaseFolding::Exact,
         }
     }
@@ -459,10 +459,10 @@ impl PatternParser<'_, '_> {
                 length: length as u32,
             });
             if single {
-                self.insert(item, Op::Few(number))?;
+                self.insert(item, Op::RepeatSingle(number))?;
             } else {
-                self.insert(item, Op::Enter(number))?;
-                self.emit(Op::Again(number))?;
+                self.insert(item, Op::RepeatBegin(number))?;
+                self.emit(Op::RepeatEnd(number))?;
             }
         }
         if atomic {
@@ -498,7 +498,7 @@ impl PatternParser<'_, '_> {
     }
 
     pub(super) fn literal(&self, code: u32) -> Op {
-        let same = self.same();
+        let same = self.folding();
         let folded = key(code, same);
         let cased = folded != code
             || char::from_u32(code)

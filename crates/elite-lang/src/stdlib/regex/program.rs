@@ -1,7 +1,7 @@
 //! What a pattern is made into: a flat program of operations that refer to each other by their distance, so that a part
 //! of it can be moved while the rest is still being read.
 //!
-//! The parser writes it, `attempt` and `walk` run it. A repeated group is [`Op::Enter`], the group,
+//! The parser writes it, `attempt` and `walk` run it. A repeated group is [`Op::RepeatBegin`], the group,
 //! [`Op::RerunTimeline`]; what has to match by itself (look-around, `(?>`) ends with [`Op::CleanupLimit`].
 
 use super::letters::{CaseFolding, CharClasses, decoded, key};
@@ -14,7 +14,7 @@ pub(super) const NOWHERE: usize = usize::MAX;
 /// Work for one operation, and for a byte that nothing begins with.
 pub(super) const VISIT: usize = 16;
 const SKIPPED: usize = 2;
-/// Bytes that are skipped between two looks at the clock of `Evaluator::worked`.
+/// Bytes that are skipped between two looks at the clock of `Evaluator::charge`.
 const SKIPPED_MAX: usize = 1 << 14;
 
 /// One operation.
@@ -37,11 +37,11 @@ pub(super) enum Op {
     /// The text that a group has found.
     Reference(u32, CaseFolding),
     /// The character that follows, as often as [`Repeat`] says.
-    Few(u32),
+    RepeatSingle(u32),
     /// A repeated group begins; `RerunTimeline` is beyond it.
-    Enter(u32),
+    RepeatBegin(u32),
     /// It has ended once more.
-    Again(u32),
+    RepeatEnd(u32),
     /// What follows up to `CleanupLimit` is looked for from here, and so is what it does.
     Look(u32),
     /// What follows up to `CleanupLimit` matches in its first way or not at all.
@@ -72,7 +72,7 @@ pub(super) struct Repeat {
     /// `u32::MAX` is without end.
     pub(super) most: u32,
     pub(super) greedy: bool,
-    /// Operations of the repeated group, without `Enter` and `RerunTimeline`.
+    /// Operations of the repeated group, without `RepeatBegin` and `RerunTimeline`.
     pub(super) length: u32,
 }
 
@@ -120,7 +120,7 @@ impl<'t> Haystack<'t> {
 
     /// The character at a place and where it ends.
     #[inline]
-    pub(super) fn at(self, place: usize) -> Option<(u32, usize)> {
+    pub(super) fn char_at(self, place: usize) -> Option<(u32, usize)> {
         let first = *self.data().get(place)?;
         match self {
             Haystack::Text(text) if first >= 0x80 => {
@@ -133,7 +133,7 @@ impl<'t> Haystack<'t> {
 
     /// The character before a place and where it begins.
     #[inline]
-    pub(super) fn before(self, place: usize) -> Option<(u32, usize)> {
+    pub(super) fn char_before(self, place: usize) -> Option<(u32, usize)> {
         let last = *self.data().get(place.checked_sub(1)?)?;
         match self {
             Haystack::Text(text) if last >= 0x80 => {
@@ -168,7 +168,7 @@ impl RegexProgram {
                 | Op::Set(_)
                 | Op::Any
                 | Op::NotNewline
-                | Op::Few(_)
+                | Op::RepeatSingle(_)
                 | Op::Match
         )
     }
@@ -178,14 +178,14 @@ impl RegexProgram {
         let is_border = |case| {
             let is_word =
                 |c: Option<(u32, usize)>| c.is_some_and(|(c, _)| decoded::is_word(c, case));
-            is_word(hay.before(place)) != is_word(hay.at(place))
+            is_word(hay.char_before(place)) != is_word(hay.char_at(place))
         };
         match assert {
             Assert::Start => place == 0,
-            Assert::StartOfLine => hay.before(place).is_none_or(|(c, _)| c == newline),
+            Assert::StartOfLine => hay.char_before(place).is_none_or(|(c, _)| c == newline),
             Assert::End => place == hay.len(),
-            Assert::EndOfLine => hay.at(place).is_none_or(|(c, _)| c == newline),
-            Assert::LastLine => match hay.at(place) {
+            Assert::EndOfLine => hay.char_at(place).is_none_or(|(c, _)| c == newline),
+            Assert::LastLine => match hay.char_at(place) {
                 None => true,
                 Some((c, end)) => c == newline && end == hay.len(),
             },
@@ -204,7 +204,7 @@ impl RegexProgram {
         for piece in hay.data()[from..].chunks(SKIPPED_MAX) {
             let skipped = piece.iter().position(|byte| first[usize::from(*byte)]);
             at += skipped.unwrap_or(piece.len());
-            ev.worked(skipped.unwrap_or(piece.len()) * SKIPPED)?;
+            ev.charge(skipped.unwrap_or(piece.len()) * SKIPPED)?;
             if skipped.is_some() {
                 break;
             }
@@ -220,7 +220,7 @@ impl RegexProgram {
         seen.resize(self.ops.len(), false);
         let mut open: Vec<usize> = vec![0];
         while let Some(at) = open.pop() {
-            ev.worked(VISIT)?;
+            ev.charge(VISIT)?;
             if std::mem::replace(&mut seen[at], true) {
                 continue;
             }
@@ -229,12 +229,12 @@ impl RegexProgram {
                 Op::Match | Op::Reference(..) => return Ok(()),
                 Op::Assert(_) | Op::Save(_) | Op::Atomic | Op::Cut => open.push(at + 1),
                 Op::Split(other) | Op::If(_, other) => {
-                    open.extend([at + 1, apart(at, other)]);
+                    open.extend([at + 1, offset_from(at, other)]);
                 }
-                Op::Jump(to) => open.push(apart(at, to)),
+                Op::Jump(to) => open.push(offset_from(at, to)),
                 // That it is there or not only makes fewer.
                 Op::Look(look) => open.push(at + 2 + self.looks[look as usize].length as usize),
-                Op::Few(repeat) => {
+                Op::RepeatSingle(repeat) => {
                     if self.repeats[repeat as usize].most > 0 {
                         self.note_single(self.ops[at + 1], is_text, &mut first);
                     }
@@ -242,14 +242,14 @@ impl RegexProgram {
                         open.push(at + 2);
                     }
                 }
-                Op::Enter(repeat) => {
+                Op::RepeatBegin(repeat) => {
                     let repeat = self.repeats[repeat as usize];
                     open.push(at + 1);
                     if repeat.least == 0 {
                         open.push(at + 2 + repeat.length as usize);
                     }
                 }
-                Op::Again(repeat) => {
+                Op::RepeatEnd(repeat) => {
                     open.push(at - self.repeats[repeat as usize].length as usize);
                     open.push(at + 1);
                 }
@@ -276,6 +276,6 @@ impl RegexProgram {
 
 /// The operation so far from another one.
 #[inline]
-pub(super) fn apart(at: usize, by: i32) -> usize {
+pub(super) fn offset_from(at: usize, by: i32) -> usize {
     at.wrapping_add_signed(by as isize)
 }

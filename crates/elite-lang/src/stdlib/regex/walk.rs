@@ -9,14 +9,14 @@ use std::ops::Range;
 
 use super::Spans;
 use super::attempt::MatchRequest;
-use super::program::{NOWHERE, Op, RegexProgram, VISIT, apart};
+use super::program::{NOWHERE, Op, RegexProgram, VISIT, offset_from};
 use crate::eval::Evaluator;
 use crate::value::R;
 
 /// States times places of groups.
 const CELLS_MAX: usize = 1 << 19;
-/// Work between two looks at the clock of `Evaluator::worked`.
-const SOME: usize = 1 << 12;
+/// Work between two looks at the clock of `Evaluator::charge`.
+const CHARGE_INTERVAL: usize = 1 << 12;
 
 /// A state: an operation, and how often it has been repeated if it is repeated.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -68,11 +68,11 @@ pub(super) fn find(
         return Ok(None);
     }
     let alive = || -> R<StateSet> {
-        let mut index = ev.room_for(states)?;
+        let mut index = ev.try_with_capacity(states)?;
         index.resize(states, 0);
-        let mut places = ev.room_for(cells)?;
+        let mut places = ev.try_with_capacity(cells)?;
         places.resize(cells, NOWHERE);
-        ev.worked(cells)?;
+        ev.charge(cells)?;
         Ok(StateSet {
             order: Vec::new(),
             index,
@@ -106,12 +106,12 @@ pub(super) fn find(
             walk.places[0] = at;
             walk.reach(at, NfaState { at: 0, count: 0 }, &mut now)?;
         }
-        let after = search.hay.at(at);
+        let after = search.hay.char_at(at);
         for place in 0..now.order.len() {
             let state = now.order[place];
             walk.visit()?;
             if let Op::Match = program.ops[state.at] {
-                let own = walk.own(state);
+                let own = walk.capture_range(state);
                 let begin = now.places[own.start];
                 if !search.wants(begin, at) {
                     continue;
@@ -123,11 +123,11 @@ pub(super) fn find(
                 break;
             }
             let Some((c, end)) = after else { continue };
-            let Some((op, to)) = walk.taken(state) else {
+            let Some((op, to)) = walk.consume(state) else {
                 continue;
             };
             if program.takes(op, c) {
-                let own = walk.own(state);
+                let own = walk.capture_range(state);
                 walk.places.copy_from_slice(&now.places[own]);
                 walk.reach(end, to, &mut next)?;
             }
@@ -146,13 +146,13 @@ pub(super) fn find(
 /// Numbers the states: that of the first one of each operation, and how many there are. None if there is something that
 /// has no states.
 fn number(ev: &Evaluator<'_>, program: &RegexProgram) -> R<Option<(Vec<u32>, usize)>> {
-    let mut first = ev.room_for(program.ops.len())?;
+    let mut first = ev.try_with_capacity(program.ops.len())?;
     let mut states: usize = 0;
     for op in &program.ops {
-        ev.worked(VISIT)?;
+        ev.charge(VISIT)?;
         first.push(states as u32);
         states += match op {
-            Op::Few(number) => {
+            Op::RepeatSingle(number) => {
                 let repeat = program.repeats[*number as usize];
                 let last = if repeat.most == u32::MAX {
                     repeat.least
@@ -161,7 +161,7 @@ fn number(ev: &Evaluator<'_>, program: &RegexProgram) -> R<Option<(Vec<u32>, usi
                 };
                 last as usize + 1
             }
-            Op::Enter(number) => {
+            Op::RepeatBegin(number) => {
                 let repeat = program.repeats[*number as usize];
                 if repeat.least > 1 || repeat.most != u32::MAX {
                     return Ok(None);
@@ -182,10 +182,10 @@ impl NfaSimulation<'_, '_> {
     #[inline]
     fn visit(&mut self) -> R<()> {
         self.work += VISIT;
-        if self.work < SOME {
+        if self.work < CHARGE_INTERVAL {
             return Ok(());
         }
-        self.ev.worked(std::mem::take(&mut self.work))
+        self.ev.charge(std::mem::take(&mut self.work))
     }
 
     fn set(&mut self, slot: usize, place: usize) -> R<()> {
@@ -197,7 +197,7 @@ impl NfaSimulation<'_, '_> {
     }
 
     /// Where the places of its groups are.
-    fn own(&self, state: NfaState) -> Range<usize> {
+    fn capture_range(&self, state: NfaState) -> Range<usize> {
         let slots = self.program.slots;
         let own = self.index(state) * slots;
         own..own + slots
@@ -208,10 +208,10 @@ impl NfaSimulation<'_, '_> {
     }
 
     /// What a state takes, and the state after that.
-    fn taken(&self, state: NfaState) -> Option<(Op, NfaState)> {
+    fn consume(&self, state: NfaState) -> Option<(Op, NfaState)> {
         let (at, count) = (state.at, state.count + 1);
         let op = self.program.ops[at];
-        let Op::Few(number) = op else {
+        let Op::RepeatSingle(number) = op else {
             let after = NfaState {
                 at: at + 1,
                 count: 0,
@@ -237,7 +237,7 @@ impl NfaSimulation<'_, '_> {
         alive.index[index] = alive.order.len() as u32;
         alive.order.push(state);
         if self.program.is_single(state.at) {
-            let own = self.own(state);
+            let own = self.capture_range(state);
             alive.places[own].copy_from_slice(&self.places);
         }
         Ok(true)
@@ -262,7 +262,7 @@ impl NfaSimulation<'_, '_> {
                 self.visit()?;
                 self.ev.grow(&mut self.open, 1)?;
                 let at = state.at;
-                if let Op::Few(number) = self.program.ops[at]
+                if let Op::RepeatSingle(number) = self.program.ops[at]
                     && let repeat = self.program.repeats[number as usize]
                     && !repeat.greedy
                     && state.count >= repeat.least as usize
@@ -284,10 +284,11 @@ impl NfaSimulation<'_, '_> {
                     }
                     Op::Assert(_) => break,
                     Op::Split(other) => {
-                        self.open.push(ClosureTask::Explore(to(apart(at, other))));
+                        self.open
+                            .push(ClosureTask::Explore(to(offset_from(at, other))));
                         to(at + 1)
                     }
-                    Op::Jump(by) => to(apart(at, by)),
+                    Op::Jump(by) => to(offset_from(at, by)),
                     Op::Save(slot) => {
                         let slot = slot as usize;
                         self.set(slot, place)?;
@@ -296,14 +297,14 @@ impl NfaSimulation<'_, '_> {
                         }
                         to(at + 1)
                     }
-                    Op::Enter(number) => {
+                    Op::RepeatBegin(number) => {
                         let repeat = self.program.repeats[number as usize];
                         match repeat.least {
                             0 => to(at + 1 + repeat.length as usize),
                             _ => to(at + 1),
                         }
                     }
-                    Op::Again(number) => {
+                    Op::RepeatEnd(number) => {
                         let repeat = self.program.repeats[number as usize];
                         let (group, rest) = (to(at - repeat.length as usize), to(at + 1));
                         let (first, second) = match repeat.greedy {
@@ -313,7 +314,7 @@ impl NfaSimulation<'_, '_> {
                         self.open.push(ClosureTask::Explore(second));
                         first
                     }
-                    Op::Few(number) => {
+                    Op::RepeatSingle(number) => {
                         let repeat = self.program.repeats[number as usize];
                         if state.count < repeat.least as usize {
                             break;

@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use super::line::WaitQueue;
-use super::{deadline, is_given};
+use super::{deadline, is_some_value};
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
 use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, with_data};
@@ -15,7 +15,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) {
     let make: BoundFn = |ev, args| {
         let made = instance(ev, "_thread.Barrier", Rc::new(Barrier::default()))?;
         // A subclass is made without arguments; its `__init__` gives them.
-        if args[0].given().is_some() {
+        if args[0].if_given().is_some() {
             begin(ev, &made, args)?;
         }
         Ok(made)
@@ -111,15 +111,15 @@ fn data(ev: &Evaluator<'_>, receiver: &Value) -> R<Rc<Barrier>> {
 fn begin(ev: &Evaluator<'_>, receiver: &Value, args: &[Value]) -> R<()> {
     let barrier = data(ev, receiver)?;
     barrier.parties.set(ev.index(&args[0])?);
-    ev.core.note(receiver);
-    let given = |value: &Value| value.given().cloned().unwrap_or(Value::None);
+    ev.core.gc_track(receiver);
+    let given = |value: &Value| value.if_given().cloned().unwrap_or(Value::None);
     barrier.action.put(given(&args[1]));
     barrier.timeout.put(given(&args[2]));
     Ok(())
 }
 
 /// `threading.BrokenBarrierError`
-fn broken(ev: &Evaluator<'_>) -> Raised {
+fn broken_error(ev: &Evaluator<'_>) -> Raised {
     let made = || {
         let module = ev.import("threading")?;
         let class = ev.attribute(&module, ev.core.symbols.intern("BrokenBarrierError"))?;
@@ -134,13 +134,13 @@ fn broken(ev: &Evaluator<'_>) -> Raised {
 
 fn wait(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let barrier = data(ev, &args[0])?;
-    let timeout = match is_given(&args[1]) {
+    let timeout = match is_some_value(&args[1]) {
         true => args[1].clone(),
         false => barrier.timeout.get(),
     };
     let until = deadline(ev, &timeout)?;
     if barrier.is_broken.get() {
-        return Err(broken(ev));
+        return Err(broken_error(ev));
     }
     let round = barrier.round();
     let index = round.count.get();
@@ -168,11 +168,11 @@ fn wait(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     match round.end.get() {
         Some(RoundEnd::Full) => Ok(Value::Int(index)),
-        Some(RoundEnd::Broken) => Err(broken(ev)),
+        Some(RoundEnd::Broken) => Err(broken_error(ev)),
         None => {
             debug_assert!(!called, "a thread is called at the end of its round");
             barrier.break_up(ev);
-            Err(broken(ev))
+            Err(broken_error(ev))
         }
     }
 }

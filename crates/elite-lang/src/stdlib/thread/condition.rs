@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::line::WaitQueue;
 use super::lock::Lock;
-use super::{deadline, is_given};
+use super::{deadline, is_some_value};
 use crate::builtins::BoundFn;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
@@ -55,7 +55,7 @@ impl Contents for Condition {
 }
 
 fn begin(ev: &Evaluator<'_>, receiver: &Value, lock: &Value) -> R<()> {
-    let lock = match is_given(lock) {
+    let lock = match is_some_value(lock) {
         true => lock.clone(),
         false => ev.call(
             &Value::Class(native_class(ev, "_thread.RLock")?),
@@ -63,7 +63,7 @@ fn begin(ev: &Evaluator<'_>, receiver: &Value, lock: &Value) -> R<()> {
             &[],
         )?,
     };
-    ev.core.note(receiver);
+    ev.core.gc_track(receiver);
     with_data(ev, receiver, |condition: &Condition| {
         condition.lock.put(lock);
         Ok(())
@@ -174,7 +174,7 @@ fn wait(ev: &Evaluator<'_>, receiver: &Value, until: Option<f64>) -> R<bool> {
     let told = with_data(ev, receiver, |condition: &Condition| {
         // Word that reached a thread which is stopped is for the next one.
         condition.line.wait(ev, until, || {
-            condition.line.wake(ev);
+            condition.line.notify_one(ev);
         })
     });
     // A thread that is stopped leaves blocks which give the lock up: it takes it if it can.
@@ -199,7 +199,7 @@ const METHODS: &[MethodDef] = &[
     ("acquire", "blocking? timeout?", |ev, args| {
         let mut given: Vec<Value> = args[1..]
             .iter()
-            .filter_map(|arg| arg.given().cloned())
+            .filter_map(|arg| arg.if_given().cloned())
             .collect();
         let guard = guard(ev, &args[0])?;
         if args[1].is_unbound() && !args[2].is_unbound() {
@@ -239,7 +239,7 @@ const METHODS: &[MethodDef] = &[
         }
     }),
     ("notify", "n?", |ev, args| {
-        let count = args[1].given().map_or(Ok(1), |n| ev.index(n))?;
+        let count = args[1].if_given().map_or(Ok(1), |n| ev.index(n))?;
         notify(ev, &args[0], count)
     }),
     ("notify_all", "", |ev, args| notify(ev, &args[0], i64::MAX)),

@@ -73,7 +73,7 @@ impl WaitQueue {
     }
 
     /// Calls the thread that has waited longest; which that is.
-    pub fn wake(&self, ev: &Evaluator<'_>) -> Option<u64> {
+    pub fn notify_one(&self, ev: &Evaluator<'_>) -> Option<u64> {
         let place = self.places.borrow_mut().pop_front()?;
         place.called.set(true);
         ev.core.host.wake(ThreadId(place.thread));
@@ -83,7 +83,7 @@ impl WaitQueue {
     /// Calls at most so many.
     pub fn wake_some(&self, ev: &Evaluator<'_>, count: usize) {
         for _ in 0..count.min(self.len()) {
-            self.wake(ev);
+            self.notify_one(ev);
         }
     }
 }

@@ -151,7 +151,7 @@ impl Lock {
 
     /// The next one in the queue gets the lock; without one it is free.
     fn hand_over(&self, ev: &Evaluator<'_>) {
-        match self.line.wake(ev) {
+        match self.line.notify_one(ev) {
             Some(thread) => {
                 self.owner.set(Some(thread));
                 self.count.set(1);
@@ -165,11 +165,11 @@ impl Lock {
 }
 
 fn acquire(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let blocking = match args[1].given() {
+    let blocking = match args[1].if_given() {
         Some(value) => ev.truth(value)?,
         None => true,
     };
-    let timeout = match args[2].given() {
+    let timeout = match args[2].if_given() {
         Some(value) => ev.to_f64(value)?,
         None => -1.0,
     };

@@ -47,7 +47,7 @@ fn start(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
     let function = args[0].clone();
     let positional = ev.collect(&args[1])?;
-    let keywords_given = match args[2].given() {
+    let keywords_given = match args[2].if_given() {
         None => crate::value::Dict::new(),
         Some(value) => {
             let dict = crate::value::Dict::new();
@@ -59,7 +59,7 @@ fn start(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         let (mut names, mut keywords) = (Vec::new(), Vec::new());
         for (_, key, value) in keywords_given.entries() {
             if let Value::Str(name) = key {
-                let name = ev.ask_name(name.as_str())?;
+                let name = ev.temp_symbol(name.as_str())?;
                 keywords.push((*name, value));
                 names.push(name);
             }
@@ -109,7 +109,7 @@ pub(super) fn park(ev: &Evaluator<'_>, until: Option<f64>) -> R<()> {
 
 /// When a wait of `timeout` seconds from now is over; None for one without end.
 fn deadline(ev: &Evaluator<'_>, timeout: &Value) -> R<Option<f64>> {
-    match timeout.given() {
+    match timeout.if_given() {
         None | Some(Value::None) => Ok(None),
         Some(seconds) => {
             let seconds = ev.to_f64(seconds)?;
@@ -122,6 +122,6 @@ fn deadline(ev: &Evaluator<'_>, timeout: &Value) -> R<Option<f64>> {
 }
 
 /// Whether a number is given where None and nothing mean that there is none.
-fn is_given(value: &Value) -> bool {
-    value.given().is_some_and(|value| !value.is_none())
+fn is_some_value(value: &Value) -> bool {
+    value.if_given().is_some_and(|value| !value.is_none())
 }

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use super::line::WaitQueue;
-use super::{deadline, is_given};
+use super::{deadline, is_some_value};
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
 use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, with_data};
@@ -21,7 +21,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) {
         with(ev, args, |semaphore| Ok(Value::Int(semaphore.left.get())))
     });
     let make: BoundFn = |ev, args| {
-        let made = instance(ev, "_thread.BoundedSemaphore", Semaphore::bounded())?;
+        let made = instance(ev, "_thread.BoundedSemaphore", Semaphore::new_bounded())?;
         begin(ev, &made, &args[0])?;
         Ok(made)
     };
@@ -43,7 +43,7 @@ struct Semaphore {
 no_values!(Semaphore);
 
 impl Semaphore {
-    fn bounded() -> Self {
+    fn new_bounded() -> Self {
         Semaphore {
             is_bounded: true,
             ..Semaphore::default()
@@ -60,7 +60,7 @@ impl Semaphore {
 }
 
 fn begin(ev: &Evaluator<'_>, receiver: &Value, value: &Value) -> R<()> {
-    let value = value.given().map_or(Ok(1), |value| ev.index(value))?;
+    let value = value.if_given().map_or(Ok(1), |value| ev.index(value))?;
     if value < 0 {
         return Err(ev.value_error("semaphore initial value must be >= 0"));
     }
@@ -78,7 +78,7 @@ const METHODS: &[MethodDef] = &[
     ("acquire", "blocking? timeout?", acquire),
     ("__enter__", "blocking? timeout?", acquire),
     ("release", "n?", |ev, args| {
-        let count = args[1].given().map_or(Ok(1), |n| ev.index(n))?;
+        let count = args[1].if_given().map_or(Ok(1), |n| ev.index(n))?;
         release(ev, args, count)
     }),
     ("__exit__", "type value traceback /", |ev, args| {
@@ -94,15 +94,15 @@ fn with(ev: &Evaluator<'_>, args: &[Value], act: impl FnOnce(&Semaphore) -> R) -
 }
 
 fn acquire(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let may_wait = args[1].given().map_or(Ok(true), |flag| ev.truth(flag))?;
-    if !may_wait && is_given(&args[2]) {
+    let may_wait = args[1].if_given().map_or(Ok(true), |flag| ev.truth(flag))?;
+    if !may_wait && is_some_value(&args[2]) {
         return Err(ev.value_error("can't specify timeout for non-blocking acquire"));
     }
     let until = deadline(ev, &args[2])?;
     with(ev, args, |semaphore| {
         while !semaphore.try_acquire() {
             let pass_on = || {
-                semaphore.line.wake(ev);
+                semaphore.line.notify_one(ev);
             };
             if !may_wait || !semaphore.line.wait(ev, until, pass_on)? {
                 return Ok(Value::Bool(false));

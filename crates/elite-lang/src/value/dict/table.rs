@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use super::SOME;
+use super::REHASH_CHUNK;
 use super::variables::VariableIndex;
 use crate::ops::hash::{Equality, quick_equal};
 use crate::value::values::DropItem;
@@ -19,7 +19,7 @@ pub(super) const SCAN_MAX: usize = 8;
 /// From so many entries on a table that is scanned gets room for two more at a time.
 const GROWS_BY_TWO: usize = 4;
 /// Larger tables are moved in pieces by whoever can let others have their turn meanwhile (`Dict::remake`).
-pub(super) const AT_ONCE: usize = 4 * SOME;
+pub(super) const INLINE_REHASH_MAX: usize = 4 * REHASH_CHUNK;
 
 /// A key and its value, with the key's hash.
 #[derive(Clone, Default)]
@@ -49,19 +49,19 @@ pub(super) struct DictTable {
 }
 
 impl DropItem for Entry {
-    fn tells(&self) -> bool {
-        self.key.tells() || self.value.tells()
+    fn may_run_script(&self) -> bool {
+        self.key.may_run_script() || self.value.may_run_script()
     }
 
     #[inline(always)]
-    fn is_plain(&self) -> bool {
-        self.key.is_plain() && self.value.is_plain()
+    fn is_immediate(&self) -> bool {
+        self.key.is_immediate() && self.value.is_immediate()
     }
 
     #[inline(always)]
-    fn go(self) {
-        self.key.discard();
-        self.value.discard();
+    fn drop_fast(self) {
+        self.key.drop_inline();
+        self.value.drop_inline();
     }
 }
 
@@ -98,7 +98,7 @@ pub enum KeySearch {
 /// Script code has to say whether two keys are equal.
 pub(super) struct NeedsScript;
 
-pub(super) fn spread(hash: u64) -> usize {
+pub(super) fn mix_hash(hash: u64) -> usize {
     // The tables are indexed by the low bits; Python hashes of numbers need mixing first, of all their bits: those of
     // `i << 45` or of `i / 1024` differ in the upper ones only.
     let product = u128::from(hash) * 0x9E37_79B9_7F4A_7C15;
@@ -108,7 +108,7 @@ pub(super) fn spread(hash: u64) -> usize {
 /// Enters an entry's index in a table of slots with room for it.
 pub(super) fn place(slots: &mut [u32], hash: u64, index: u32) {
     let mask = slots.len() - 1;
-    let mut at = spread(hash) & mask;
+    let mut at = mix_hash(hash) & mask;
     while slots[at] != EMPTY {
         at = (at + 1) & mask;
     }
@@ -131,7 +131,7 @@ impl DictTable {
         match self.find_at_once(hash, key) {
             Ok(Some(index)) => KeySearch::At(index),
             Ok(None) => KeySearch::Nowhere,
-            Err(NeedsScript) => self.find_or_ask(hash, key),
+            Err(NeedsScript) => self.find_slow(hash, key),
         }
     }
 
@@ -157,7 +157,7 @@ impl DictTable {
             return Ok(None);
         }
         let mask = self.slots.len() - 1;
-        let mut at = spread(hash) & mask;
+        let mut at = mix_hash(hash) & mask;
         while self.slots[at] != EMPTY {
             let index = self.slots[at] as usize;
             match is_at(index) {
@@ -171,7 +171,7 @@ impl DictTable {
 
     #[cold]
     #[inline(never)]
-    fn find_or_ask(&self, hash: u64, key: &Value) -> KeySearch {
+    fn find_slow(&self, hash: u64, key: &Value) -> KeySearch {
         // Only what lies on the way of the hash is looked at, whoever has to compare it.
         let mut asked = Vec::new();
         let mut look = |index: usize| {
@@ -193,7 +193,7 @@ impl DictTable {
             }
         } else {
             let mask = self.slots.len() - 1;
-            let mut at = spread(hash) & mask;
+            let mut at = mix_hash(hash) & mask;
             while self.slots[at] != EMPTY {
                 let index = self.slots[at] as usize;
                 if look(index) {
@@ -236,7 +236,7 @@ impl DictTable {
 
     pub(super) fn push(&mut self, hash: u64, key: Value, value: Value) {
         let index = self.entries.len();
-        if index == self.entries.capacity() && self.live < index / 2 && index <= AT_ONCE {
+        if index == self.entries.capacity() && self.live < index / 2 && index <= INLINE_REHASH_MAX {
             self.compact();
         }
         if index == self.entries.capacity() && (GROWS_BY_TWO..SCAN_MAX).contains(&index) {
@@ -279,7 +279,7 @@ impl DictTable {
 
     /// Throws deleted entries away and builds the slots anew.
     pub(super) fn compact(&mut self) {
-        self.squeeze();
+        self.remove_deleted();
         self.rebuild();
     }
 
@@ -289,7 +289,7 @@ impl DictTable {
     }
 
     /// Throws deleted entries away.
-    pub(super) fn squeeze(&mut self) {
+    pub(super) fn remove_deleted(&mut self) {
         if self.live < self.entries.len() {
             self.entries.retain(|entry| !entry.key.is_unbound());
         }
@@ -364,13 +364,13 @@ impl DictTable {
         self.generation += 1;
         if self.live == 0 {
             // None of them holds anything any more.
-            trash::leave(&mut self.entries, |_| false);
+            trash::defer_if_large(&mut self.entries, |_| false);
             self.entries.clear();
             self.slots.clear();
-            self.squeeze();
+            self.remove_deleted();
         } else if self.slots.is_empty() {
-            self.squeeze();
-        } else if self.is_sparse() && self.entries.len() <= AT_ONCE {
+            self.remove_deleted();
+        } else if self.is_sparse() && self.entries.len() <= INLINE_REHASH_MAX {
             self.compact();
         }
         removed

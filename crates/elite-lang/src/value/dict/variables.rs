@@ -40,7 +40,7 @@ impl VariableIndex {
         self.unbound.set(None);
     }
 
-    fn all(&self) -> impl Iterator<Item = Rc<CellVar>> {
+    fn alive_cells(&self) -> impl Iterator<Item = Rc<CellVar>> {
         self.known.iter().filter_map(Weak::upgrade)
     }
 
@@ -52,7 +52,7 @@ impl VariableIndex {
             return unbound;
         }
         let is_unbound = |variable: &Rc<CellVar>| variable.value.borrow().is_unbound();
-        let unbound = self.all().filter(is_unbound).count();
+        let unbound = self.alive_cells().filter(is_unbound).count();
         self.unbound.set(Some((now, unbound)));
         unbound
     }
@@ -61,7 +61,7 @@ impl VariableIndex {
 impl Dict {
     /// Makes it the namespace of a text, for code to refer to its values, from now on.
     pub fn hold_variables(&self) {
-        self.table.change(|table| {
+        self.table.with_mut(|table| {
             if table.of_variables() {
                 return;
             }
@@ -84,7 +84,7 @@ impl Dict {
             return Rc::default();
         };
         let hash = text.hash();
-        self.table.change(|table| {
+        self.table.with_mut(|table| {
             let KeySearch::At(index) = table.find(hash, name) else {
                 let variable: Rc<CellVar> = Rc::default();
                 table.enter(&variable);
@@ -105,7 +105,7 @@ impl Dict {
     pub fn enter_variable(&self, name: &Value, variable: Rc<CellVar>) {
         let Value::Str(text) = name else { return };
         let hash = text.hash();
-        let old = self.table.change(|table| match table.find(hash, name) {
+        let old = self.table.with_mut(|table| match table.find(hash, name) {
             KeySearch::At(index) => {
                 let entered = Value::Cell(variable.clone());
                 let old = std::mem::replace(&mut table.entries[index].value, entered);
@@ -128,7 +128,7 @@ impl Dict {
     pub fn variables(&self) -> Vec<Rc<CellVar>> {
         let table = self.table.borrow();
         let variables = table.variables.as_deref();
-        variables.map_or_else(Vec::new, |variables| variables.all().collect())
+        variables.map_or_else(Vec::new, |variables| variables.alive_cells().collect())
     }
 
     /// Forgets the variables that are unbound and that nobody else refers to.
@@ -140,7 +140,7 @@ impl Dict {
         if !self.variables().iter().any(|known| is_unused(known, 2)) {
             return;
         }
-        let gone = self.table.change(|table| {
+        let gone = self.table.with_mut(|table| {
             let mut gone = Vec::new();
             for entry in &mut table.entries {
                 if let Value::Cell(variable) = &entry.value
@@ -155,7 +155,7 @@ impl Dict {
             gone
         });
         drop(gone);
-        self.table.change(|table| {
+        self.table.with_mut(|table| {
             if let Some(variables) = &mut table.variables {
                 variables.forget_gone();
             }
@@ -165,7 +165,7 @@ impl Dict {
     /// Removes everything; variables that code refers to are unbound.
     pub(super) fn clear_variables(&self) {
         let variables = self.variables();
-        let entries = self.table.change(|table| {
+        let entries = self.table.with_mut(|table| {
             let mut entries = std::mem::take(&mut table.entries);
             if !variables.is_empty() {
                 let kept = entries.iter_mut();

@@ -338,7 +338,7 @@ impl Call<'_, '_> {
         }
         let used = given.clamp(min, max);
         let place = self.place(index);
-        if self.context.warns_first(&place) {
+        if self.context.is_first_warning(&place) {
             let text = format!("{place} is {given}, allowed are {min} to {max}; {used} is used");
             let origin = self.origin();
             self.context

@@ -12,9 +12,9 @@ use super::super::declare::{
 use super::{numbers, parameter};
 
 /// What is wrong with the arguments of a call.
-pub(super) fn misfits(builtin: &Builtin, site: &CallSite<'_>) -> Vec<CallHint> {
+pub(super) fn signature_errors(builtin: &Builtin, site: &CallSite<'_>) -> Vec<CallHint> {
     let mut found = Vec::new();
-    places(builtin, site, &mut found);
+    check_arity(builtin, site, &mut found);
     for (index, arg) in site.args.iter().enumerate() {
         let out_of_range = parameter(builtin, index, arg.name)
             .and_then(|parameter| outside(builtin, parameter, &arg.value));
@@ -26,9 +26,12 @@ pub(super) fn misfits(builtin: &Builtin, site: &CallSite<'_>) -> Vec<CallHint> {
 }
 
 /// Arguments that have no place, and places that have no argument.
-fn places(builtin: &Builtin, site: &CallSite<'_>, found: &mut Vec<CallHint>) {
+fn check_arity(builtin: &Builtin, site: &CallSite<'_>, found: &mut Vec<CallHint>) {
     let name = builtin.name;
-    let takes_any = builtin.params.iter().any(|p| p.kind == ParameterType::Rest);
+    let takes_any = builtin
+        .params
+        .iter()
+        .any(|p| p.kind == ParameterType::Variadic);
     let is_by_place = |arg: &&CallArgument<'_>| arg.name.is_none();
     let by_place = site.args.iter().filter(is_by_place).count();
     let most = builtin.params.len();
@@ -41,7 +44,7 @@ fn places(builtin: &Builtin, site: &CallSite<'_>, found: &mut Vec<CallHint>) {
     for (index, arg) in site.args.iter().enumerate() {
         let Some(word) = arg.name else { continue };
         let wanted =
-            parameter(builtin, index, Some(word)).filter(|p| p.kind != ParameterType::Rest);
+            parameter(builtin, index, Some(word)).filter(|p| p.kind != ParameterType::Variadic);
         let place = wanted.and_then(|p| builtin.params.iter().position(|own| own.name == p.name));
         match place {
             None => {
@@ -59,7 +62,7 @@ fn places(builtin: &Builtin, site: &CallSite<'_>, found: &mut Vec<CallHint>) {
         }
     }
     let missing = builtin.params.iter().zip(&is_given).find(|(p, given)| {
-        !**given && p.default == ParameterDefault::Required && p.kind != ParameterType::Rest
+        !**given && p.default == ParameterDefault::Required && p.kind != ParameterType::Variadic
     });
     // Where a name is wrong, that is why another is missing.
     if let Some((missing, _)) = missing

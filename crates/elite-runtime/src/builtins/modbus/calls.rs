@@ -37,7 +37,7 @@ fn word(call: &mut Call<'_, '_>, index: usize) -> Result<u16, Raised> {
 fn device(call: &mut Call<'_, '_>, host: usize, port: usize) -> Result<DeviceAddress, Raised> {
     let (host, port) = (call.text(host)?, word(call, port)?);
     call.check_net()?;
-    call.check_played(&host, port)?;
+    call.check_simulated(&host, port)?;
     // Signals of a device that no test plays are updated on a thread of their own, by the time of the machine.
     call.context().has_stand_in(&host, port);
     Ok(DeviceAddress { host, port })
@@ -74,7 +74,8 @@ pub(super) fn modbus_add_signal(call: &mut Call<'_, '_>) -> Result<Value, Raised
     };
     last_address(call, 2, spec.address, spec.count)?;
     let name = call.text(4)?;
-    let added = memory::copied(|| call.context().fieldbus().modbus.add(&name, spec.clone()));
+    let added =
+        memory::clone_uncounted(|| call.context().fieldbus().modbus.add(&name, spec.clone()));
     check(call, "modbus_add_signal", added)?;
     Ok(Value::None)
 }
@@ -95,14 +96,15 @@ pub(super) fn modbus_add_rw_signal(call: &mut Call<'_, '_>) -> Result<Value, Rai
     last_address(call, 2, spec.address, spec.count)?;
     last_address(call, 4, write_address, write_count)?;
     let name = call.text(6)?;
-    let added = memory::copied(|| call.context().fieldbus().modbus.add(&name, spec.clone()));
+    let added =
+        memory::clone_uncounted(|| call.context().fieldbus().modbus.add(&name, spec.clone()));
     check(call, "modbus_add_rw_signal", added)?;
     Ok(Value::None)
 }
 
 pub(super) fn modbus_delete_signal(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let name = call.text(0)?;
-    let deleted = memory::copied(|| call.context().fieldbus().modbus.delete(&name));
+    let deleted = memory::clone_uncounted(|| call.context().fieldbus().modbus.delete(&name));
     check(call, "modbus_delete_signal", deleted)?;
     Ok(Value::None)
 }
@@ -111,7 +113,7 @@ pub(super) fn modbus_get_signal_status(call: &mut Call<'_, '_>) -> Result<Value,
     let name = call.text(0)?;
     call.boolean(1)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let status = call.outside(async move { fieldbus.modbus.status(&name).await })?;
+    let status = call.wait_for_future(async move { fieldbus.modbus.status(&name).await })?;
     let (values, is_bits) = check(call, "modbus_get_signal_status", status)?;
     let value = |word: &u16| match is_bits {
         true => Value::Bool(*word != 0),
@@ -180,7 +182,8 @@ pub(super) fn modbus_set_output_signal(call: &mut Call<'_, '_>) -> Result<Value,
     let Some(levels) = levels else {
         return Err(call.not_this_type(1, "True, False or a list of them"));
     };
-    let set = memory::copied(|| call.context().fieldbus().modbus.set_coils(&name, &levels));
+    let set =
+        memory::clone_uncounted(|| call.context().fieldbus().modbus.set_coils(&name, &levels));
     check(call, "modbus_set_output_signal", set)?;
     Ok(Value::None)
 }
@@ -212,7 +215,8 @@ pub(super) fn modbus_set_signal_update_frequency(call: &mut Call<'_, '_>) -> Res
 pub(super) fn modbus_set_signal_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let (name, time) = (call.text(0)?, call.number(1)?);
     let time = Duration::from_secs_f64(time);
-    let set = memory::copied(|| call.context().fieldbus().modbus.set_watchdog(&name, time));
+    let set =
+        memory::clone_uncounted(|| call.context().fieldbus().modbus.set_watchdog(&name, time));
     check(call, "modbus_set_signal_watchdog", set)?;
     Ok(Value::None)
 }
@@ -240,7 +244,7 @@ pub(super) fn modbus_get_time_since_signal_invalid(
 pub(super) fn modbus_reset_connection(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let (device, wait) = (device(call, 0, 2)?, call.boolean(1)?);
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let reset = call.outside(async move { fieldbus.modbus.reset(&device, wait).await })?;
+    let reset = call.wait_for_future(async move { fieldbus.modbus.reset(&device, wait).await })?;
     check(call, "modbus_reset_connection", reset)?;
     Ok(Value::None)
 }
@@ -309,7 +313,7 @@ pub(super) fn write_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     if written.is_err()
         && call
             .context()
-            .warns_first(&format!("write_port_bit {address}"))
+            .is_first_warning(&format!("write_port_bit {address}"))
     {
         let what = meaning_of_coil(address).unwrap_or("it has no known meaning");
         call.warn(format_args!(

@@ -32,7 +32,7 @@ pub(super) struct Workspace {
 impl Workspace {
     /// Opens it.
     pub(super) fn open(root: &Path) -> Result<Self, SandboxError> {
-        let folders = SandboxRoots::open_because(&[root.to_owned()], BECAUSE)?;
+        let folders = SandboxRoots::open_with_reason(&[root.to_owned()], BECAUSE)?;
         Ok(Self {
             root: std::path::absolute(root).unwrap_or_else(|_| root.to_owned()),
             folders,

@@ -74,7 +74,7 @@ impl Evaluator<'_> {
     }
 
     /// What stands for characters that do not fit goes into `out`; where encoding goes on, in characters.
-    pub(super) fn mend_encoding(
+    pub(super) fn handle_encode_error(
         &self,
         codec: Codec,
         errors: &ErrorHandler,
@@ -138,7 +138,7 @@ impl Evaluator<'_> {
             }
         }
         for c in shown.chars() {
-            if !codec.put(c, out) {
+            if !codec.encode_char(c, out) {
                 return strict(trouble);
             }
         }
@@ -156,11 +156,11 @@ impl Evaluator<'_> {
         let handler = self.registered_handler(name)?;
         let error = self.codec_error(&trouble, Value::str(text.as_str()), true);
         let (made, next) = self.ask_handler(&handler, &error, text.len(), "encoding")?;
-        let made = self.plain(&made);
+        let made = self.unwrap_builtin(&made);
         match (&made, self.bytes_like(&made)) {
             (Value::Str(made), _) => {
                 for c in made.as_str().chars() {
-                    if !codec.put(c, out) {
+                    if !codec.encode_char(c, out) {
                         return Err(error);
                     }
                 }
@@ -173,7 +173,7 @@ impl Evaluator<'_> {
 
     /// What stands for bytes that do not decode. `unit` says how long a unit of the encoding is and whether its high
     /// byte comes first, for encodings that have surrogates.
-    pub(super) fn mend_decoding(
+    pub(super) fn handle_decode_error(
         &self,
         errors: &ErrorHandler,
         data: &[u8],
@@ -185,7 +185,7 @@ impl Evaluator<'_> {
         let mut text = String::new();
         let mut next = end;
         let strict = || -> R<Replacement> {
-            let object = Value::bytes(self.copied_bytes(data)?);
+            let object = Value::bytes(self.copy_bytes(data)?);
             Err(self.codec_error(&trouble, object, false))
         };
         match errors {
@@ -218,14 +218,14 @@ impl Evaluator<'_> {
             }
             ErrorHandler::Other(name) => {
                 let handler = self.registered_handler(name)?;
-                let object = Value::bytes(self.copied_bytes(data)?);
+                let object = Value::bytes(self.copy_bytes(data)?);
                 let error = self.codec_error(&trouble, object, false);
                 let (made, next) = self.ask_handler(&handler, &error, data.len(), "decoding")?;
-                let Value::Str(made) = self.plain(&made) else {
+                let Value::Str(made) = self.unwrap_builtin(&made) else {
                     return Err(self.handler_error("decoding", "(str, int)"));
                 };
                 return Ok(Replacement {
-                    text: self.copied_text(made.as_str())?,
+                    text: self.copy_text(made.as_str())?,
                     next,
                     data: None,
                 });
@@ -255,7 +255,7 @@ impl Evaluator<'_> {
             return Err(error.clone());
         };
         let answer = self.call1(handler, Value::Instance(exception.clone()))?;
-        let Value::Tuple(pair) = self.plain(&answer) else {
+        let Value::Tuple(pair) = self.unwrap_builtin(&answer) else {
             return Err(self.handler_error(verb, wanted));
         };
         let [made, place] = pair.items() else {

@@ -13,7 +13,7 @@ use std::rc::Rc;
 use super::string::text_argument;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, STRIDE, pieces};
+use crate::eval::bulk::{BULK_CHUNK, WORK_PER_BYTE, pieces};
 use crate::value::surrogate::{code_of, is_surrogate, may_have_surrogates};
 use crate::value::{R, Str, Value};
 
@@ -138,7 +138,7 @@ impl Codec {
 
     /// Appends the bytes of a character; false if it has none.
     #[inline]
-    fn put(self, c: char, out: &mut Vec<u8>) -> bool {
+    fn encode_char(self, c: char, out: &mut Vec<u8>) -> bool {
         match self {
             Codec::Utf8 { .. } if is_surrogate(c) => return false,
             Codec::Utf8 { .. } => out.extend_from_slice(c.encode_utf8(&mut [0; 4]).as_bytes()),
@@ -207,7 +207,7 @@ impl Evaluator<'_> {
         }
         let codec = self.codec(encoding, "decode")?;
         let decoded = self.decode_some(data, codec, errors, true)?;
-        self.string(decoded.text)
+        self.new_str(decoded.text)
     }
 
     /// The name of an encoding as `codecs.lookup` has it; an error if there is none.
@@ -259,7 +259,7 @@ impl Evaluator<'_> {
                         }
                         DecodeStep::Nothing => {}
                     }
-                    self.worked(EACH)?;
+                    self.charge(WORK_PER_BYTE)?;
                     at += length;
                 }
                 Err(DecodeFault {
@@ -267,7 +267,7 @@ impl Evaluator<'_> {
                     reason,
                     is_cut,
                 }) => {
-                    self.worked(4 * EACH)?;
+                    self.charge(4 * WORK_PER_BYTE)?;
                     let end = (at + length).min(data.len());
                     if is_cut && !is_end {
                         break;
@@ -285,7 +285,7 @@ impl Evaluator<'_> {
                         Codec::Utf8 { .. } => Some((1, false)),
                         _ => None,
                     };
-                    let mended = self.mend_decoding(&errors, &data, unit, trouble)?;
+                    let mended = self.handle_decode_error(&errors, &data, unit, trouble)?;
                     self.push_text(&mut out, &mended.text)?;
                     if let Some(other) = mended.data {
                         data = std::borrow::Cow::Owned(other);
@@ -319,10 +319,10 @@ impl Evaluator<'_> {
             Codec::Utf8 { mark } if !may_have_surrogates(text.as_str()) => {
                 if mark {
                     out.extend_from_slice(MARK_OF_UTF8);
-                    out.extend(self.copied_bytes(text.as_str().as_bytes())?);
+                    out.extend(self.copy_bytes(text.as_str().as_bytes())?);
                     return Ok(out);
                 }
-                return self.copied_bytes(text.as_str().as_bytes());
+                return self.copy_bytes(text.as_str().as_bytes());
             }
             Codec::Utf8 { mark: true } => out.extend_from_slice(MARK_OF_UTF8),
             Codec::Wide {
@@ -341,14 +341,14 @@ impl Evaluator<'_> {
                 self.grow(&mut out, piece.len())?;
                 let mut done = 0;
                 for c in piece.chars() {
-                    if !codec.put(c, &mut out) {
+                    if !codec.encode_char(c, &mut out) {
                         stopped = true;
                         break;
                     }
                     done += c.len_utf8();
                     at += 1;
                 }
-                self.worked(done.max(1) * EACH)?;
+                self.charge(done.max(1) * WORK_PER_BYTE)?;
                 rest = &rest[done..];
                 if stopped {
                     break;
@@ -356,9 +356,11 @@ impl Evaluator<'_> {
             }
             if stopped {
                 // Where characters are is asked from here on.
-                self.mark(text)?;
+                self.index_chars(text)?;
                 let mut scratch = Vec::new();
-                let run = rest.chars().take_while(|c| !codec.put(*c, &mut scratch));
+                let run = rest
+                    .chars()
+                    .take_while(|c| !codec.encode_char(*c, &mut scratch));
                 let count = if codec.takes_runs() { run.count() } else { 1 };
                 let trouble = CodecError {
                     codec: codec.name(),
@@ -366,10 +368,10 @@ impl Evaluator<'_> {
                     end: at + count,
                     reason: codec.reason(),
                 };
-                let next = self.mend_encoding(codec, &errors, text, trouble, &mut out)?;
+                let next = self.handle_encode_error(codec, &errors, text, trouble, &mut out)?;
                 at = next;
                 rest = &text.as_str()[text.byte_offset(next)..];
-                self.worked(count * EACH)?;
+                self.charge(count * WORK_PER_BYTE)?;
             }
         }
         Ok(out)
@@ -388,7 +390,7 @@ impl Evaluator<'_> {
         argument: &str,
         value: &Value,
     ) -> R<Option<Rc<Str>>> {
-        let Some(value) = value.given() else {
+        let Some(value) = value.if_given() else {
             return Ok(None);
         };
         let text = text_argument(self, value).map_err(|_| {
@@ -477,7 +479,7 @@ fn fault(length: usize, reason: &'static str) -> DecodeFault {
     }
 }
 
-fn cut(length: usize, reason: &'static str) -> DecodeFault {
+fn incomplete(length: usize, reason: &'static str) -> DecodeFault {
     DecodeFault {
         length,
         reason,
@@ -489,7 +491,7 @@ fn cut(length: usize, reason: &'static str) -> DecodeFault {
 fn step(codec: Codec, data: &[u8], at: usize) -> Result<(DecodeStep<'_>, usize), DecodeFault> {
     let rest = &data[at..];
     match codec {
-        Codec::Utf8 { .. } => match std::str::from_utf8(&rest[..rest.len().min(STRIDE)]) {
+        Codec::Utf8 { .. } => match std::str::from_utf8(&rest[..rest.len().min(BULK_CHUNK)]) {
             Ok(text) => Ok((DecodeStep::Text(text), text.len())),
             Err(wrong) if wrong.valid_up_to() > 0 => {
                 let valid = wrong.valid_up_to();
@@ -498,7 +500,7 @@ fn step(codec: Codec, data: &[u8], at: usize) -> Result<(DecodeStep<'_>, usize),
             }
             // A character that is cut by the end of the piece is not at its beginning.
             Err(wrong) => Err(match (wrong.error_len(), rest[0]) {
-                (None, _) => cut(rest.len(), "unexpected end of data"),
+                (None, _) => incomplete(rest.len(), "unexpected end of data"),
                 (Some(length), 0x80..=0xc1 | 0xf5..) => fault(length, "invalid start byte"),
                 (Some(length), _) => fault(length, "invalid continuation byte"),
             }),
@@ -515,7 +517,9 @@ fn step(codec: Codec, data: &[u8], at: usize) -> Result<(DecodeStep<'_>, usize),
         Codec::Chinese(_) if rest[0].is_ascii() => Ok((DecodeStep::Char(char::from(rest[0])), 1)),
         Codec::Chinese(chinese) => match chinese.decode(rest) {
             Ok((c, length)) => Ok((DecodeStep::Char(c), length)),
-            Err(GbDecodeError::Incomplete) => Err(cut(rest.len(), "incomplete multibyte sequence")),
+            Err(GbDecodeError::Incomplete) => {
+                Err(incomplete(rest.len(), "incomplete multibyte sequence"))
+            }
             Err(GbDecodeError::Illegal) => Err(fault(1, "illegal multibyte sequence")),
         },
         Codec::Escapes { raw } => match escape::decode(rest, raw) {
@@ -526,7 +530,7 @@ fn step(codec: Codec, data: &[u8], at: usize) -> Result<(DecodeStep<'_>, usize),
             }
             Ok((Some(c), length)) => Ok((DecodeStep::Char(c), length)),
             Ok((None, length)) => Ok((DecodeStep::Nothing, length)),
-            Err((length, reason)) if length >= rest.len() => Err(cut(length, reason)),
+            Err((length, reason)) if length >= rest.len() => Err(incomplete(length, reason)),
             Err((length, reason)) => Err(fault(length, reason)),
         },
     }
@@ -546,20 +550,20 @@ fn wide_step(
         }
     };
     let Some(first) = rest.get(..unit).map(number) else {
-        return Err(cut(rest.len(), "truncated data"));
+        return Err(incomplete(rest.len(), "truncated data"));
     };
     if unit == 2 && (0xd800..0xdc00).contains(&first) {
         let Some(second) = rest.get(2..4).map(number) else {
-            return Err(cut(rest.len(), "unexpected end of data"));
+            return Err(incomplete(rest.len(), "unexpected end of data"));
         };
         if !(0xdc00..0xe000).contains(&second) {
             return Err(fault(2, "illegal UTF-16 surrogate"));
         }
         let code = 0x1_0000 + ((first - 0xd800) << 10) + (second - 0xdc00);
-        return Ok((DecodeStep::Char(whole(code)), 4));
+        return Ok((DecodeStep::Char(char_of_scalar(code)), 4));
     }
     match char::from_u32(first) {
-        Some(_) => Ok((DecodeStep::Char(whole(first)), unit)),
+        Some(_) => Ok((DecodeStep::Char(char_of_scalar(first)), unit)),
         None if unit == 2 => Err(fault(2, "illegal encoding")),
         None if first < 0x11_0000 => Err(fault(
             4,
@@ -570,7 +574,7 @@ fn wide_step(
 }
 
 /// The character of a code point that is no surrogate.
-fn whole(code: u32) -> char {
+fn char_of_scalar(code: u32) -> char {
     crate::value::surrogate::char_of(code).unwrap_or(char::REPLACEMENT_CHARACTER)
 }
 

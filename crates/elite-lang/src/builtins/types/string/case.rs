@@ -8,7 +8,7 @@ use crate::value::{R, Value};
 /// A text mapped piece by piece; where the pieces are cut must not matter.
 pub(super) fn mapped(ev: &Evaluator<'_>, args: &[Value], map: impl FnMut(&str, &mut String)) -> R {
     let text = receiver(ev, &args[0])?;
-    ev.string(ev.mapped_text(text.as_str(), map)?)
+    ev.new_str(ev.map_text(text.as_str(), map)?)
 }
 
 pub(super) fn capitalize(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -19,8 +19,8 @@ pub(super) fn capitalize(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let mut out = String::new();
     unicode::push_title(first, &mut out);
-    ev.push_text(&mut out, &lowered(ev, text, first.len_utf8())?)?;
-    ev.string(out)
+    ev.push_text(&mut out, &to_lower(ev, text, first.len_utf8())?)?;
+    ev.new_str(out)
 }
 
 const SIGMA: char = 'Σ';
@@ -34,7 +34,7 @@ fn small_sigma(text: &str, place: usize) -> char {
 }
 
 /// The lower case of a text from a byte on. A capital sigma at the end of a word has a small form of its own.
-pub(super) fn lowered(ev: &Evaluator<'_>, text: &str, from: usize) -> R<String> {
+pub(super) fn to_lower(ev: &Evaluator<'_>, text: &str, from: usize) -> R<String> {
     let mut at = from;
     let lower = |piece: &str, out: &mut String| {
         let mut rest = piece;
@@ -48,13 +48,13 @@ pub(super) fn lowered(ev: &Evaluator<'_>, text: &str, from: usize) -> R<String> 
         out.push_str(&rest.to_lowercase());
         at += piece.len();
     };
-    ev.mapped_text(&text[from..], lower)
+    ev.map_text(&text[from..], lower)
 }
 
 /// A text with each word in title case.
-pub(super) fn titled(ev: &Evaluator<'_>, text: &str) -> R<String> {
+pub(super) fn to_title(ev: &Evaluator<'_>, text: &str) -> R<String> {
     let (mut at, mut inside) = (0, false);
-    ev.mapped_text(text, |piece, out| {
+    ev.map_text(text, |piece, out| {
         for c in piece.chars() {
             match inside {
                 true if c == SIGMA => out.push(small_sigma(text, at)),
@@ -102,9 +102,9 @@ impl TitleCaseCheck {
 }
 
 /// A text with its capitals small and its small letters capital.
-pub(super) fn swapped(ev: &Evaluator<'_>, text: &str) -> R<String> {
+pub(super) fn swap_case(ev: &Evaluator<'_>, text: &str) -> R<String> {
     let mut at = 0;
-    ev.mapped_text(text, |piece, out| {
+    ev.map_text(text, |piece, out| {
         for c in piece.chars() {
             if c == SIGMA {
                 out.push(small_sigma(text, at));

@@ -6,7 +6,7 @@ use compact_str::CompactString;
 
 use super::receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, STRIDE};
+use crate::eval::bulk::{BULK_CHUNK, WORK_PER_BYTE};
 use crate::value::{R, Str, Value};
 
 /// Texts and the separators between them that are joined without a safepoint.
@@ -28,7 +28,7 @@ fn join_few(ev: &Evaluator<'_>, items: &[Value], separator: &Str) -> R<Option<Va
         bytes = bytes.saturating_add(text.as_str().len());
         chars = chars.saturating_add(text.len());
     }
-    if bytes > STRIDE {
+    if bytes > BULK_CHUNK {
         return Ok(None);
     }
     ev.check_allocation(bytes)?;
@@ -41,7 +41,7 @@ fn join_few(ev: &Evaluator<'_>, items: &[Value], separator: &Str) -> R<Option<Va
             out.push_str(text.as_str());
         }
     }
-    Ok(Some(Value::Str(Rc::new(Str::counted(out, chars)))))
+    Ok(Some(Value::Str(Rc::new(Str::with_char_count(out, chars)))))
 }
 
 pub(super) fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -59,7 +59,7 @@ pub(super) fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         iterable => {
             let message = || "can only join an iterable".to_owned();
             let iterator = ev.iter_or(iterable, message)?;
-            ev.listed(&iterator)?.into_tuple()
+            ev.collect_rest(&iterator)?.into_tuple()
         }
     };
     join_many(ev, &collected, &separator)
@@ -68,14 +68,14 @@ pub(super) fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 /// The texts of a list or tuple with a separator between them.
 fn join_many(ev: &Evaluator<'_>, sequence: &Value, separator: &Str) -> R {
     let text_at = |index: usize| -> R<Option<Rc<Str>>> {
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
         let item = match sequence {
             Value::List(list) => list.get(index),
             Value::Tuple(tuple) => tuple.items().get(index).cloned(),
             _ => None,
         };
         let Some(item) = item else { return Ok(None) };
-        match ev.plain(&item) {
+        match ev.unwrap_builtin(&item) {
             Value::Str(text) => Ok(Some(text)),
             _ => {
                 let name = ev.core.types.name_of(&item);
@@ -107,5 +107,5 @@ fn join_many(ev: &Evaluator<'_>, sequence: &Value, separator: &Str) -> R {
         chars += text.len();
         index += 1;
     }
-    Ok(Value::Str(Rc::new(Str::counted(out, chars))))
+    Ok(Value::Str(Rc::new(Str::with_char_count(out, chars))))
 }

@@ -2,15 +2,15 @@
 
 use super::receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, pieces};
+use crate::eval::bulk::{WORK_PER_BYTE, pieces};
 use crate::value::{R, Value};
 
 pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], align: char) -> R {
     let text = receiver(ev, &args[0])?;
     let width = usize::try_from(ev.index(&args[1])?).unwrap_or(0);
-    let fill = match args[2].given() {
+    let fill = match args[2].if_given() {
         None => ' ',
-        Some(value) => match ev.plain(value) {
+        Some(value) => match ev.unwrap_builtin(value) {
             Value::Str(text) if text.len() == 1 => text.as_str().chars().next().unwrap_or(' '),
             Value::Str(_) => {
                 return Err(ev.type_error("The fill character must be exactly one character long"));
@@ -45,7 +45,7 @@ pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], align: char) -> R {
     ev.push_repeated(&mut out, fill, before)?;
     ev.push_text(&mut out, text.as_str())?;
     ev.push_repeated(&mut out, fill, after)?;
-    ev.string(out)
+    ev.new_str(out)
 }
 
 pub(super) fn zfill(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -60,12 +60,12 @@ pub(super) fn zfill(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     out.push_str(sign);
     ev.push_repeated(&mut out, "0", missing)?;
     ev.push_text(&mut out, digits)?;
-    ev.string(out)
+    ev.new_str(out)
 }
 
 pub(super) fn expandtabs(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let text = receiver(ev, &args[0])?;
-    let size = match args[1].given() {
+    let size = match args[1].if_given() {
         Some(value) => usize::try_from(ev.c_int(value)?).unwrap_or(0),
         None => 8,
     };
@@ -91,7 +91,7 @@ pub(super) fn expandtabs(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 }
             }
         }
-        ev.worked(piece.len() * EACH)?;
+        ev.charge(piece.len() * WORK_PER_BYTE)?;
     }
-    ev.string(out)
+    ev.new_str(out)
 }

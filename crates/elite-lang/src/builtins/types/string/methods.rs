@@ -6,7 +6,7 @@ use crate::value::function::WrappedFunction;
 use std::rc::Rc;
 
 use super::case::{
-    TitleCaseCheck, all, capitalize, cased, is_space, lowered, mapped, swapped, titled,
+    TitleCaseCheck, all, capitalize, cased, is_space, mapped, swap_case, to_lower, to_title,
 };
 use super::join::join;
 use super::layout::{expandtabs, pad, zfill};
@@ -16,7 +16,7 @@ use super::search::{affix, begins, count, ends, find, named_text, replace};
 use super::table::{maketrans, translate};
 use crate::builtins::types::{methods, raw_method};
 use crate::eval::InterpreterState;
-use crate::eval::bulk::{EACH, pieces};
+use crate::eval::bulk::{WORK_PER_BYTE, pieces};
 use crate::lexer::names;
 use crate::ops::unicode;
 use crate::value::{Bytes, Value};
@@ -32,7 +32,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             }),
             ("lower", "", |ev, args| {
                 let text = receiver(ev, &args[0])?;
-                ev.string(lowered(ev, text.as_str(), 0)?)
+                ev.new_str(to_lower(ev, text.as_str(), 0)?)
             }),
             ("casefold", "", |ev, args| {
                 mapped(ev, args, |text, out| out.push_str(&unicode::casefold(text)))
@@ -40,11 +40,11 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             ("capitalize", "", capitalize),
             ("title", "", |ev, args| {
                 let text = receiver(ev, &args[0])?;
-                ev.string(titled(ev, text.as_str())?)
+                ev.new_str(to_title(ev, text.as_str())?)
             }),
             ("swapcase", "", |ev, args| {
                 let text = receiver(ev, &args[0])?;
-                ev.string(swapped(ev, text.as_str())?)
+                ev.new_str(swap_case(ev, text.as_str())?)
             }),
             ("strip", "chars? /", |ev, args| strip(ev, args, true, true)),
             ("lstrip", "chars? /", |ev, args| {
@@ -83,7 +83,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
                 let part = named_text(ev, &args[1], "removeprefix")?;
                 let text = receiver(ev, &args[0])?;
                 match begins(ev, text.as_str(), part.as_str())? {
-                    true => ev.string_of(&text.as_str()[part.as_str().len()..]),
+                    true => ev.new_str_from(&text.as_str()[part.as_str().len()..]),
                     false => Ok(Value::Str(text)),
                 }
             }),
@@ -93,7 +93,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
                 match ends(ev, text.as_str(), part.as_str())? {
                     true => {
                         let length = text.as_str().len() - part.as_str().len();
-                        ev.string_of(&text.as_str()[..length])
+                        ev.new_str_from(&text.as_str()[..length])
                     }
                     false => Ok(Value::Str(text)),
                 }
@@ -144,7 +144,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
                     if !title.goes_on(piece.chars()) {
                         return Ok(Value::Bool(false));
                     }
-                    ev.worked(piece.len() * EACH)?;
+                    ev.charge(piece.len() * WORK_PER_BYTE)?;
                 }
                 Ok(Value::Bool(title.is_one()))
             }),

@@ -22,11 +22,11 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         &core.types.str,
         "object? encoding? errors?",
         |ev, args| {
-            let decodes = args[1].given().is_some() || args[2].given().is_some();
+            let decodes = args[1].if_given().is_some() || args[2].if_given().is_some();
             if decodes {
                 ev.check_codec_arguments("str", &args[1], &args[2])?;
             }
-            let Some(value) = args[0].given() else {
+            let Some(value) = args[0].if_given() else {
                 return Ok(ev.core.empty_str.clone());
             };
             if !decodes {
@@ -36,11 +36,13 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
                 Some(data) => ev.decode(&data, &args[1], &args[2]),
                 None => {
                     let name = ev.core.types.name_of(value);
-                    Err(ev.type_error(if let Value::Str(_) = ev.plain(value) {
-                        "decoding str is not supported".to_owned()
-                    } else {
-                        format!("decoding to str: need a bytes-like object, {name} found")
-                    }))
+                    Err(
+                        ev.type_error(if let Value::Str(_) = ev.unwrap_builtin(value) {
+                            "decoding str is not supported".to_owned()
+                        } else {
+                            format!("decoding to str: need a bytes-like object, {name} found")
+                        }),
+                    )
                 }
             }
         },
@@ -52,7 +54,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
 pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Str>> {
     match value {
         Value::Str(text) => Ok(text.clone()),
-        other => match ev.plain(other) {
+        other => match ev.unwrap_builtin(other) {
             Value::Str(text) => Ok(text),
             other => Err(wrong_receiver(ev, "str", &other)),
         },
@@ -61,7 +63,7 @@ pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Str>> {
 
 /// A string argument of a method.
 pub(super) fn text_argument(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Str>> {
-    match ev.plain(value) {
+    match ev.unwrap_builtin(value) {
         Value::Str(text) => Ok(text),
         _ => {
             let name = ev.core.types.name_of(value);

@@ -6,14 +6,14 @@ use std::rc::Rc;
 use super::case::is_space;
 use super::{receiver, text_argument};
 use crate::eval::Evaluator;
-use crate::eval::bulk::{EACH, STRIDE, many, pieces};
+use crate::eval::bulk::{BULK_CHUNK, WORK_PER_BYTE, bulk_work, pieces};
 use crate::value::{R, Str, Value, ValueVec};
 
 pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {
     let text = receiver(ev, &args[0])?;
-    let chars: Option<CharSet> = match args[1].given() {
+    let chars: Option<CharSet> = match args[1].if_given() {
         None | Some(Value::None) => None,
-        Some(value) => match ev.plain(value) {
+        Some(value) => match ev.unwrap_builtin(value) {
             Value::Str(text) => Some(CharSet::of(ev, text.as_str())?),
             _ => {
                 let method = match (left, right) {
@@ -32,15 +32,15 @@ pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool)
     };
     let mut part = text.as_str();
     if left {
-        part = &part[ev.leading(part, cut)?..];
+        part = &part[ev.prefix_len(part, cut)?..];
     }
     if right {
-        part = &part[..part.len() - ev.trailing(part, cut)?];
+        part = &part[..part.len() - ev.suffix_len(part, cut)?];
     }
     if part.len() == text.as_str().len() {
         return Ok(Value::Str(text.clone()));
     }
-    ev.string_of(part)
+    ev.new_str_from(part)
 }
 
 /// Characters that are asked for again and again.
@@ -57,7 +57,7 @@ impl CharSet {
         let mut chars = HashSet::new();
         for piece in pieces(text) {
             chars.extend(piece.chars());
-            ev.worked(piece.len() * EACH)?;
+            ev.charge(piece.len() * WORK_PER_BYTE)?;
         }
         Ok(CharSet::Many(chars))
     }
@@ -72,11 +72,11 @@ impl CharSet {
 
 pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     let text = receiver(ev, &args[0])?;
-    let most = match args[2].given() {
+    let most = match args[2].if_given() {
         Some(value) => usize::try_from(ev.index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
-    let separator = match args[1].given() {
+    let separator = match args[1].if_given() {
         None | Some(Value::None) => None,
         Some(separator) => Some(text_argument(ev, separator).map_err(|_| {
             let name = ev.core.types.name_of(separator);
@@ -85,9 +85,9 @@ pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     };
     let mut parts = TextSplitter::new(ev, &text);
     match separator {
-        None => parts.between_spaces(most, from_right)?,
+        None => parts.split_at_spaces(most, from_right)?,
         Some(separator) if separator.is_empty() => return Err(ev.value_error("empty separator")),
-        Some(separator) => parts.between(separator.as_str(), most, from_right)?,
+        Some(separator) => parts.split_at_separator(separator.as_str(), most, from_right)?,
     }
     if from_right {
         ev.reverse(&mut parts.list)?;
@@ -118,7 +118,7 @@ impl<'p, 'y> TextSplitter<'p, 'y> {
         }
     }
 
-    fn between(&mut self, separator: &str, most: usize, from_right: bool) -> R<()> {
+    fn split_at_separator(&mut self, separator: &str, most: usize, from_right: bool) -> R<()> {
         let (ev, text) = (self.ev, self.whole.as_str());
         let (data, separator) = (text.as_bytes(), separator.as_bytes());
         ev.each_between(data, separator, most, from_right, |part| {
@@ -127,26 +127,26 @@ impl<'p, 'y> TextSplitter<'p, 'y> {
     }
 
     /// Splits at runs of white space, at most `most` times; the rest keeps its inner white space.
-    fn between_spaces(&mut self, most: usize, from_right: bool) -> R<()> {
+    fn split_at_spaces(&mut self, most: usize, from_right: bool) -> R<()> {
         let (ev, text) = (self.ev, self.whole.as_str());
         let is_word = |c: char| !is_space(c);
         let mut rest = match from_right {
-            true => &text[..text.len() - ev.trailing(text, is_space)?],
-            false => &text[ev.leading(text, is_space)?..],
+            true => &text[..text.len() - ev.suffix_len(text, is_space)?],
+            false => &text[ev.prefix_len(text, is_space)?..],
         };
         while !rest.is_empty() {
             if self.list.len() == most {
                 return self.push(rest);
             }
-            ev.worked(EACH)?;
+            ev.charge(WORK_PER_BYTE)?;
             if from_right {
-                let at = rest.len() - ev.trailing(rest, is_word)?;
+                let at = rest.len() - ev.suffix_len(rest, is_word)?;
                 self.push(&rest[at..])?;
-                rest = &rest[..at - ev.trailing(&rest[..at], is_space)?];
+                rest = &rest[..at - ev.suffix_len(&rest[..at], is_space)?];
             } else {
-                let at = ev.leading(rest, is_word)?;
+                let at = ev.prefix_len(rest, is_word)?;
                 self.push(&rest[..at])?;
-                rest = &rest[at + ev.leading(&rest[at..], is_space)?..];
+                rest = &rest[at + ev.prefix_len(&rest[at..], is_space)?..];
             }
         }
         Ok(())
@@ -156,18 +156,18 @@ impl<'p, 'y> TextSplitter<'p, 'y> {
 /// A part of a text as a string of its own.
 #[inline]
 fn part_of(ev: &Evaluator<'_>, whole: &Str, part: &str) -> R {
-    if whole.is_ascii() && part.len() <= STRIDE {
-        ev.worked(many(part.len()))?;
+    if whole.is_ascii() && part.len() <= BULK_CHUNK {
+        ev.charge(bulk_work(part.len()))?;
         if let [byte] = part.as_bytes() {
             return Ok(ev.core.char_value(char::from(*byte)));
         }
-        return Ok(Value::Str(Rc::new(Str::counted(part, part.len()))));
+        return Ok(Value::Str(Rc::new(Str::with_char_count(part, part.len()))));
     }
-    ev.string_of(part)
+    ev.new_str_from(part)
 }
 
 pub(super) fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let keep = args[1].given().map_or(Ok(0), |value| ev.c_int(value))? != 0;
+    let keep = args[1].if_given().map_or(Ok(0), |value| ev.c_int(value))? != 0;
     let whole = receiver(ev, &args[0])?;
     let text = whole.as_str();
     let is_end = |c: char| {
@@ -179,14 +179,14 @@ pub(super) fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut lines = TextSplitter::new(ev, &whole);
     let mut rest = text;
     while !rest.is_empty() {
-        let line = ev.leading(rest, |c| !is_end(c))?;
+        let line = ev.prefix_len(rest, |c| !is_end(c))?;
         let end = match &rest[line..] {
             "" => line,
             rest if rest.starts_with("\r\n") => line + 2,
             rest => line + rest.chars().next().map_or(1, char::len_utf8),
         };
         lines.push(if keep { &rest[..end] } else { &rest[..line] })?;
-        ev.worked(EACH)?;
+        ev.charge(WORK_PER_BYTE)?;
         rest = &rest[end..];
     }
     Ok(lines.list.into_list())

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::{receiver, text_argument};
 use crate::builtins::types::bounds::SearchBounds;
 use crate::eval::Evaluator;
-use crate::eval::bulk::EACH;
+use crate::eval::bulk::WORK_PER_BYTE;
 use crate::ops::search::Occurrences;
 use crate::value::{R, Str, Value};
 
@@ -19,14 +19,14 @@ pub(super) fn named_text(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<R
 
 pub(super) fn begins(ev: &Evaluator<'_>, text: &str, part: &str) -> R<bool> {
     match text.as_bytes().get(..part.len()) {
-        Some(text) => ev.equal_bytes(text, part.as_bytes()),
+        Some(text) => ev.bytes_equal(text, part.as_bytes()),
         None => Ok(false),
     }
 }
 
 pub(super) fn ends(ev: &Evaluator<'_>, text: &str, part: &str) -> R<bool> {
     match text.len().checked_sub(part.len()) {
-        Some(from) => ev.equal_bytes(&text.as_bytes()[from..], part.as_bytes()),
+        Some(from) => ev.bytes_equal(&text.as_bytes()[from..], part.as_bytes()),
         None => Ok(false),
     }
 }
@@ -34,7 +34,7 @@ pub(super) fn ends(ev: &Evaluator<'_>, text: &str, part: &str) -> R<bool> {
 pub(super) fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let text = receiver(ev, &args[0])?;
     let argument = |index: usize| -> R<Rc<Str>> {
-        match ev.plain(&args[index]) {
+        match ev.unwrap_builtin(&args[index]) {
             Value::Str(text) => Ok(text),
             _ => {
                 let name = ev.core.types.name_of_argument(&args[index]);
@@ -45,7 +45,7 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         }
     };
     let (old, new) = (argument(1)?, argument(2)?);
-    let count = match args[3].given() {
+    let count = match args[3].if_given() {
         Some(value) => usize::try_from(ev.index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
@@ -63,17 +63,17 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             ev.push_text(&mut out, new)?;
             ev.push_text(&mut out, &text[from..from + c.len_utf8()])?;
             from += c.len_utf8();
-            ev.worked(EACH)?;
+            ev.charge(WORK_PER_BYTE)?;
         }
         let rest = &text[from..];
         if left > 0 && rest.is_empty() {
             ev.push_text(&mut out, new)?;
         }
         ev.push_text(&mut out, rest)?;
-        return ev.string(out);
+        return ev.new_str(out);
     }
     if count == 0 {
-        return ev.string_of(text);
+        return ev.new_str_from(text);
     }
     let mut found = Occurrences::new(text.as_bytes(), old.as_bytes());
     let mut left = count;
@@ -86,17 +86,17 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         left -= 1;
     }
     ev.push_text(&mut out, &text[from..])?;
-    ev.string(out)
+    ev.new_str(out)
 }
 
 /// The part of a string between bounds, and the index it starts at; None if they cross.
-fn within<'t>(
+fn bounded_part<'t>(
     ev: &Evaluator<'_>,
     text: &'t Str,
     bounds: &SearchBounds,
 ) -> R<Option<(usize, &'t str)>> {
-    ev.mark(text)?;
-    let places = bounds.within(text.len());
+    ev.index_chars(text)?;
+    let places = bounds.resolve(text.len());
     Ok(places.map(|(from, to)| (from, text.slice(from, to))))
 }
 
@@ -106,7 +106,7 @@ pub(super) fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, require
         SearchBounds::read(ev, &args[2], &args[3])?,
     );
     let part = text_argument(ev, &args[1])?;
-    let found = match within(ev, &text, &bounds)? {
+    let found = match bounded_part(ev, &text, &bounds)? {
         Some((start, slice)) => {
             let (slice, part) = (slice.as_bytes(), part.as_str().as_bytes());
             let at = match from_right {
@@ -130,7 +130,7 @@ pub(super) fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         SearchBounds::read(ev, &args[2], &args[3])?,
     );
     let part = text_argument(ev, &args[1])?;
-    let count = match within(ev, &text, &bounds)? {
+    let count = match bounded_part(ev, &text, &bounds)? {
         None => 0,
         Some((_, slice)) if part.is_empty() => ev.count_chars(slice)? + 1,
         Some((_, slice)) => {
@@ -154,11 +154,11 @@ pub(super) fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: Affi
     }
     let text = receiver(ev, &args[0])?;
     let bounds = SearchBounds::read(ev, &args[2], &args[3])?;
-    let slice = within(ev, &text, &bounds)?.map(|(_, slice)| slice);
-    let parts = ev.plain(&args[1]);
+    let slice = bounded_part(ev, &text, &bounds)?.map(|(_, slice)| slice);
+    let parts = ev.unwrap_builtin(&args[1]);
     let is_several = matches!(parts, Value::Tuple(_));
     let check = |part: &Value| -> R<bool> {
-        match ev.plain(part) {
+        match ev.unwrap_builtin(part) {
             Value::Str(part) => match slice {
                 Some(slice) => test(ev, slice, part.as_str()),
                 None => Ok(false),
@@ -176,7 +176,7 @@ pub(super) fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: Affi
     match &parts {
         Value::Tuple(parts) => {
             for part in parts.items() {
-                ev.worked(EACH)?;
+                ev.charge(WORK_PER_BYTE)?;
                 if check(part)? {
                     return Ok(Value::Bool(true));
                 }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::receiver;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::EACH;
+use crate::eval::bulk::WORK_PER_BYTE;
 use crate::value::int::Int;
 use crate::value::surrogate::{char_of, code_of};
 use crate::value::{R, Raised, Value};
@@ -13,11 +13,11 @@ use crate::value::{R, Raised, Value};
 pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     // Texts of derived classes are what they extend, but dictionaries are not.
     for arg in args.iter_mut() {
-        if let text @ Value::Str(_) = ev.plain(arg) {
+        if let text @ Value::Str(_) = ev.unwrap_builtin(arg) {
             *arg = text;
         }
     }
-    if let Some(removed) = args[2].given()
+    if let Some(removed) = args[2].if_given()
         && !matches!(removed, Value::Str(_))
         && matches!(args[1], Value::Str(_))
     {
@@ -25,10 +25,10 @@ pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
     let table = crate::value::Dict::new();
     let code = |c: char| Value::Int(i64::from(code_of(c)));
-    match (&args[0], args[1].given()) {
+    match (&args[0], args[1].if_given()) {
         (Value::Dict(dict), None) => {
-            for (_, key, value) in ev.entries(dict)? {
-                ev.worked(EACH)?;
+            for (_, key, value) in ev.collect_entries(dict)? {
+                ev.charge(WORK_PER_BYTE)?;
                 let key = match &key {
                     Value::Str(text) if text.len() == 1 => {
                         code(text.as_str().chars().next().unwrap_or('\0'))
@@ -54,12 +54,12 @@ pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 );
             }
             for (from, to) in from.as_str().chars().zip(to.as_str().chars()) {
-                ev.worked(EACH)?;
+                ev.charge(WORK_PER_BYTE)?;
                 ev.dict_set(&table, code(from), code(to))?;
             }
-            if let Some(Value::Str(removed)) = args[2].given() {
+            if let Some(Value::Str(removed)) = args[2].if_given() {
                 for c in removed.as_str().chars() {
-                    ev.worked(EACH)?;
+                    ev.charge(WORK_PER_BYTE)?;
                     ev.dict_set(&table, code(c), Value::None)?;
                 }
             }
@@ -91,18 +91,18 @@ pub(super) fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut out = String::new();
     ev.grow(&mut out, text.as_str().len())?;
     for c in text.as_str().chars() {
-        ev.worked(16 * EACH)?;
+        ev.charge(16 * WORK_PER_BYTE)?;
         let found = match ev.item(&args[1], &Value::Int(i64::from(code_of(c)))) {
             Ok(found) => found,
             Err(raised) if ev.is_kind(&raised, ExceptionKind::LookupError) => {
                 // An exception was made and is dropped.
-                ev.worked(256 * EACH)?;
+                ev.charge(256 * WORK_PER_BYTE)?;
                 out.push(c);
                 continue;
             }
             Err(raised) => return Err(raised),
         };
-        match ev.plain(&found) {
+        match ev.unwrap_builtin(&found) {
             Value::None => {}
             Value::Str(text) => ev.push_text(&mut out, text.as_str())?,
             found => match Int::of(&found) {
@@ -120,5 +120,5 @@ pub(super) fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             },
         }
     }
-    ev.string(out)
+    ev.new_str(out)
 }
