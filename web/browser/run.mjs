@@ -3,9 +3,10 @@
 // Each has a server and a context of the browser to itself, so that none knows of another; LANES of them go on side by side.
 import { existsSync } from "node:fs";
 import path from "node:path";
-import { scenarios as alone } from "./alone.mjs";
+import { scenarios as withServers } from "./alone.mjs";
 import { BINARY, CHROMIUM, Server, belonging, check, launch, open } from "./harness.mjs";
 import { scenarios as moving } from "./moving.mjs";
+import { scenarios as operating, special } from "./operating.mjs";
 import { scenarios as running } from "./running.mjs";
 import { scenarios as working } from "./working.mjs";
 
@@ -15,12 +16,13 @@ if (!CHROMIUM || !existsSync(BINARY)) {
 }
 /** A table that can be run into, soft enough to be felt. */
 const CELL = path.join(path.dirname(new URL(import.meta.url).pathname), "cell.toml");
+const alone = { ...withServers, ...special };
 const LANES = Number(process.env.LANES ?? 3);
 const wanted = new RegExp(process.argv[2] ?? "");
 const begin = Date.now();
 
 // Those that take long come first, so that no lane ends alone.
-const queue = [...Object.entries(alone), ...Object.entries({ ...working, ...running, ...moving })].filter(([name]) => wanted.test(name));
+const queue = [...Object.entries(alone), ...Object.entries({ ...operating, ...working, ...running, ...moving })].filter(([name]) => wanted.test(name));
 const browser = await launch({ flat: true });
 let drawn;
 /** Drawing in software takes most of a small machine: only what is about the 3D view is tried with it. */

@@ -67,6 +67,16 @@ export function mayBeInCall(before: string): boolean {
   return false;
 }
 
+/** Of names that begin alike the motions that every program has come first. */
+const FIRST = ["movej", "movel"];
+/** How much nearer than anything else those are. */
+const FIRST_BOOST = 40;
+
+export function boostOf(label: string, rank: number): number {
+  const place = FIRST.indexOf(label);
+  return 10 - rank + (place < 0 ? 0 : FIRST_BOOST - place);
+}
+
 type Name = () => string;
 
 function ask<T>(state: EditorState, at: number, name: Name, what: string, signal?: AbortSignal): Promise<T> {
@@ -96,7 +106,7 @@ async function complete(context: CompletionContext, name: Name): Promise<Complet
     const options = found.items.map((item): Completion => {
       const isLibrary = item.kind === "function" || item.kind === "class";
       const detail = item.detail.startsWith(item.label) ? item.detail.slice(item.label.length) : item.detail;
-      return { label: item.label, type: item.kind, detail, boost: 10 - item.rank, ...(isLibrary ? { info: () => info(item.label) } : {}) };
+      return { label: item.label, type: item.kind, detail, boost: boostOf(item.label, item.rank), ...(isLibrary ? { info: () => info(item.label) } : {}) };
     });
     const isText = found.items[0]?.kind === "text";
     const result: CompletionResult = { from: unitsBefore(doc, found.from), options };

@@ -3,6 +3,7 @@
 import { type EditorState, type Extension, RangeSet, StateEffect, StateField } from "@codemirror/state";
 import { Decoration, type DecorationSet, EditorView, gutter, GutterMarker, keymap } from "@codemirror/view";
 import type { Breakpoint, Placed } from "./debugger";
+import { revealLine } from "./editor";
 import { t } from "./words";
 
 class Mark extends GutterMarker {
@@ -92,9 +93,8 @@ export function putBreakpoints(view: EditorView, breakpoints: readonly Breakpoin
 
 /** Marks the line at which the program is held; 0 for none. */
 export function showHeld(view: EditorView, line: number): void {
-  const effects: StateEffect<unknown>[] = [setHeld.of(line)];
-  if (line >= 1 && line <= view.state.doc.lines) effects.push(EditorView.scrollIntoView(view.state.doc.line(line).from, { y: "nearest", yMargin: 40 }));
-  view.dispatch({ effects });
+  view.dispatch({ effects: setHeld.of(line) });
+  revealLine(view, line, 40);
 }
 
 /** The gutter. `onChange` is called when somebody has changed a breakpoint, `onEdit` when one is to have a condition. */

@@ -5,8 +5,8 @@ import { bracketMatching, HighlightStyle, indentUnit, StreamLanguage, syntaxHigh
 import { python } from "@codemirror/legacy-modes/mode/python";
 import { type Diagnostic, lintGutter, linter, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
-import { EditorState, type Extension, StateEffect, StateField } from "@codemirror/state";
-import { Decoration, type DecorationSet, drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers } from "@codemirror/view";
+import { Compartment, EditorState, type Extension, StateEffect, StateField } from "@codemirror/state";
+import { Decoration, type DecorationSet, drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers, placeholder, tooltips } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { unitsBefore } from "./advice";
 
@@ -39,6 +39,25 @@ const runningField = StateField.define<DecorationSet>({
   provide: (field) => EditorView.decorations.from(field),
 });
 
+const setAlarms = StateEffect.define<readonly number[]>();
+const alarmLine = Decoration.line({ class: "cm-alarm", attributes: { "data-testid": "alarm-line" } });
+const alarmField = StateField.define<DecorationSet>({
+  create: () => Decoration.none,
+  update(lines, transaction) {
+    let shown = lines.map(transaction.changes);
+    for (const effect of transaction.effects) {
+      if (!effect.is(setAlarms)) continue;
+      const { doc } = transaction.state;
+      const there = [...new Set(effect.value)].filter((line) => line >= 1 && line <= doc.lines).sort((a, b) => a - b);
+      shown = Decoration.set(there.map((line) => alarmLine.range(doc.line(line).from)));
+    }
+    return shown;
+  },
+  provide: (field) => EditorView.decorations.from(field),
+});
+
+const hint = new Compartment();
+
 const colors = HighlightStyle.define([
   { tag: tags.keyword, color: "var(--code-keyword)" },
   { tag: tags.comment, color: "var(--code-comment)", fontStyle: "italic" },
@@ -53,13 +72,14 @@ const script = StreamLanguage.define({ ...python, token: (stream, state) => (str
 export interface EditorOptions {
   host: HTMLElement;
   label: string;
+  hint: string;
   text: string;
   extensions: Extension[];
   onChange: () => void;
   onSave: () => void;
 }
 
-export function makeEditor({ host, label, text, extensions, onChange, onSave }: EditorOptions): EditorView {
+export function makeEditor({ host, label, hint: words, text, extensions, onChange, onSave }: EditorOptions): EditorView {
   const nonce = document.querySelector<HTMLMetaElement>("meta[name=style-nonce]")?.content ?? "";
   return new EditorView({
     parent: host,
@@ -71,7 +91,9 @@ export function makeEditor({ host, label, text, extensions, onChange, onSave }: 
         lineNumbers(), highlightActiveLine(), highlightActiveLineGutter(), drawSelection(), history(), bracketMatching(), highlightSelectionMatches(),
         indentUnit.of("  "), EditorState.tabSize.of(8), script, syntaxHighlighting(colors),
         // All style sheets at once: one that came later would be refused by the policy of the page.
-        linter(null), lintGutter(), runningField,
+        linter(null), lintGutter(), runningField, alarmField, hint.of(placeholder(words)),
+        // What floats over the text stays over it: buttons beside the editor are never covered.
+        tooltips({ tooltipSpace: (view) => spaceOf(view) }),
         keymap.of([
           { key: "Mod-s", run: () => (onSave(), true) },
           { key: "Escape", run: (view) => (view.contentDOM.blur(), true) },
@@ -115,9 +137,41 @@ export function applyFix(view: EditorView, fix: Finding["fixes"][number]): void 
   view.dispatch({ changes: fix.edits.map((edit) => ({ from: unitsBefore(doc, edit.from), to: unitsBefore(doc, edit.to), insert: edit.text })), userEvent: "input.fix" });
 }
 
+/** The editor, as far as it is seen. */
+function spaceOf(view: EditorView): { top: number; left: number; bottom: number; right: number } {
+  const own = view.dom.getBoundingClientRect();
+  return { top: Math.max(own.top, 0), left: Math.max(own.left, 0), bottom: Math.min(own.bottom, innerHeight), right: Math.min(own.right, innerWidth) };
+}
+
+/** What stands in an empty editor, in the language of the page. */
+export function showHint(view: EditorView, words: string): void {
+  view.dispatch({ effects: hint.reconfigure(placeholder(words)) });
+}
+
+/**
+ * Scrolls the text to a line, and nothing around it: `EditorView.scrollIntoView` would scroll the panel as well, away from what a hand
+ * is at.
+ */
+export function revealLine(view: EditorView, line: number, margin = 20): void {
+  if (line < 1 || line > view.state.doc.lines) return;
+  view.requestMeasure({
+    read: () => view.lineBlockAt(view.state.doc.line(line).from),
+    write: (block) => {
+      const { scrollDOM } = view;
+      const [top, bottom] = [block.top - margin, block.bottom + margin];
+      if (top < scrollDOM.scrollTop) scrollDOM.scrollTop = top;
+      else if (bottom > scrollDOM.scrollTop + scrollDOM.clientHeight) scrollDOM.scrollTop = bottom - scrollDOM.clientHeight;
+    },
+  });
+}
+
 /** Marks the running line; 0 for none. */
 export function showRunning(view: EditorView, line: number): void {
-  const effects: StateEffect<unknown>[] = [setRunning.of(line)];
-  if (line > 0 && line <= view.state.doc.lines) effects.push(EditorView.scrollIntoView(view.state.doc.line(line).from, { y: "nearest" }));
-  view.dispatch({ effects });
+  view.dispatch({ effects: setRunning.of(line) });
+  revealLine(view, line);
+}
+
+/** Marks the lines that alarms name. */
+export function showAlarmLines(view: EditorView, lines: readonly number[]): void {
+  view.dispatch({ effects: setAlarms.of(lines) });
 }

@@ -1,9 +1,10 @@
 // Moving by hand: hold to jog, a typed target with a ghost before, freedrive, push, teach.
 
-import { byId, fixed, make, setText, toast } from "./dom";
+import { byId, make, setText, toast } from "./dom";
 import type { Frame } from "./frame";
 import { api, type Link } from "./link";
-import { onLanguage, t } from "./words";
+import { currentUnits, type Kind, numberText, onUnits, quantityText, readQuantity, setUnits, unitOf } from "./units";
+import { onLanguage, t, type Word } from "./words";
 
 const JOINTS = ["j1", "j2", "j3", "j4", "j5", "j6"] as const;
 const AXES = ["x", "y", "z", "rx", "ry", "rz"] as const;
@@ -11,10 +12,17 @@ const AXES = ["x", "y", "z", "rx", "ry", "rz"] as const;
 const CONFIRM_MS = 8000;
 
 interface Field {
+  axis: string;
+  kind: Kind;
   input: HTMLInputElement;
   other: HTMLElement;
   edited: boolean;
+  /** What a button has put there, not rounded as the text is; rad or m. */
+  exact: number | null;
 }
+
+/** Sentences of the server that have words of the page's language. */
+const REASONS: Record<string, Word> = { "the pose is out of reach": "out_of_reach" };
 
 /** What a button does while it is held: by pointer, Space or Enter. Everything else lets it go. */
 export function holdable(button: HTMLButtonElement, begin: () => void, end: () => void): void {
@@ -60,14 +68,15 @@ export class Jog {
   private preview: ReturnType<typeof setTimeout> | null = null;
   /** Counts what was typed and asked for: an answer to something before is too late. */
   private looks = 0;
+  private limits: { min: readonly number[]; max: readonly number[] } | null = null;
 
   constructor(
     private readonly link: Link,
     private readonly onGhost: (q: number[] | null) => void,
     onTeach: (q: readonly number[]) => void,
   ) {
-    JOINTS.forEach((axis, k) => byId("jog-joints").append(this.row(axis, `q-${k + 1}`, this.q, "rad")));
-    AXES.forEach((axis, k) => byId("jog-tcp").append(this.row(axis, `tcp-${axis}`, this.tcp, k < 3 ? "m" : "rad")));
+    JOINTS.forEach((axis, k) => byId("jog-joints").append(this.row(axis, `q-${k + 1}`, this.q, "angle")));
+    AXES.forEach((axis, k) => byId("jog-tcp").append(this.row(axis, `tcp-${axis}`, this.tcp, k < 3 ? "length" : "angle")));
     const moveTo = byId<HTMLButtonElement>("move-to");
     moveTo.addEventListener("click", () => this.moveTo());
     byId("move-reset").addEventListener("click", () => this.reset());
@@ -79,10 +88,33 @@ export class Jog {
     byId("push").addEventListener("click", () => this.push());
     const speed = byId<HTMLInputElement>("jog-speed");
     speed.addEventListener("input", () => setText(byId("jog-speed-text"), `${speed.value} %`));
-    onLanguage(() => this.words());
+    byId("units").addEventListener("click", () => setUnits(currentUnits() === "si" ? "practical" : "si"));
+    onUnits(() => this.changeUnits());
+    onLanguage(() => {
+      this.words();
+      this.nameFields();
+    });
   }
 
-  private row(axis: string, testid: string, fields: Field[], unit: string): HTMLElement {
+  /** The ranges of the joints, rad. */
+  setLimits(min: readonly number[], max: readonly number[]): void {
+    this.limits = { min, max };
+  }
+
+  private nameFields(): void {
+    for (const field of [...this.q, ...this.tcp]) field.input.setAttribute("aria-label", `${field.axis.toUpperCase()} (${unitOf(field.kind)})`);
+    const button = byId("units");
+    setText(button, `${unitOf("angle")} · ${unitOf("length")}`);
+    button.setAttribute("aria-pressed", String(currentUnits() === "practical"));
+  }
+
+  /** Numbers are those of the other unit now; what was typed is read no more, for it meant something else. */
+  private changeUnits(): void {
+    this.nameFields();
+    this.reset();
+  }
+
+  private row(axis: string, testid: string, fields: Field[], kind: Kind): HTMLElement {
     const button = (sign: 1 | -1): HTMLButtonElement => {
       const name = sign > 0 ? "plus" : "minus";
       const made = make("button", {
@@ -93,10 +125,10 @@ export class Jog {
       return made;
     };
     const input = make("input", {
-      "data-testid": testid, inputmode: "decimal", autocomplete: "off", spellcheck: "false", "aria-label": `${axis.toUpperCase()} (${unit})`, value: "0.0000",
+      "data-testid": testid, inputmode: "text", autocomplete: "off", spellcheck: "false", value: "0.0000",
     });
     const other = make("small", { "aria-hidden": "true" });
-    const field: Field = { input, other, edited: false };
+    const field: Field = { axis, kind, input, other, edited: false, exact: null };
     input.addEventListener("input", () => this.edit(field, fields));
     input.addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.reset();
@@ -123,13 +155,27 @@ export class Jog {
 
   private edit(field: Field, fields: Field[]): void {
     field.edited = true;
+    field.exact = null;
     // Joints or a pose, not both.
     const others = fields === this.q ? this.tcp : this.q;
     for (const other of others) other.edited = false;
     this.disarm();
     this.forgetTarget();
     this.preview = setTimeout(() => void this.look(), 120);
-    field.input.classList.toggle("wrong", !Number.isFinite(Number(field.input.value)) || field.input.value.trim() === "");
+    field.input.classList.toggle("wrong", this.valueOf(field) === null);
+  }
+
+  /** What a field says, rad or m. */
+  private valueOf(field: Field): number | null {
+    return field.exact ?? readQuantity(field.input.value, field.kind);
+  }
+
+  /** What keeps the arm from joint positions as far as the page knows, in words of its language and units. */
+  private outOfRange(q: readonly number[]): string | null {
+    const k = q.findIndex((value, joint) => value < (this.limits?.min[joint] ?? -Infinity) || value > (this.limits?.max[joint] ?? Infinity));
+    if (k < 0) return null;
+    const text = (value: number): string => quantityText("angle", value);
+    return t("joint_range", { joint: k + 1, value: text(q[k] ?? 0), min: text(this.limits?.min[k] ?? 0), max: text(this.limits?.max[k] ?? 0) });
   }
 
   private editedFields(): Field[] | null {
@@ -152,7 +198,14 @@ export class Jog {
     const fields = this.editedFields();
     const note = byId("target-text");
     if (!fields) return false;
-    const values = fields.map((field) => Number(field.input.value));
+    const values: number[] = [];
+    for (const field of fields) {
+      const value = this.valueOf(field);
+      if (value === null) return this.refuse(t(field.kind === "angle" ? "no_angle" : "no_length", { text: field.input.value.trim().slice(0, 30), axis: field.axis.toUpperCase() }));
+      values.push(value);
+    }
+    const reason = fields === this.q ? this.outOfRange(values) : null;
+    if (reason !== null) return this.refuse(reason);
     try {
       const body = fields === this.q ? { joints: values } : { pose: values };
       const { joints } = await api<{ joints: number[] }>("/api/v1/reach", { body });
@@ -164,10 +217,43 @@ export class Jog {
       return true;
     } catch (error) {
       if (number !== this.looks) return false;
-      this.onGhost(null);
-      setText(note, (error as Error).message);
-      note.className = "row bad";
-      return false;
+      const word = REASONS[(error as Error).message];
+      return this.refuse(word === undefined ? (error as Error).message : t(word));
+    }
+  }
+
+  /** Says why there is no target. */
+  private refuse(reason: string): false {
+    this.onGhost(null);
+    const note = byId("target-text");
+    setText(note, reason);
+    note.className = "row bad";
+    return false;
+  }
+
+  /** Puts joint positions into the fields and asks whether the arm is to go there. */
+  async propose(q: readonly number[]): Promise<void> {
+    if (this.isMoving) return;
+    this.disarm();
+    for (const field of this.tcp) field.edited = false;
+    this.q.forEach((field, k) => {
+      field.exact = q[k] ?? 0;
+      field.edited = true;
+      field.input.classList.remove("wrong");
+      field.input.value = numberText("angle", field.exact);
+    });
+    if (this.link.hasControl && !byId<HTMLButtonElement>("move-to").disabled) await this.moveTo();
+    else await this.look();
+  }
+
+  /** The same for a pose. */
+  async proposePose(pose: readonly number[]): Promise<void> {
+    try {
+      const { joints } = await api<{ joints: number[] }>("/api/v1/reach", { body: { pose } });
+      await this.propose(joints);
+    } catch (error) {
+      const word = REASONS[(error as Error).message];
+      toast(word === undefined ? (error as Error).message : t(word), "error");
     }
   }
 
@@ -213,6 +299,7 @@ export class Jog {
   reset(): void {
     for (const field of [...this.q, ...this.tcp]) {
       field.edited = false;
+      field.exact = null;
       field.input.classList.remove("wrong");
     }
     this.forgetTarget();
@@ -232,24 +319,24 @@ export class Jog {
 
   show(frame: Frame): void {
     this.frame = frame;
-    const fill = (fields: Field[], values: readonly number[], angular: (k: number) => boolean): void => {
+    const fill = (fields: Field[], values: readonly number[]): void => {
       const isEdited = fields.some((field) => field.edited);
+      const others = currentUnits() === "si" ? "practical" : "si";
       fields.forEach((field, k) => {
-        const typed = Number(field.input.value);
-        const value = isEdited && Number.isFinite(typed) ? typed : (values[k] ?? 0);
+        const value = (isEdited ? this.valueOf(field) : null) ?? values[k] ?? 0;
         if (!isEdited && document.activeElement !== field.input) {
-          const text = fixed(value, 4);
+          const text = numberText(field.kind, value);
           if (field.input.value !== text) field.input.value = text;
         }
-        setText(field.other, angular(k) ? `${fixed((value * 180) / Math.PI, 2)}°` : `${fixed(value * 1000, 1)} mm`);
+        setText(field.other, quantityText(field.kind, value, others));
       });
     };
-    fill(this.q, frame.actualQ, () => true);
-    fill(this.tcp, frame.actualPose, (k) => k >= 3);
+    fill(this.q, frame.actualQ);
+    fill(this.tcp, frame.actualPose);
   }
 
   enable(may: boolean): void {
     for (const button of this.buttons) button.disabled = !may;
-    for (const id of ["move-to", "freedrive", "push"]) byId<HTMLButtonElement>(id).disabled = !may;
+    for (const id of ["move-to", "freedrive", "push", "home"]) byId<HTMLButtonElement>(id).disabled = !may;
   }
 }

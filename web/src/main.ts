@@ -1,6 +1,7 @@
 // The page: brings the parts together and shows the state at a glance.
 
 import "./app.css";
+import { choiceOf, keepChoice } from "./choices";
 import { type Channel, Debugger } from "./debugger";
 import { DebugPanel } from "./debugpanel";
 import { ask, byId, fixed, make, setText, toast } from "./dom";
@@ -11,7 +12,9 @@ import { Notices, type Panel, setChip } from "./notices";
 import { Points, type Registers } from "./points";
 import { Programs, type RunningProgram } from "./program";
 import { TimeLine } from "./timeline";
+import { currentUnits, numberText, onUnits, unitOf } from "./units";
 import type { SceneData, View } from "./view";
+import { Waypoints } from "./waypoints";
 import { currentLanguage, isWord, onLanguage, setLanguage, t, translate, type Language, type Word } from "./words";
 
 const ROBOT: Record<number, string> = {
@@ -23,23 +26,9 @@ const SAFETY: Record<number, string> = {
 const MOTION: Record<number, Word> = {
   0: "m_idle", 1: "m_movej", 2: "m_movel", 3: "m_stopping", 4: "m_paused", 5: "m_protective", 6: "m_off", 7: "m_movec", 8: "m_moveml", 9: "m_movep", 20: "m_servoj", 21: "m_speedj", 22: "m_speedl", 23: "m_freedrive", 24: "m_conveyor", 25: "m_force",
 };
+/** Safety modes in which the arm may move. */
+const SAFE = new Set(["NORMAL", "REDUCED"]);
 const TASK: Word[] = ["stopped", "running", "paused"];
-
-/** A choice that the browser remembers, where it may. */
-function remembered(name: string): string | null {
-  try {
-    return localStorage.getItem(name);
-  } catch {
-    return null;
-  }
-}
-function remember(name: string, value: string): void {
-  try {
-    localStorage.setItem(name, value);
-  } catch {
-    // Not remembered, then.
-  }
-}
 
 const link = new Link();
 let view: View | null = null;
@@ -65,7 +54,12 @@ const jog = new Jog(link, (q) => {
 const points = new Points(link);
 const timeline = new TimeLine();
 const names = new Map<number, RunningProgram>();
-const notices = new Notices(link, (number, line) => void goToPlace(number, line), (number) => names.get(number)?.name ?? "");
+const notices = new Notices(link, (number, line) => void goToPlace(number, line), (number) => names.get(number) ?? null, () => programs.markAlarms(notices.places));
+programs.onText = () => {
+  programs.markAlarms(notices.places);
+  enable();
+};
+const waypoints = new Waypoints({ position: () => shown?.actualQ ?? null, go: (q) => void jog.propose(q), insert: (point) => programs.teach(point.q, point.name) });
 
 const debug = new Debugger(() => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/v1/debug`) as Channel);
 const debugPanel = new DebugPanel(debug);
@@ -109,13 +103,13 @@ debugPanel.onLine = (line) => programs.showHeld(line);
 let latest: Frame | null = null;
 let shown: Frame | null = null;
 let livePanel: Panel | null = null;
+/** What the arm is told to carry, at the moment that is shown. */
+let load: Panel["payload"];
 let liveRegisters: Registers | null = null;
 let framesSeen = 0;
 
 async function goToPlace(number: number, line: number): Promise<void> {
-  const program = names.get(number);
-  if (program && program.text === programs.text) programs.goTo(line);
-  else if (!program || program.number === number) programs.goTo(line);
+  await programs.showLine(await programOf(number), line);
 }
 
 async function programOf(number: number): Promise<RunningProgram | null> {
@@ -157,15 +151,26 @@ function show(frame: Frame, jumped: boolean): void {
   const robot = ROBOT[frame.robotMode] ?? String(frame.robotMode);
   const safety = SAFETY[frame.safetyMode] ?? String(frame.safetyMode);
   const task = TASK[frame.task] ?? "stopped";
-  setChip("chip-robot", label("r_", robot), robot === "RUNNING" ? "good" : robot === "IDLE" || robot === "POWER_ON" ? "warn" : "bad", robot);
+  const isSafe = SAFE.has(safety);
+  setChip("chip-robot", label("r_", robot), robot === "RUNNING" && isSafe ? "good" : robot === "RUNNING" || robot === "IDLE" || robot === "POWER_ON" ? "warn" : "bad", robot);
   setChip("chip-safety", label("s_", safety), safety === "NORMAL" ? "good" : safety === "REDUCED" ? "warn" : "bad", safety);
-  setChip("chip-program", t(task), task === "running" ? "good" : task === "paused" ? "warn" : "", task);
-  const place = (pose: number[]): string => `${pose.slice(0, 3).map((value) => fixed(value, 3)).join("  ")} m`;
+  setChip("chip-program", t(task), task === "running" && isSafe ? "good" : task === "stopped" ? "" : "warn", task);
+  showFacts(frame);
+}
+
+/** What can be read beside the arm, in the units that are chosen. */
+function showFacts(frame: Frame): void {
+  const three = (values: readonly number[]): string => values.slice(0, 3).map((value) => numberText("length", value)).join("  ");
+  const place = (pose: readonly number[]): string => `${three(pose)} ${unitOf("length")}`;
+  const tcp = frame.tcpOffset.slice(3).some((angle) => Math.abs(angle) > 1e-6) ? `${place(frame.tcpOffset)}  ${frame.tcpOffset.slice(3).map((angle) => numberText("angle", angle)).join("  ")} ${unitOf("angle")}` : place(frame.tcpOffset);
   const speed = Math.hypot(frame.tcpSpeed[0] ?? 0, frame.tcpSpeed[1] ?? 0, frame.tcpSpeed[2] ?? 0);
   const force = Math.hypot(frame.tcpForce[0] ?? 0, frame.tcpForce[1] ?? 0, frame.tcpForce[2] ?? 0);
   const motion = t(MOTION[frame.motionMode] ?? "m_unknown");
-  facts([[t("doing"), motion], ["X Y Z", place(frame.actualPose)], [t("target"), place(frame.targetPose)], [t("tcp_speed"), `${fixed(speed, 3)} m/s`], [t("force"), `${fixed(force, 1)} N`]]);
+  const speedText = currentUnits() === "si" ? `${fixed(speed, 3)} m/s` : `${fixed(speed * 1000, 0)} mm/s`;
+  const payload = load ? `${fixed(load.mass, 2)} kg${load.cog.some((x) => x !== 0) ? ` (${place(load.cog)})` : ""}` : "–";
+  facts([[t("doing"), motion], ["X Y Z", place(frame.actualPose)], [t("target"), place(frame.targetPose)], [t("tcp_speed"), speedText], [t("force"), `${fixed(force, 1)} N`], ["TCP", tcp], [t("payload"), payload]]);
 }
+onUnits(() => shown && showFacts(shown));
 
 const factCells: [HTMLElement, HTMLElement][] = [];
 function facts(rows: [string, string][]): void {
@@ -211,21 +216,68 @@ function enable(): void {
   };
   const isPaused = frame?.task === 2 || debug.held !== null;
   const isStopped = frame?.task === 0;
+  const isReady = robot === "RUNNING" && SAFE.has(safety ?? "");
+  const mayEdit = link.readOnly === null;
   set("power-on", may && (robot === "POWER_OFF" || safety === "FAULT"));
   set("power-off", may && robot !== "POWER_OFF");
-  set("brake-release", may && robot === "IDLE");
+  set("brake-release", may && robot === "IDLE" && safety !== "PROTECTIVE_STOP");
   set("unlock", may && safety === "PROTECTIVE_STOP");
-  set("play", may && (isPaused || isStopped));
-  set("step", may && (isPaused || isStopped));
+  notices.enableUnlock(may && safety === "PROTECTIVE_STOP");
+  const mayStart = may && isReady && (isPaused || !programs.isEmpty);
+  set("run", mayStart);
+  set("step", mayStart && (isPaused || isStopped));
+  const run = byId("run");
+  run.classList.toggle("primary", mayStart && (isPaused || isStopped));
+  const runWord = byId("run-word");
+  runWord.dataset["t"] = isPaused ? "debug_continue" : "run";
+  setText(runWord, t(isPaused ? "debug_continue" : "run"));
   set("pause", isConnected && link.readOnly === null && frame?.task === 1);
   // Never taken away while there is somebody to hear it.
   set("stop", isConnected && link.readOnly === null);
   set("dialog-stop", isConnected && link.readOnly === null);
   if (slider.disabled === may) slider.disabled = !may;
   jog.enable(may && isStopped);
+  set("approach", may && isStopped && !programs.isEmpty);
+  waypoints.enable(may && isStopped, mayEdit);
   points.enable(may);
-  programs.enable(may, isConnected && link.readOnly === null);
+  programs.enable(mayEdit, isConnected && mayEdit);
+  showFirstStep(robot ?? "", safety ?? "");
 }
+
+/** What leads to an arm that moves, one step after the other: control, power, brakes. */
+function showFirstStep(robot: string, safety: string): void {
+  const steps: { word: Word; done: boolean; button: string }[] = [
+    { word: "take_control", done: link.hasControl, button: "take-control" },
+    { word: "power_on", done: robot !== "POWER_OFF", button: "power-on" },
+    { word: "brake_release", done: robot === "RUNNING" || robot === "BACKDRIVE", button: "brake-release" },
+  ];
+  const now = steps.find((step) => !step.done);
+  const isOthers = link.control !== null && !link.hasControl;
+  const box = byId("first-step");
+  box.hidden = !now || isOthers || !latest || link.state !== "connected" || link.readOnly !== null || !timeline.isLive || !SAFE.has(safety);
+  if (box.hidden || !now) return;
+  const key = `${steps.map((step) => Number(step.done)).join("")}${t(now.word)}`;
+  const go = byId<HTMLButtonElement>("first-step-go");
+  go.disabled = document.querySelector<HTMLButtonElement>(`[data-testid=${now.button}]`)?.disabled ?? true;
+  if (box.dataset["key"] === key) return;
+  box.dataset["key"] = key;
+  box.querySelector("ol")?.replaceChildren(...steps.map((step) => make("li", { class: step.done ? "done" : step === now ? "now" : null, "aria-current": step === now ? "step" : null }, t(step.word))));
+  setText(go, t(now.word));
+  go.dataset["button"] = now.button;
+}
+byId("first-step-go").addEventListener("click", () => {
+  document.querySelector<HTMLButtonElement>(`[data-testid=${byId("first-step-go").dataset["button"] ?? "take-control"}]`)?.click();
+});
+
+byId("home").addEventListener("click", () => {
+  if (scene?.home) void jog.propose(scene.home);
+});
+byId("approach").addEventListener("click", () => {
+  const start = programs.start;
+  if (start === null) toast(t("no_start"), "error");
+  else if ("joints" in start) void jog.propose(start.joints);
+  else void jog.proposePose(start.pose);
+});
 
 function showControl(): void {
   const button = byId<HTMLButtonElement>("control");
@@ -287,15 +339,20 @@ link.onEvent = (event: ServerEvent) => {
   if (event.event === "welcome") void welcome();
   else if (event.event === "panel") {
     livePanel = event["panel"] as Panel | null;
-    if (livePanel && timeline.isLive) notices.showPanel(livePanel);
+    if (livePanel && timeline.isLive) showPanel(livePanel);
   } else if (event.event === "registers") {
     liveRegisters = event["registers"] as Registers | null;
     if (timeline.isLive) points.showRegisters(liveRegisters);
-  } else if (event.event === "alarm" && event["kind"] === "script") {
+  } else if (event.event === "alarm") {
     void programOf(Number(event["program"])).then(() => notices.take(event));
   } else if (event.event === "debug") debugElsewhere(event["debug"] as DebugNews | null);
   else notices.take(event);
 };
+
+function showPanel(panel: Panel): void {
+  load = panel.payload;
+  notices.showPanel(panel);
+}
 
 interface DebugNews {
   driver: boolean;
@@ -326,13 +383,25 @@ async function welcome(): Promise<void> {
     byId("robot-name").title = about.replay ?? "";
     document.title = `${about.robot} – eliteserver`;
     view?.setScene(scene);
+    jog.setLimits(data.position_min, data.position_max);
+    points.setWords(data);
     await timeline.begin(link.readOnly !== null);
     notices.clearLog();
     const events = await api<ServerEvent[]>("/api/v1/events");
     for (const event of events) if (event.event === "log") notices.take(event);
+    await showStop(events);
   } catch (error) {
     toast((error as Error).message, "error");
   }
+}
+
+/** Whoever opens the page during a stop is told why, as if it had been open. */
+async function showStop(events: readonly ServerEvent[]): Promise<void> {
+  if (!latest || link.readOnly !== null || SAFE.has(SAFETY[latest.safetyMode] ?? "")) return;
+  const alarm = events.findLast((event) => event.event === "alarm" && event["kind"] === "robot");
+  if (!alarm || notices.knows(alarm)) return;
+  await programOf(Number(alarm["program"]));
+  notices.take(alarm);
 }
 
 timeline.onFrame = (frame, jumped) => {
@@ -340,12 +409,12 @@ timeline.onFrame = (frame, jumped) => {
   enable();
 };
 timeline.onMoment = (moment) => {
-  if (moment.panel) notices.showPanel({ ...moment.panel, popups: link.readOnly === null ? (livePanel?.popups ?? []) : [] });
+  if (moment.panel) showPanel({ ...moment.panel, popups: link.readOnly === null ? (livePanel?.popups ?? []) : [] });
   points.showRegisters(moment.registers);
 };
 timeline.onLive = () => {
   if (latest) show(latest, true);
-  if (livePanel) notices.showPanel(livePanel);
+  if (livePanel) showPanel(livePanel);
   points.showRegisters(liveRegisters);
   enable();
 };
@@ -379,7 +448,7 @@ async function endsProgram(question: Word, answer: Word): Promise<boolean> {
   return (await ask([make("p", {}, t(question))], [{ text: t("cancel"), value: "" }, { text: t(answer), value: "ok", primary: true }], t(question))) === "ok";
 }
 const led = (what: Promise<void>): void => void what.catch((error: Error) => toast(error.message, "error"));
-byId("play").addEventListener("click", () => {
+byId("run").addEventListener("click", () => {
   if (debug.held) led(debug.resume());
   else if (latest?.task === 2) order({ do: "play" });
   else void run(false);
@@ -389,7 +458,6 @@ byId("step").addEventListener("click", () => {
   else if (latest?.task === 2) order({ do: "step" });
   else void run(true);
 });
-byId("run").addEventListener("click", () => void run(false));
 
 /** Runs what is in the editor, with its breakpoints. */
 async function run(step: boolean): Promise<void> {
@@ -414,7 +482,7 @@ document.addEventListener("keydown", (event) => {
 type Theme = "dark" | "light";
 const system = matchMedia("(prefers-color-scheme: light)");
 function theme(): Theme {
-  const chosen = remembered("theme");
+  const chosen = choiceOf("theme");
   return chosen === "dark" || chosen === "light" ? chosen : system.matches ? "light" : "dark";
 }
 function applyTheme(): void {
@@ -423,14 +491,14 @@ function applyTheme(): void {
   timeline.rebuild();
 }
 byId("theme").addEventListener("click", () => {
-  remember("theme", theme() === "dark" ? "light" : "dark");
+  keepChoice("theme", theme() === "dark" ? "light" : "dark");
   applyTheme();
 });
 system.addEventListener("change", applyTheme);
 
 byId("language").addEventListener("click", () => {
   const next: Language = currentLanguage() === "en" ? "zh" : "en";
-  remember("language", next);
+  keepChoice("language", next);
   setLanguage(next);
 });
 onLanguage(() => {
@@ -470,7 +538,7 @@ setInterval(() => {
 }, 1000);
 
 translate(document.body);
-const language = remembered("language");
+const language = choiceOf("language");
 setLanguage(language === "zh" || (language === null && navigator.language.toLowerCase().startsWith("zh")) ? "zh" : "en");
 applyTheme();
 showLink();

@@ -2,7 +2,8 @@
 
 import { byId, fixed, make, setText, toast } from "./dom";
 import type { Link, ServerEvent } from "./link";
-import { onLanguage, t, type Word } from "./words";
+import type { RunningProgram } from "./program";
+import { currentLanguage, onLanguage, t, type Word } from "./words";
 
 export interface Popup {
   id: number;
@@ -23,14 +24,24 @@ export interface Panel {
   label?: string | null;
   popups?: Popup[];
   variables?: Variable[];
+  payload?: { mass: number; cog: number[] };
 }
 
 const LOG_LINES = 500;
+/** Longer texts of the log are folded, characters and lines. */
+const FOLD_CHARS = 220;
+const FOLD_LINES = 4;
 const LEVELS = ["", "debug", "info", "warning", "error", "fatal"];
 
 interface Alarm {
   event: ServerEvent;
-  name: string;
+  program: RunningProgram | null;
+}
+
+/** What an alarm says, in the language of the page where the server has told it. */
+export function alarmText(event: ServerEvent, language: string): string {
+  const texts = event["texts"] as Record<string, string> | undefined;
+  return texts?.[language] ?? String(event["text"]);
 }
 
 export class Notices {
@@ -41,7 +52,8 @@ export class Notices {
   constructor(
     private readonly link: Link,
     private readonly onPlace: (program: number, line: number) => void,
-    private readonly programName: (number: number) => string,
+    private readonly programOf: (number: number) => RunningProgram | null,
+    private readonly onAlarms: () => void,
   ) {
     const log = byId("log");
     log.addEventListener("scroll", () => (this.stays = log.scrollTop + log.clientHeight >= log.scrollHeight - 20));
@@ -103,7 +115,7 @@ export class Notices {
   take(event: ServerEvent): void {
     if (event.event === "log") this.line(event);
     else if (event.event === "alarm") {
-      this.alarms.push({ event, name: this.programName(Number(event["program"] ?? 0)) });
+      this.alarms.push({ event, program: this.programOf(Number(event["program"] ?? 0)) });
       this.alarms.splice(0, Math.max(0, this.alarms.length - 5));
       this.showAlarms();
     } else if (event.event === "missed") toast(t("missed", { n: Number(event["events"]) }));
@@ -113,9 +125,27 @@ export class Notices {
     const level = LEVELS[Number(event["level"])] ?? "info";
     const log = byId("log");
     const time = Number(event["time"]);
-    log.append(make("div", { class: `line ${level}` }, make("time", {}, fixed(time, 3)), make("b", {}, String(event["source"])), make("span", {}, String(event["text"]))));
+    const source = String(event["source"]);
+    const said = String(event["text"]);
+    const text = make("span", { class: "said" }, said);
+    const line = make("div", { class: `line ${level}` }, make("time", {}, fixed(time, 3)), make("b", { title: source }, source), text);
+    if (said.length > FOLD_CHARS || said.split("\n").length > FOLD_LINES) line.append(this.unfolder(text));
+    log.append(line);
     while (log.childElementCount > LOG_LINES) log.firstElementChild?.remove();
     if (this.stays) log.scrollTop = log.scrollHeight;
+  }
+
+  /** What is long shows its beginning; a click shows all of it. */
+  private unfolder(text: HTMLElement): HTMLElement {
+    text.classList.add("folded");
+    const button = make("button", { type: "button", class: "quiet unfold", "data-testid": "unfold", "aria-expanded": "false", "data-t": "unfold" }, t("unfold"));
+    button.addEventListener("click", () => {
+      const isFolded = text.classList.toggle("folded");
+      button.setAttribute("aria-expanded", String(!isFolded));
+      button.dataset["t"] = isFolded ? "unfold" : "fold";
+      setText(button, t(isFolded ? "unfold" : "fold"));
+    });
+    return button;
   }
 
   clearLog(): void {
@@ -125,14 +155,27 @@ export class Notices {
   private showAlarms(): void {
     const host = byId("alarm");
     host.hidden = this.alarms.length === 0;
-    host.replaceChildren(...this.alarms.map((alarm) => this.card(alarm)));
+    // The newest is read first.
+    host.replaceChildren(...this.alarms.map((alarm) => this.card(alarm)).reverse());
+    this.onAlarms();
+  }
+
+  /** Whether an alarm is shown already. */
+  knows(event: ServerEvent): boolean {
+    return this.alarms.some((alarm) => alarm.event["time"] === event["time"] && alarm.event["text"] === event["text"]);
+  }
+
+  /** Programs and lines that alarms name. */
+  get places(): { text: string; line: number }[] {
+    return this.alarms.flatMap(({ event, program }) => (program && Number(event["line"] ?? 0) > 0 ? [{ text: program.text, line: Number(event["line"]) }] : []));
   }
 
   private card(alarm: Alarm): HTMLElement {
-    const { event, name } = alarm;
+    const { event, program } = alarm;
     const isScript = event["kind"] === "script";
     const code = Number(event["code"] ?? 0);
-    const todo: Word = isScript ? "do_script" : code === 100 ? "do_protective" : code === 101 ? "do_emergency" : code === 120 ? "do_recording" : code === 130 ? "do_fault" : "do_other";
+    const isStop = !isScript && code === 100;
+    const todo: Word = isScript ? "do_script" : isStop ? "do_protective" : code === 101 ? "do_emergency" : code === 120 ? "do_recording" : code === 130 ? "do_fault" : "do_other";
     const close = make("button", { type: "button", class: "quiet", "data-testid": "alarm-dismiss" }, t("dismiss"));
     close.addEventListener("click", () => {
       this.alarms = this.alarms.filter((one) => one !== alarm);
@@ -142,14 +185,24 @@ export class Notices {
     const place: HTMLElement[] = [];
     const line = Number(event["line"] ?? 0);
     if (line > 0) {
-      place.push(make("span", { class: "place" }, t("place", { name, line })));
+      place.push(make("span", { class: "place" }, t("place", { name: program?.name ?? "", line })));
       const go = make("button", { type: "button", "data-testid": "alarm-go" }, t("go_line"));
       go.addEventListener("click", () => this.onPlace(Number(event["program"]), line));
       buttons.unshift(go);
     }
+    if (isStop) {
+      const unlock = make("button", { type: "button", class: "primary", "data-testid": "alarm-unlock", disabled: byId<HTMLButtonElement>("unlock").disabled }, t("unlock"));
+      unlock.addEventListener("click", () => byId("unlock").click());
+      buttons.unshift(unlock);
+    }
     return make("div", { class: "card" },
-      make("div", { class: "what" }, make("b", {}, t("alarm")), make("strong", {}, String(event["text"])), ...place, make("span", { class: "todo" }, t(todo))),
+      make("div", { class: "what" }, make("b", {}, t("alarm")), make("strong", {}, alarmText(event, currentLanguage())), ...place, make("span", { class: "todo" }, t(todo))),
       make("div", { class: "row" }, ...buttons));
+  }
+
+  /** Whether a protective stop can be left now. */
+  enableUnlock(may: boolean): void {
+    for (const button of byId("alarm").querySelectorAll<HTMLButtonElement>("[data-testid=alarm-unlock]")) button.disabled = !may;
   }
 
   /** A protective stop was unlocked, a program begins: what was told before is over. */

@@ -1,9 +1,9 @@
-// Inputs that can be set, outputs that are seen, registers.
+// Inputs, outputs and registers: seen, and set by hand.
 
-import { byId, fixed, make, setText, toast } from "./dom";
+import { ask, byId, fixed, make, setText, toast } from "./dom";
 import type { Frame } from "./frame";
 import type { Link } from "./link";
-import { onLanguage, t, translate } from "./words";
+import { onLanguage, t, translate, type Word } from "./words";
 
 const DIGITAL = [
   { group: "standard_digital", word: "standard", first: 0, count: 16 },
@@ -26,13 +26,26 @@ export interface Registers {
   output: Bank;
 }
 
+/** What the cell file says of inputs and outputs. */
+export interface PointWords {
+  names?: Record<string, string>;
+  wires?: { from: string; to: string }[];
+  safety_inputs?: { points: string[]; function: string }[];
+}
+
+const FUNCTIONS: Record<string, Word> = { emergency_stop: "fn_emergency_stop", safeguard_stop: "fn_safeguard_stop", safeguard_reset: "fn_safeguard_reset", reduced_mode: "fn_reduced_mode" };
+
 export class Points {
   private readonly levels: { element: HTMLElement; bit: number; isInput: boolean }[] = [];
-  private readonly analogs: { element: HTMLElement; index: number; isInput: boolean }[] = [];
+  private readonly analogs: { element: HTMLInputElement; index: number; isInput: boolean }[] = [];
   private readonly controls: (HTMLButtonElement | HTMLInputElement | HTMLSelectElement)[] = [];
   private readonly registers = make("div", { class: "registers", "data-testid": "registers" });
   private last = [-1, -1];
   private latest: Registers | null = null;
+  /** What people have been asked once and have agreed to: outputs move what hangs on them. */
+  private maySetOutputs = false;
+  private words: PointWords = {};
+  private readonly named = make("ul", { class: "named", "data-testid": "io-names" });
 
   constructor(private readonly link: Link) {
     const host = byId("io");
@@ -48,38 +61,89 @@ export class Points {
       box.append(row);
       host.append(box);
     }
-    host.append(this.setter(), make("h3", { "data-t": "registers" }), this.registers);
+    host.append(make("h3", { "data-t": "io_names" }), this.named, this.setter(), make("h3", { "data-t": "registers" }), this.registers);
     translate(host);
-    onLanguage(() => this.showRegisters(this.latest));
+    onLanguage(() => {
+      this.showRegisters(this.latest);
+      this.showNames();
+    });
     this.showRegisters(null);
+    this.showNames();
+  }
+
+  /** Names, wires and safety functions of the cell. */
+  setWords(words: PointWords): void {
+    this.words = words;
+    this.showNames();
+  }
+
+  /** What people call a point, and what it is connected to; "" for nothing. */
+  private wordsOf(name: string): string {
+    const { names = {}, wires = [], safety_inputs: inputs = [] } = this.words;
+    const called = (other: string): string => names[other] ?? other;
+    const safety = inputs.find((one) => one.points.includes(name));
+    const word = safety && FUNCTIONS[safety.function];
+    return [
+      names[name] ?? "",
+      ...wires.filter((wire) => wire.from === name).map((wire) => `→ ${called(wire.to)}`),
+      ...wires.filter((wire) => wire.to === name).map((wire) => `← ${called(wire.from)}`),
+      word ? t(word) : "",
+    ].filter((text) => text !== "").join(" ");
+  }
+
+  private showNames(): void {
+    const rows: HTMLElement[] = [];
+    for (const element of [...this.levels, ...this.analogs].map((one) => one.element)) {
+      const name = element.dataset["testid"] ?? "";
+      const words = this.wordsOf(name);
+      const own = this.words.names?.[name];
+      element.title = words === "" ? name : `${name}: ${words}`;
+      element.setAttribute("aria-label", element.title);
+      const caption = element.querySelector(".caption");
+      if (caption) setText(caption, own ?? "");
+      if (words !== "") rows.push(make("li", { "data-point": name }, make("span", {}, name), make("b", {}, words)));
+    }
+    this.named.replaceChildren(...rows);
+    this.named.hidden = rows.length === 0;
+    const heading = this.named.previousElementSibling as HTMLElement | null;
+    if (heading) heading.hidden = rows.length === 0;
+    // Levels are told with the names.
+    this.last = [-1, -1];
   }
 
   private set(values: Record<string, unknown>): void {
     this.link.order({ do: "inputs", values }).catch((error: Error) => toast(error.message, "error"));
   }
 
-  private bit(name: string, n: number, bit: number, isInput: boolean): HTMLElement {
-    const props = { class: "bit", "data-testid": name, "data-name": name, title: name, "aria-label": name };
-    if (!isInput) {
-      const element = make("span", { ...props, role: "img", "data-value": "0" }, String(n));
-      this.levels.push({ element, bit, isInput });
-      return element;
+  /** Outputs move grippers and doors: whoever sets the first one by hand says so once. */
+  private async setOutput(name: string, value: boolean | number): Promise<void> {
+    if (!this.maySetOutputs) {
+      const answer = await ask([make("p", {}, t("outputs_ask", { name: this.wordsOf(name) || name }))], [{ text: t("cancel"), value: "" }, { text: t("outputs_yes"), value: "ok", primary: true }], t("outputs"));
+      if (answer !== "ok") return;
+      this.maySetOutputs = true;
     }
-    const element = make("button", { ...props, type: "button", "aria-pressed": "false", disabled: true, "data-value": "0" }, String(n));
-    element.addEventListener("click", () => this.set({ [name]: element.getAttribute("aria-pressed") !== "true" }));
+    this.link.order({ do: "outputs", values: { [name]: value } }).catch((error: Error) => toast(error.message, "error"));
+  }
+
+  private bit(name: string, n: number, bit: number, isInput: boolean): HTMLElement {
+    const props = { class: isInput ? "bit" : "bit output", type: "button", "data-testid": name, "data-name": name, title: name, "aria-label": name, "aria-pressed": "false", disabled: true, "data-value": "0" };
+    const element = make("button", props, make("span", {}, String(n)), make("small", { class: "caption" }));
+    element.addEventListener("click", () => {
+      const next = element.getAttribute("aria-pressed") !== "true";
+      if (isInput) this.set({ [name]: next });
+      else void this.setOutput(name, next);
+    });
     this.controls.push(element);
     this.levels.push({ element, bit, isInput });
     return element;
   }
 
   private analog(name: string, short: string, index: number, isInput: boolean): HTMLElement {
-    if (!isInput) {
-      const element = make("output", { "data-testid": name, title: name, "aria-label": name });
-      this.analogs.push({ element, index, isInput });
-      return make("label", { class: "analog" }, `${short} `, element);
-    }
     const element = make("input", { type: "number", step: "0.1", min: "0", max: "20", "data-testid": name, title: name, "aria-label": name, disabled: true, value: "0" });
-    element.addEventListener("change", () => this.set({ [name]: Number(element.value) }));
+    element.addEventListener("change", () => {
+      if (isInput) this.set({ [name]: Number(element.value) });
+      else void this.setOutput(name, Number(element.value));
+    });
     this.controls.push(element);
     this.analogs.push({ element, index, isInput });
     return make("label", { class: "analog" }, `${short} `, element);
@@ -105,15 +169,12 @@ export class Points {
         const high = (((isInput ? frame.digitalIn : frame.digitalOut) >>> bit) & 1) === 1;
         element.classList.toggle("high", high);
         element.dataset["value"] = high ? "1" : "0";
-        if (isInput) element.setAttribute("aria-pressed", String(high));
-        else element.setAttribute("aria-label", `${element.title}: ${high ? 1 : 0}`);
+        element.setAttribute("aria-pressed", String(high));
       }
     }
     for (const { element, index, isInput } of this.analogs) {
       const text = fixed((isInput ? frame.analogIn : frame.analogOut)[index] ?? 0, 3);
-      if (element instanceof HTMLInputElement) {
-        if (document.activeElement !== element && element.value !== text) element.value = text;
-      } else setText(element, text);
+      if (document.activeElement !== element && element.value !== text) element.value = text;
     }
   }
 

@@ -5,9 +5,10 @@ import { advice } from "./advice";
 import { breakpointGutter, breakpointsOf, putBreakpoints, showHeld } from "./breakpoints";
 import type { Breakpoint, Placed } from "./debugger";
 import { askForCondition } from "./debugpanel";
-import { ask, byId, fixed, make, setText, toast } from "./dom";
-import { applyFix, type Finding, makeEditor, markFindings, showRunning } from "./editor";
+import { ask, byId, make, setText, toast } from "./dom";
+import { applyFix, type Finding, makeEditor, markFindings, showAlarmLines, showHint, showRunning } from "./editor";
 import { api, type Link } from "./link";
+import { firstTarget, pointLine, spotFor } from "./taught";
 import { currentLanguage, onLanguage, t } from "./words";
 
 interface Opened {
@@ -24,7 +25,8 @@ export interface RunningProgram {
 const CHECK_MS = 300;
 /** Programs whose breakpoints are kept while others are in the editor. */
 const PUT_BY_MAX = 20;
-export const START_TEXT = "def program():\n  movej([0, -1.2, 1.4, -1.77, -1.57, 0], a=1.4, v=1.0)\n  sleep(0.5)\nend\n";
+/** There is no program at first: what runs by a click is always what somebody has written or opened. */
+const START_TEXT = "";
 
 /** Nodes of the pendant's task: lines `$ LINE: (number, "label", …)`. */
 export function nodesOf(text: string): { number: number; label: string; line: number }[] {
@@ -36,10 +38,6 @@ export function nodesOf(text: string): { number: number; label: string; line: nu
   return found;
 }
 
-/** `movej([…])` of a taught point. */
-export function taught(q: readonly number[], indent: string): string {
-  return `${indent}movej([${q.map((x) => fixed(x, 5)).join(", ")}], a=1.4, v=1.0)\n`;
-}
 
 export class Programs {
   private readonly view: EditorView;
@@ -52,11 +50,15 @@ export class Programs {
   private held = 0;
   private line = 0;
   private node = 0;
+  /** There is nothing to run. */
+  isEmpty = true;
   private findings: Finding[] = [];
   private readOnly = false;
 
   /** Somebody has changed breakpoints, or opened a program with others. */
   onBreakpoints: () => void = () => undefined;
+  /** The text has changed: whether there is one to run, and what its alarms name. */
+  onText: () => void = () => undefined;
   /** Breakpoints of programs that are not in the editor. */
   private readonly putBy = new Map<string, Breakpoint[]>();
 
@@ -65,6 +67,7 @@ export class Programs {
     this.view = makeEditor({
       host: byId("editor"),
       label: t("editor"),
+      hint: t("no_program"),
       text: START_TEXT,
       extensions: [breakpointGutter(() => this.onBreakpoints(), edited), advice(() => this.name)],
       onChange: () => this.changed(),
@@ -79,6 +82,7 @@ export class Programs {
     byId("program-name").addEventListener("input", () => (this.etag = null));
     onLanguage(() => {
       this.view.contentDOM.setAttribute("aria-label", t("editor"));
+      showHint(this.view, t("no_program"));
       void this.check();
       this.mark();
     });
@@ -103,8 +107,10 @@ export class Programs {
 
   private changed(): void {
     byId("dirty").hidden = !this.isDirty;
+    this.isEmpty = this.text.trim() === "";
     this.showNodes();
     this.mark();
+    this.onText();
     if (this.timer !== null) clearTimeout(this.timer);
     this.timer = setTimeout(() => void this.check(), CHECK_MS);
   }
@@ -304,16 +310,33 @@ export class Programs {
     }
   }
 
-  teach(q: readonly number[]): void {
-    const { state } = this.view;
-    const line = state.doc.lineAt(state.selection.main.head);
-    const indent = /^\s*/.exec(line.text)?.[0] ?? "";
-    const isBlank = line.text.trim() === "";
-    const own = isBlank ? indent || "  " : indent || (line.number === 1 ? "  " : indent);
-    const insert = isBlank ? taught(q, own).trimEnd() : `\n${taught(q, own).trimEnd()}`;
-    const at = line.to;
-    this.view.dispatch({ changes: isBlank ? { from: line.from, to: line.to, insert } : { from: at, insert }, selection: { anchor: (isBlank ? line.from : at) + insert.length } });
+  /** Where the program goes first, if that is written in numbers. */
+  get start(): ReturnType<typeof firstTarget> {
+    return firstTarget(this.text);
+  }
+
+  teach(q: readonly number[], name = ""): void {
+    const { doc, selection } = this.view.state;
+    const spot = spotFor(doc.toString().split("\n"), doc.lineAt(selection.main.head).number - 1);
+    const line = doc.line(spot.line + 1);
+    const text = spot.indent + pointLine(q, name);
+    const insert = spot.replaces ? text : `\n${text}`;
+    const from = spot.replaces ? line.from : line.to;
+    this.view.dispatch({ changes: { from, to: line.to, insert }, selection: { anchor: from + insert.length } });
     toast(t("taught"));
+  }
+
+  /** Shows a line of a program; another one in the editor is left only when that is no loss. */
+  async showLine(program: RunningProgram | null, line: number): Promise<void> {
+    if (program && program.text !== this.text) await this.showText(program.name, program.text, null);
+    if (!program || program.text === this.text) this.goTo(line);
+  }
+
+  /** Marks the lines of alarms that are about the text in the editor. */
+  markAlarms(alarms: readonly { text: string; line: number }[]): void {
+    const lines = alarms.filter((one) => one.text === this.text).map((one) => one.line);
+    // Called from an update listener as well, in which nothing may be dispatched.
+    queueMicrotask(() => showAlarmLines(this.view, lines));
   }
 
   /** Another program is shown as the running one. */
@@ -353,8 +376,9 @@ export class Programs {
     this.markNode();
   }
 
-  enable(may: boolean, maySave: boolean): void {
-    byId<HTMLButtonElement>("run").disabled = !may;
+  /** A recording is looked at: nothing is opened, made or taught into its program. */
+  enable(mayEdit: boolean, maySave: boolean): void {
+    for (const id of ["new", "open", "teach"]) byId<HTMLButtonElement>(id).disabled = !mayEdit;
     byId<HTMLButtonElement>("save").disabled = !maySave;
   }
 }

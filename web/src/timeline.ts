@@ -2,6 +2,7 @@
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import { choiceOf, keepChoice } from "./choices";
 import { byId, fixed, make, setText } from "./dom";
 import { type Frame, indexAt, readFrame, readFrames } from "./frame";
 import { api } from "./link";
@@ -38,6 +39,12 @@ const MARK_LEVEL = 3;
 const MARKS = 500;
 /** Times that differ by less are the same, s. */
 const SAME_TIME = 1e-4;
+/** The slider has steps of a millisecond, so its right end may lie a little before the end of the time. */
+const SLIDER_STEP = 0.001;
+/** A click so near to the right edge of the plot means the present, px. */
+const EDGE_PX = 4;
+/** Where events are marked, above the data, px. */
+const MARK_ROOM = 12;
 export class TimeLine {
   isLive = true;
   private first = 0;
@@ -73,7 +80,9 @@ export class TimeLine {
       button.addEventListener("click", () => this.choose(k));
       choice.append(button);
     });
-    this.slider.addEventListener("input", () => this.goTo(Number(this.slider.value)));
+    this.slider.addEventListener("input", () => this.slide());
+    byId("plot-size").addEventListener("click", () => this.resizePlot(!document.body.classList.contains("large-plot")));
+    this.resizePlot(choiceOf("large-plot") === "true");
     byId("live").addEventListener("click", () => this.goLive());
     byId("replay-play").addEventListener("click", () => this.playOrPause());
     byId("event-before").addEventListener("click", () => this.jump(-1));
@@ -227,6 +236,24 @@ export class TimeLine {
     this.buttons();
   }
 
+  /** The right end is the present, which has gone on since the slider was drawn. */
+  private slide(): void {
+    const time = Number(this.slider.value);
+    if (!this.isRecording && time >= Number(this.slider.max) - 2 * SLIDER_STEP) return this.goLive();
+    this.goTo(time);
+  }
+
+  private resizePlot(isLarge: boolean): void {
+    keepChoice("large-plot", String(isLarge));
+    document.body.classList.toggle("large-plot", isLarge);
+    const button = byId("plot-size");
+    const word: Word = isLarge ? "plot_smaller" : "plot_larger";
+    button.setAttribute("aria-pressed", String(isLarge));
+    button.dataset["label"] = word;
+    button.setAttribute("aria-label", t(word));
+    button.title = t(word);
+  }
+
   /** A moment of the past. */
   goTo(time: number): void {
     if (!this.isRecording && time >= this.last - 1e-6 && !this.isPlaying) return this.goLive();
@@ -361,15 +388,16 @@ export class TimeLine {
     const line = style.getPropertyValue("--line").trim() || "#888";
     const ink = style.getPropertyValue("--ink2").trim() || "#888";
     const alarm = style.getPropertyValue("--bad").trim() || "#d33";
-    const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "11px system-ui" };
+    const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "12px system-ui" };
     this.plot = new uPlot(
       {
         width: Math.max(host.clientWidth, 200),
         height: Math.max(host.clientHeight, 80),
         scales: { x: { time: false }, y: { range: (_: uPlot, min: number, max: number) => spread(min, max) } },
         legend: { show: false },
+        padding: [MARK_ROOM, 8, 0, 0],
         cursor: { drag: { x: true, y: false, setScale: false, dist: 6 }, points: { show: false } },
-        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, space: 17, label: plot.unit, labelSize: 14, labelFont: "11px system-ui" }],
+        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, space: 17, label: plot.unit, labelSize: 14, labelFont: "12px system-ui" }],
         series: [{}, ...plot.names.map((label, k) => ({ label, stroke: getComputedStyle(legend[k] ?? host).color, width: 1.5, points: { show: false } }))],
         hooks: {
           drawClear: [(self: uPlot) => this.drawFound(self, ink)],
@@ -386,7 +414,9 @@ export class TimeLine {
     over.addEventListener("click", (event) => {
       if (performance.now() - this.selectedAt < 200) return;
       const time = this.plot?.posToVal(event.offsetX, "x");
-      if (time !== undefined && Number.isFinite(time)) this.goTo(time);
+      const isEdge = event.offsetX >= over.clientWidth - EDGE_PX && Math.abs(this.wanted()[1] - this.last) < 0.2;
+      if (isEdge && !this.isRecording) this.goLive();
+      else if (time !== undefined && Number.isFinite(time)) this.goTo(time);
     });
     this.drawnAt = 0;
   }
@@ -404,7 +434,7 @@ export class TimeLine {
     this.zoomTo(span);
   }
 
-  /** Alarms and changes of mode, at the upper edge. */
+  /** Alarms and changes of mode, above the data. */
   private drawMarks(plot: uPlot, ink: string, alarm: string): void {
     const { ctx, bbox } = plot;
     const size = 4 * devicePixelRatio;
@@ -414,9 +444,10 @@ export class TimeLine {
       if (x < bbox.left || x > bbox.left + bbox.width) continue;
       ctx.fillStyle = mark.event === "alarm" || Number(mark["level"]) >= 4 ? alarm : ink;
       ctx.beginPath();
-      ctx.moveTo(x - size, bbox.top);
-      ctx.lineTo(x + size, bbox.top);
-      ctx.lineTo(x, bbox.top + 1.6 * size);
+      const bottom = bbox.top - devicePixelRatio;
+      ctx.moveTo(x - size, bottom - 1.6 * size);
+      ctx.lineTo(x + size, bottom - 1.6 * size);
+      ctx.lineTo(x, bottom);
       ctx.fill();
     }
     ctx.restore();

@@ -2,10 +2,10 @@
 // Draws only when something has changed, and coarser where drawing is slow (software rendering).
 
 import {
-  AmbientLight, ArrowHelper, AxesHelper, BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CanvasTexture,
+  AmbientLight, ArrowHelper, AxesHelper, BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry,
   CylinderGeometry, DirectionalLight, DoubleSide, EdgesGeometry, GridHelper, Group, HemisphereLight, Line, LineBasicMaterial,
   LineSegments, NotEqualStencilFunc, ReplaceStencilOp, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, PerspectiveCamera, PlaneGeometry, Quaternion, Scene,
-  SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
+  SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { forward, type Matrix } from "./kinematics";
@@ -19,6 +19,11 @@ export interface SceneData {
   position_max: number[];
   obstacles: { name: string; shape: string; size: number[]; pose: number[]; stiffness: number | null }[];
   planes: { name: string; point: number[]; normal: number[]; mode: string }[];
+  /** Where the arm stands at the start, rad. */
+  home?: number[];
+  names?: Record<string, string>;
+  wires?: { from: string; to: string }[];
+  safety_inputs?: { points: string[]; function: string }[];
 }
 
 export interface Shown {
@@ -54,22 +59,10 @@ function place(object: Object3D, m: Matrix): void {
   object.matrixWorldNeedsUpdate = true;
 }
 
-/** A text that floats: drawn, so whatever it says is never markup. */
-function label(text: string, color: string): Sprite {
-  const canvas = document.createElement("canvas");
-  const context = canvas.getContext("2d");
-  canvas.width = 512;
-  canvas.height = 64;
-  if (context) {
-    context.font = "600 44px system-ui, sans-serif";
-    context.textAlign = "center";
-    context.textBaseline = "middle";
-    context.fillStyle = color;
-    context.fillText(text.slice(0, 40), 256, 32, 500);
-  }
-  const sprite = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), transparent: true, depthTest: false }));
-  sprite.scale.set(0.64, 0.08, 1);
-  return sprite;
+/** A text that floats at a place: an element over the picture, so that it is as sharp as any other text, whatever lies behind. */
+interface Label {
+  element: HTMLElement;
+  at: Vector3;
 }
 
 class Arm {
@@ -146,6 +139,7 @@ export class View {
   private readonly trace: Line<BufferGeometry, LineBasicMaterial>;
   private tracePoints: { time: number; x: number; y: number; z: number }[] = [];
   private data: SceneData | null = null;
+  private labels: Label[] = [];
   private shown: Shown | null = null;
   private dirty = true;
   private readonly isSoft: boolean;
@@ -220,9 +214,10 @@ export class View {
     this.ghost = new Arm(data, this.theme.ghost, this.theme);
     this.ghost.root.visible = this.ghostQ !== null;
     this.world.add(grid, base, this.arm.shadow, this.arm.root, this.ghost.root);
-    const text = this.theme === themes.dark ? "#dfe4ea" : "#20262e";
-    for (const obstacle of data.obstacles) this.world.add(this.obstacle(obstacle, text));
-    for (const plane of data.planes) if (plane.mode !== "off") this.world.add(this.plane(plane, text));
+    for (const { element } of this.labels) element.remove();
+    this.labels = [];
+    for (const obstacle of data.obstacles) this.world.add(this.obstacle(obstacle));
+    for (const plane of data.planes) if (plane.mode !== "off") this.world.add(this.plane(plane));
     this.scene.add(this.world);
     if (isFirst) this.resetCamera();
     if (this.shown) this.show(this.shown, true);
@@ -236,7 +231,7 @@ export class View {
     return sum > 0.2 ? sum * 0.78 : 0.9;
   }
 
-  private obstacle(one: SceneData["obstacles"][number], text: string): Group {
+  private obstacle(one: SceneData["obstacles"][number]): Group {
     const group = new Group();
     const [a = 0.1, b = 0.1, c = 0.1] = one.size;
     let shape: BufferGeometry;
@@ -247,26 +242,44 @@ export class View {
     const soft = one.stiffness !== null;
     const material = new MeshStandardMaterial({ color: soft ? 0x7aa06a : 0x9d8f6f, roughness: 0.8, transparent: true, opacity: one.shape === "plane" ? 0.35 : 0.85 });
     const edges = new LineSegments(new EdgesGeometry(shape, 30), new LineBasicMaterial({ color: this.theme.outline, transparent: true, opacity: 0.6 }));
-    const name = label(one.stiffness === null ? one.name : `${one.name} · ${(one.stiffness / 1000).toFixed(1)} N/mm`, text);
-    name.position.z = (one.shape === "box" ? c / 2 : one.shape === "cylinder" ? b / 2 : one.shape === "sphere" ? a : 0) + 0.05;
-    group.add(new Mesh(shape, material), edges, name);
+    const height = (one.shape === "box" ? c / 2 : one.shape === "cylinder" ? b / 2 : one.shape === "sphere" ? a : 0) + 0.03;
+    group.add(new Mesh(shape, material), edges);
     place(group, one.pose);
+    this.label(one.name, new Vector3(0, 0, height).applyMatrix4(group.matrix));
     return group;
   }
 
-  private plane(one: SceneData["planes"][number], text: string): Group {
+  private plane(one: SceneData["planes"][number]): Group {
     const group = new Group();
     const color = one.mode === "reduced" ? 0xf5a524 : 0xe5484d;
     const shape = new PlaneGeometry(1.6, 1.6, 8, 8);
     group.add(new Mesh(shape, new MeshBasicMaterial({ color, transparent: true, opacity: 0.06, side: DoubleSide, depthWrite: false })));
     group.add(new LineSegments(new EdgesGeometry(new PlaneGeometry(1.6, 1.6)), new LineBasicMaterial({ color, transparent: true, opacity: 0.65 })));
     group.add(new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 0.2, color, 0.06, 0.03));
-    const name = label(one.name, text);
-    name.position.set(0, 0.85, 0.02);
-    group.add(name);
     group.position.set(...(one.point as [number, number, number]));
     group.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...one.normal).normalize());
+    group.updateMatrix();
+    this.label(one.name, new Vector3(0, 0.7, 0.02).applyMatrix4(group.matrix));
     return group;
+  }
+
+  private label(text: string, at: Vector3): void {
+    const element = document.createElement("span");
+    element.className = "label";
+    element.textContent = text.slice(0, 40);
+    document.getElementById("labels")?.append(element);
+    this.labels.push({ element, at });
+  }
+
+  /** Moves the texts to where their things are seen; those beside the picture or behind the camera are not shown. */
+  private placeLabels(): void {
+    const { clientWidth: width, clientHeight: height } = this.host;
+    for (const { element, at } of this.labels) {
+      const seen = at.clone().project(this.camera);
+      const isSeen = Math.abs(seen.x) < 0.98 && Math.abs(seen.y) < 0.98 && seen.z < 1;
+      element.hidden = !isSeen;
+      if (isSeen) element.style.transform = `translate(-50%, -50%) translate(${(((seen.x + 1) / 2) * width).toFixed(1)}px, ${(((1 - seen.y) / 2) * height).toFixed(1)}px)`;
+    }
   }
 
   /** The arm at a moment. After a jump in time the way begins anew. */
@@ -355,6 +368,7 @@ export class View {
     this.dirty = false;
     this.drawnAt = now;
     this.renderer.render(this.scene, this.camera);
+    this.placeLabels();
     this.frames += 1;
     // What drawing has cost shows in how late the next turn of the page comes.
     setTimeout(() => (this.slowness = 0.85 * this.slowness + 0.15 * (performance.now() - now)), 0);

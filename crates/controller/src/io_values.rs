@@ -130,6 +130,9 @@ pub enum PointError {
     /// An output.
     #[error("{0} is an output; only inputs can be set from outside")]
     Output(IoPointName),
+    /// An input.
+    #[error("{0} is an input; only outputs can be set here")]
+    Input(IoPointName),
     /// An input pin of the tool that reads nothing.
     #[error("{0} reads nothing: the pin is disabled or an output")]
     NotReadable(IoPointName),
@@ -161,11 +164,27 @@ impl PointChange {
         }
     }
 
+    /// Setting the output called `name` by hand. `config` tells domains and pins.
+    ///
+    /// # Errors
+    /// [`PointError`]
+    pub fn of_output(
+        name: &str,
+        value: &PointValue,
+        config: &IoConfig,
+    ) -> Result<Self, PointError> {
+        let point: IoPointName = name.parse().map_err(PointError::NoPoint)?;
+        match point.direction {
+            IoDirection::Out => Self::new(point, value, config),
+            IoDirection::In => Err(PointError::Input(point)),
+        }
+    }
+
     /// Setting a point: of an input from outside, of an output as a client of a port does. `config` tells domains and
     /// pins.
     ///
     /// # Errors
-    /// [`PointError`] but for `NoPoint` and `Output`.
+    /// [`PointError`] but for `NoPoint`, `Output` and `Input`.
     pub fn new(
         point: IoPointName,
         value: &PointValue,

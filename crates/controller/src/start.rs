@@ -368,7 +368,10 @@ impl PreparedController {
         let (clock, timeline) = start_clock(clock, manner.passes_alone, cycle, thread, &faults)?;
         let timeline = door(timeline);
         let robot = Robot::new(model, script_end.into(), timeline, chronicle.clone());
-        let robot = Arc::new(robot.with_safety_bounds(safety));
+        let planes = cell.as_ref().map(Cell::planes).unwrap_or_default();
+        let names = planes.into_iter().map(|(name, ..)| name).collect();
+        let robot = robot.with_safety_bounds(safety).with_plane_names(names);
+        let robot = Arc::new(robot);
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
         let fieldbus = match &cell {

@@ -25,6 +25,8 @@ use crate::predicted_state::{CommandedModes, PredictedState, PredictionCache, Pr
 pub struct Robot {
     model: Arc<RobotModel>,
     safety_bounds: SafetyBounds,
+    /// Of the safety planes, by their numbers from 0.
+    plane_names: Vec<String>,
     commands: CommandSender,
     snapshot: Arc<SnapshotCell>,
     registers: Arc<Registers>,
@@ -187,6 +189,7 @@ impl Robot {
         Self {
             model,
             safety_bounds: SafetyBounds::default(),
+            plane_names: Vec::new(),
             commands: end.commands,
             snapshot: end.snapshot,
             registers: end.registers,
@@ -236,6 +239,23 @@ impl Robot {
             safety_bounds,
             ..self
         }
+    }
+
+    /// The same robot with names for its safety planes, by their numbers from 0.
+    pub fn with_plane_names(self, plane_names: Vec<String>) -> Self {
+        Self {
+            plane_names,
+            ..self
+        }
+    }
+
+    /// A sentence about the arm in which safety planes have their names: the motion thread knows numbers alone.
+    pub fn sentence(&self, about: &(impl core::fmt::Display + ?Sized)) -> String {
+        let names = self.plane_names.iter().zip(1..);
+        names.fold(about.to_string(), |text, (name, number)| {
+            let numbered = format!("safety plane {number} of the cell");
+            text.replace(&numbered, &format!("safety plane {name:?} of the cell"))
+        })
     }
 
     /// The safety planes, and the tool they hold back.
@@ -553,6 +573,7 @@ impl Robot {
                 if let Outcome::Refused(refusal) = outcome {
                     drop(awaited);
                     // Nobody waits for this one, so nobody else would say that it was refused.
+                    let refusal = self.sentence(&refusal);
                     let text = format!("{}: {refusal}", command.kind.name());
                     let warning = Message::log(Severity::Warning, command.origin, text);
                     self.observer.message(&warning);
@@ -587,8 +608,11 @@ impl Robot {
                 awaited.last_stop = Some(reason);
                 let origin = awaited.mover(cycle);
                 drop(awaited);
-                self.observer
-                    .message(&Message::protective_stop(reason, origin));
+                let mut message = Message::protective_stop(reason, origin);
+                if let Message::Robot { text, .. } = &mut message {
+                    *text = self.sentence(text);
+                }
+                self.observer.message(&message);
             }
         }
     }

@@ -145,6 +145,11 @@ pub enum PageOrder {
         /// As `/api/inputs` takes them.
         values: serde_json::Map<String, serde_json::Value>,
     },
+    /// Set outputs by hand, all or none: names of points to values.
+    Outputs {
+        /// As `inputs` takes them.
+        values: serde_json::Map<String, serde_json::Value>,
+    },
 }
 
 const fn full() -> f64 {
@@ -325,6 +330,14 @@ mod tests {
         ] {
             assert_eq!(order(text), Ok(expected), "{text}");
         }
+    }
+
+    #[test]
+    fn outputs_take_control_and_are_not_held() {
+        let read = order(r#"{"do": "outputs", "values": {"standard_digital_out[1]": true}}"#);
+        let read = read.unwrap();
+        assert!(matches!(&read, PageOrder::Outputs { values } if values.len() == 1));
+        assert!(read.needs_control() && !read.is_held());
     }
 
     #[test]

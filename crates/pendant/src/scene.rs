@@ -30,7 +30,30 @@ pub fn describe(model: &RobotModel, cell: Option<&Cell>) -> Value {
         "torque_max": limits.effort.0,
         "obstacles": cell.map_or_else(|| json!([]), obstacles),
         "planes": cell.map_or_else(|| json!([]), planes),
+        "names": cell.map_or_else(|| json!({}), names),
+        "wires": cell.map_or_else(|| json!([]), wires),
+        "safety_inputs": cell.map_or_else(|| json!([]), safety_inputs),
     })
+}
+
+/// What people call inputs and outputs.
+fn names(cell: &Cell) -> Value {
+    let names = cell.point_names();
+    let names = names.map(|(point, name)| (point.to_string(), Value::from(name)));
+    Value::Object(names.collect())
+}
+
+fn wires(cell: &Cell) -> Value {
+    let wires = cell.wires();
+    let wires = wires.map(|(from, to)| json!({"from": from.to_string(), "to": to.to_string()}));
+    wires.collect()
+}
+
+fn safety_inputs(cell: &Cell) -> Value {
+    let inputs = cell.safety_input_pairs().map(|(points, function)| {
+        json!({"points": points.map(|point| point.to_string()), "function": function})
+    });
+    inputs.collect()
 }
 
 /// Twelve numbers: three rows of rotation and translation.
@@ -77,7 +100,10 @@ mod tests {
     fn the_chain_is_that_of_the_model_and_the_cell_is_named() {
         let model = RobotModel::built_in("cs66").unwrap();
         let text = "[[obstacle]]\nname = 'table'\nshape = 'box'\nsize = [1, 1, 0.1]\npose = [0, 0, -0.05, 0, 0, 0]\nstiffness = 2e4\n\
-            [[safety_plane]]\nname = 'wall'\npoint = [1, 0, 0]\nnormal = [-1, 0, 0]\n";
+            [[safety_plane]]\nname = 'wall'\npoint = [1, 0, 0]\nnormal = [-1, 0, 0]\n\
+            [[wire]]\nfrom = 'standard_digital_out[1]'\nto = 'standard_digital_in[2]'\n\
+            [[safety_input]]\nfunction = 'safeguard_stop'\npair = 1\n\
+            [names]\n'standard_digital_out[1]' = 'vacuum'\n";
         let cell = Cell::from_text(text.to_owned(), Path::new("cell.toml")).unwrap();
         let scene = describe(&model, Some(&cell));
         assert_eq!(scene["joints"].as_array().unwrap().len(), 6);
@@ -86,6 +112,12 @@ mod tests {
         assert_eq!(scene["obstacles"][0]["name"], "table");
         assert_eq!(scene["obstacles"][0]["stiffness"], 2e4);
         assert_eq!(scene["planes"][0]["mode"], "normal");
+        assert_eq!(scene["names"], json!({"standard_digital_out[1]": "vacuum"}));
+        let wire = json!({"from": "standard_digital_out[1]", "to": "standard_digital_in[2]"});
+        assert_eq!(scene["wires"], json!([wire]));
+        let pair = ["configurable_digital_in[2]", "configurable_digital_in[3]"];
+        let safeguard = json!({"points": pair, "function": "safeguard_stop"});
+        assert_eq!(scene["safety_inputs"], json!([safeguard]));
         assert_eq!(describe(&model, None)["obstacles"], json!([]));
     }
 }

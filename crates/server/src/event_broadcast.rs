@@ -56,6 +56,8 @@ struct ProgramSpan {
 /// Tells everybody.
 pub struct EventBroadcaster {
     ports: broadcast::Sender<Message>,
+    /// Stops, alarms and errors as they were issued: each page shows them in its own language.
+    pages: broadcast::Sender<Message>,
     console: PrintTarget,
     feed: Arc<SampleFeed>,
     programs: Mutex<BTreeMap<ProgramId, ProgramSpan>>,
@@ -77,6 +79,7 @@ impl EventBroadcaster {
     ) -> Self {
         Self {
             ports: broadcast::channel(BACKLOG).0,
+            pages: broadcast::channel(BACKLOG).0,
             console,
             feed,
             programs: Mutex::default(),
@@ -89,6 +92,11 @@ impl EventBroadcaster {
     /// Follows the messages from now on.
     pub fn subscribe(&self) -> broadcast::Receiver<Message> {
         self.ports.subscribe()
+    }
+
+    /// Follows the messages from now on, as they are before anybody's language.
+    pub fn subscribe_in_english(&self) -> broadcast::Receiver<Message> {
+        self.pages.subscribe()
     }
 
     /// The global variables of a program with their last values, as long as it is one of the newest.
@@ -160,6 +168,10 @@ impl EventBroadcaster {
 impl Observer for EventBroadcaster {
     fn message(&self, message: &Message) {
         self.count(message);
+        if let Message::ScriptError { .. } | Message::Robot { .. } = message {
+            // Nobody listening is fine.
+            let _ = self.pages.send(message.clone());
+        }
         let told = language::message(message);
         // The sender's program, which may be one of ours, knows it by its beginning.
         let is_replacement =

@@ -135,6 +135,9 @@ const COG_MAX: f64 = 10.0;
 const FRICTION_TORQUE_MAX: f64 = 1000.0;
 const ROTOR_MAX: f64 = 100.0;
 
+/// Longest name of an input or output, characters: what fits beside a button.
+const NAME_CHARS_MAX: usize = 40;
+
 /// Longest delay of a wire, s: its delay line holds a number a cycle.
 const WIRE_DELAY_MAX: f64 = 600.0;
 
@@ -289,6 +292,32 @@ pub(super) fn values(cell: &Tables) -> ValidationResult {
     }
     for (index, signal) in cell.modbus.iter().enumerate() {
         modbus(&TableCheck::numbered("modbus", index), signal)?;
+    }
+    names(cell)
+}
+
+/// Names are read on buttons: short, of one line, and each for one point of a direction.
+fn names(cell: &Tables) -> ValidationResult {
+    for (point, name) in &cell.names {
+        let table = TableCheck(format!("names \"{point}\""));
+        let chars = name.chars().count();
+        let is_good = !name.trim().is_empty()
+            && chars <= NAME_CHARS_MAX
+            && !name.chars().any(char::is_control);
+        if !is_good {
+            let given: String = name.chars().take(NAME_CHARS_MAX).collect();
+            let allowed = format!(
+                "1 to {NAME_CHARS_MAX} characters of one line are needed, these are {chars}"
+            );
+            return Err(table.wrong("name", format_args!("{given:?}"), allowed));
+        }
+        let twin = cell.names.iter().find(|(other, called)| {
+            *other < point && *called == name && other.direction == point.direction
+        });
+        if let Some((twin, _)) = twin {
+            let allowed = format!("{twin} is called so already");
+            return Err(table.wrong("name", format_args!("{name:?}"), allowed));
+        }
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use kinematics::RpyPose;
 use recorder::{ObstacleShape, SceneObstacle};
 
 use super::Cell;
+use super::point::{IoDirection, IoGroup, IoPointName};
 use super::schema::ShapeName;
 
 impl Cell {
@@ -29,6 +30,29 @@ impl Cell {
                 })
             })
             .collect()
+    }
+
+    /// `[names]`: what people call inputs and outputs.
+    pub fn point_names(&self) -> impl Iterator<Item = (IoPointName, &str)> {
+        let names = self.tables().names.iter();
+        names.map(|(point, name)| (*point, name.as_str()))
+    }
+
+    /// `[[wire]]`: from which output to which input.
+    pub fn wires(&self) -> impl Iterator<Item = (IoPointName, IoPointName)> {
+        self.tables().wire.iter().map(|wire| (wire.from, wire.to))
+    }
+
+    /// `[[safety_input]]`: the two configurable inputs of each function, and its word in the file.
+    pub fn safety_input_pairs(&self) -> impl Iterator<Item = ([IoPointName; 2], &'static str)> {
+        self.tables().safety_input.iter().map(|input| {
+            let point = |n| IoPointName {
+                group: IoGroup::ConfigurableDigital,
+                direction: IoDirection::In,
+                index: 2 * input.pair + n,
+            };
+            ([point(0), point(1)], input.function.name())
+        })
     }
 
     /// Every obstacle with its stiffness, N/m, where it has one.

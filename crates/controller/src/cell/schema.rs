@@ -1,5 +1,7 @@
 //! The tables of the cell file as types: what serde reads, keys and names included.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 
 use super::point::IoPointName;
@@ -39,6 +41,8 @@ pub struct Tables {
     pub serial: Vec<Serial>,
     /// Modbus signals to add at start.
     pub modbus: Vec<ModbusSignal>,
+    /// What people call inputs and outputs, by point.
+    pub names: BTreeMap<IoPointName, String>,
 }
 
 /// The shape of an obstacle or tool.

@@ -110,6 +110,9 @@ signal_name = "speed"
 is_sequential = true
 registers_count = 10
 port = 5021
+[names]
+"standard_digital_out[3]" = "vacuum"
+"configurable_digital_in[2]" = "part held"
 "#;
 
 #[test]
@@ -135,6 +138,8 @@ fn every_table_and_key_is_read() {
     assert_eq!(cell.wire[0].to.group, IoGroup::ConfigurableDigital);
     assert_eq!(cell.input[1].value, InputValue::Number(4.5));
     assert_eq!(cell.modbus[0].port, 5021);
+    let point = "standard_digital_out[3]".parse().unwrap();
+    assert_eq!(cell.names.get(&point).map(String::as_str), Some("vacuum"));
 }
 
 #[test]
@@ -281,6 +286,12 @@ fn each_mistake_has_one_sentence_that_names_the_key() {
         "[[input]]\nat = 0\nset = \"standard_analog_in[0]\"\nvalue = true".to_owned(),
         "[[serial]]\nport = \"usb\"\ndevice = \"x\"".to_owned(),
         "[[modbus]]\nIP = \"x\"\nslave_number = 1\nsignal_address = 0\nsignal_type = 4\nsignal_name = \"a\"".to_owned(),
+        "[names]\n\"standard_digital_out[16]\" = \"lamp\"".to_owned(),
+        "[names]\nlamp = \"standard_digital_out[1]\"".to_owned(),
+        "[names]\n\"standard_digital_out[1]\" = 3".to_owned(),
+        "[names]\n\"standard_digital_out[1]\" = \" \"".to_owned(),
+        format!("[names]\n\"tool_analog_in\" = \"{}\"", "x".repeat(41)),
+        "[names]\n\"standard_digital_in[1]\" = \"part\"\n\"standard_digital_in[2]\" = \"part\"".to_owned(),
     ];
     let sentences = mistakes.map(|text| cell(&text).unwrap_err().to_string());
     insta::assert_snapshot!(sentences.join("\n"));

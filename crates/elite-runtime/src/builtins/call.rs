@@ -332,6 +332,7 @@ impl<'a, 'n> Call<'a, 'n> {
             Refusal::BadValue { .. } => ExceptionKind::ValueError,
             _ => ExceptionKind::RuntimeError,
         };
+        let refusal = self.context.robot().sentence(refusal);
         let text = format!("{}(): {refusal}", self.builtin.name);
         self.error(kind, text)
     }

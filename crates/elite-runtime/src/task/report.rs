@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, memory};
+use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, Value, memory};
 use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::controls::Control;
@@ -185,16 +185,23 @@ impl Task {
     /// more at the end of the task.
     pub(super) fn publish_variables(&mut self, at_the_end: bool) {
         let state = self.settings.robot.moment();
-        if self.global_names.is_empty() || (state.cycle < self.variables_due && !at_the_end) {
+        let is_empty = self.global_names.is_empty() && self.top_level_names.is_empty();
+        if is_empty || (state.cycle < self.variables_due && !at_the_end) {
             return;
         }
         let step = Seconds::new(state.step_time).unwrap_or_default();
         let period = Seconds::new(VARIABLE_PERIOD).unwrap_or_default();
         self.variables_due = state.cycle + period.cycles(step);
-        for name in &self.global_names {
+        let declared = self.global_names.iter().map(|name| (name, true));
+        let top_level = self.top_level_names.iter().map(|name| (name, false));
+        for (name, is_declared) in declared.chain(top_level) {
             let Some(value) = self.interpreter.global(name) else {
                 continue; // declared, not bound yet
             };
+            // Functions, classes and modules of the top level are no news to whoever reads the program.
+            if !is_declared && !is_data(&value) {
+                continue;
+            }
             let value = VariableValue {
                 type_name: value.type_name().to_string(),
                 value: repr_text(&value, VALUE_CHARS_MAX),
@@ -295,4 +302,12 @@ pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: Progr
 /// Where the error was raised; line 1 for an error without a place.
 fn line_of(error: &ScriptError) -> u32 {
     error.place().map_or(1, |frame| frame.line)
+}
+
+/// Whether a value is one that people look at: no function, class or module.
+const fn is_data(value: &Value) -> bool {
+    !matches!(
+        value,
+        Value::Function(_) | Value::Builtin(_) | Value::Class(_) | Value::Module(_)
+    )
 }

@@ -41,6 +41,9 @@ use crate::task_folder::TaskFolder;
 use crate::test_task::TestTaskHandle;
 use crate::value_text::fixed_text;
 
+/// So many names of the top level are watched: each costs time in every period.
+const TOP_LEVEL_NAMES_MAX: usize = 200;
+
 /// What the language may use. How long a stopped program cleans up is decided here (`TaskContext::may_clean_up`).
 fn limits() -> Limits {
     Limits {
@@ -165,6 +168,8 @@ pub(crate) struct Task {
     pub(super) successor: Option<Arc<str>>,
     /// Names declared `global`, in the order in which they were met.
     pub(super) global_names: Vec<String>,
+    /// Names that the top level of a program binds: in a program without `def` around it they are its variables.
+    pub(super) top_level_names: Vec<String>,
     /// Threads that may have come to other lines in the cycle after it.
     pub(super) threads_to_report: Vec<ThreadNumber>,
     pub(super) moved_in: u64,
@@ -286,6 +291,7 @@ impl Task {
             successor: None,
             global_names: Vec::new(),
             threads_to_report: Vec::new(),
+            top_level_names: Vec::new(),
             moved_in: 0,
             looked_at: u64::MAX,
             variables_due: 0,
@@ -388,6 +394,12 @@ impl Task {
         for name in program.declared_globals() {
             if !self.global_names.iter().any(|known| known == name) {
                 self.global_names.push(name.to_owned());
+            }
+        }
+        for name in program.global_names().take(TOP_LEVEL_NAMES_MAX) {
+            let mut known = self.global_names.iter().chain(&self.top_level_names);
+            if !known.any(|known| known == name) {
+                self.top_level_names.push(name.to_owned());
             }
         }
     }

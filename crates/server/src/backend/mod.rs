@@ -16,7 +16,6 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::LogLines;
 use controller::cell::Cell;
-use controller::cell::point::IoDirection;
 use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{DiscardReason, SubmitResult, SubmittedStatement};
 use elite_runtime::message::{Message, RECORDING_ALARM_CODE, REPLACED, Severity};
@@ -74,6 +73,8 @@ pub struct PortBackend {
     task_dir: PathBuf,
     /// What the page draws.
     scene: Value,
+    /// Where the arm stands at the start, rad.
+    home: [f64; 6],
     log_lines: LogLines,
     start_configuration: Configuration,
     loaded: Mutex<LoadedFiles>,
@@ -113,6 +114,7 @@ impl PortBackend {
             task_folder: TaskFolder::new(&robot.task_dir),
             task_dir: robot.task_dir.clone(),
             scene: scene(host, robot.cell.as_deref()),
+            home: robot.home.0,
             log_lines: controller.log_lines(),
             start_configuration: Configuration {
                 tcp: Some(robot.tcp.to_array()),
@@ -430,7 +432,7 @@ impl http::HttpBackend for PortBackend {
         self.robot.registers().images()
     }
 
-    fn set_inputs(&self, changes: &http::io::InputChanges) -> Result<(), SetInputsError> {
+    fn set_inputs(&self, changes: &http::io::IoChanges) -> Result<(), SetInputsError> {
         if self.robot.is_abandoned() {
             let text = "the control cycle has ended; nothing was set".to_owned();
             return Err(SetInputsError::Unavailable(text));
@@ -440,8 +442,8 @@ impl http::HttpBackend for PortBackend {
         // First what may be refused: it is all or nothing.
         let sent = self.robot.send_all(Origin::default(), &points);
         sent.map_err(|full| SetInputsError::Unavailable(format!("nothing was set: {full}")))?;
-        for value in &changes.registers {
-            value.write(IoDirection::In, self.robot.registers());
+        for (direction, value) in &changes.registers {
+            value.write(*direction, self.robot.registers());
         }
         Ok(())
     }

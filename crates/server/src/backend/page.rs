@@ -48,6 +48,7 @@ impl PageBackend for PortBackend {
         scene["position_min"] = limits(|range| range.0);
         scene["position_max"] = limits(|range| range.1);
         scene["speed_max"] = json!(description.speed_limits);
+        scene["home"] = json!(self.home);
         scene
     }
 
@@ -80,7 +81,8 @@ impl PageBackend for PortBackend {
         broadcast::Receiver<controller::LogLine>,
         Option<broadcast::Receiver<Message>>,
     ) {
-        (self.log_lines.subscribe(), Some(self.announcer.subscribe()))
+        let alarms = self.announcer.subscribe_in_english();
+        (self.log_lines.subscribe(), Some(alarms))
     }
 
     async fn order(&self, order: PageOrder) -> Result<Value, String> {
@@ -149,21 +151,20 @@ impl PageBackend for PortBackend {
                 }
             }
             PageOrder::Inputs { values } => {
-                let config = self.robot.state().io_config;
-                let body = Value::Object(values).to_string();
-                let changes = io::read(body.as_bytes(), &config).map_err(|e| e.to_string())?;
-                match self.set_inputs(&changes) {
-                    Ok(()) => Ok(Value::Null),
-                    Err(SetInputsError::ReadOnly(reason) | SetInputsError::Unavailable(reason)) => {
-                        Err(reason)
-                    }
-                }
+                self.set_points(io::inputs(&values, &self.robot.state().io_config))
+            }
+            PageOrder::Outputs { values } => {
+                self.set_points(io::outputs(&values, &self.robot.state().io_config))
             }
             PageOrder::Jog { .. }
             | PageOrder::MoveTo { .. }
             | PageOrder::Freedrive
             | PageOrder::Release => Err("what is held is held by a page".to_owned()),
         }
+    }
+
+    fn sentence(&self, about: &dyn std::fmt::Display) -> String {
+        self.robot.sentence(about)
     }
 
     fn begin(&self, command: CommandKind) -> Result<CommandId, String> {
@@ -238,13 +239,24 @@ impl PageBackend for PortBackend {
 }
 
 impl PortBackend {
+    /// Sets inputs or outputs that were read from an order.
+    fn set_points(&self, changes: Result<io::IoChanges, io::InputError>) -> Result<Value, String> {
+        let changes = changes.map_err(|error| error.to_string())?;
+        match self.set_inputs(&changes) {
+            Ok(()) => Ok(Value::Null),
+            Err(SetInputsError::ReadOnly(reason) | SetInputsError::Unavailable(reason)) => {
+                Err(reason)
+            }
+        }
+    }
+
     /// Asks the arm for something and says how that went, as far as it is known soon.
     async fn ask(&self, command: CommandKind) -> Result<Value, String> {
         let id = self.begin(command)?;
         let patience = tokio::time::Instant::now() + ANSWERED_WITHIN;
         loop {
             match self.robot.take_outcome(id) {
-                Some(Outcome::Refused(refusal)) => return Err(refusal.to_string()),
+                Some(Outcome::Refused(refusal)) => return Err(self.robot.sentence(&refusal)),
                 Some(_) => return Ok(Value::Null),
                 None if tokio::time::Instant::now() >= patience => {
                     self.robot.forget(id);

@@ -98,8 +98,10 @@ pub(super) fn serve(
     let config = cycle_config(setup, model.clone(), cell.as_ref()).map_err(InitialSetupError::from);
     let config = config.map_err(RerunError::from)?;
     let description = describe(&config).map_err(RerunError::Config)?;
+    let mut scene = pendant::scene::describe(&model, cell.as_ref());
+    scene["home"] = serde_json::json!(setup.home.0);
     let shown = Arc::new(PageContent {
-        scene: pendant::scene::describe(&model, cell.as_ref()),
+        scene,
         recording: Some(recording.clone()),
         ..PageContent::default()
     });

@@ -12,11 +12,11 @@ use controller::io_values::{PointChange, PointError, PointValue, RegisterValue};
 
 /// What a request wants to be changed.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct InputChanges {
-    /// Digital and analog inputs, to be applied at the beginning of a cycle.
+pub struct IoChanges {
+    /// Digital and analog points, to be applied at the beginning of a cycle.
     pub points: Vec<IoChange>,
-    /// Registers, which have their value at once.
-    pub registers: Vec<RegisterValue>,
+    /// Registers of the robot's inputs or outputs, which have their value at once.
+    pub registers: Vec<(IoDirection, RegisterValue)>,
 }
 
 /// Why nothing was set: one sentence that names the point, what was given and what is allowed.
@@ -35,19 +35,50 @@ pub enum InputError {
     Input(#[from] PointError),
 }
 
-/// Reads a request. `config` tells domains and pins.
+/// Reads a request to set inputs. `config` tells domains and pins.
 ///
 /// # Errors
 /// [`InputError`] names the first thing that is wrong.
-pub fn read(body: &[u8], config: &IoConfig) -> Result<InputChanges, InputError> {
+pub fn read(body: &[u8], config: &IoConfig) -> Result<IoChanges, InputError> {
     let body: Value =
         serde_json::from_slice(body).map_err(|error| InputError::NotJson(error.to_string()))?;
     let Value::Object(members) = body else {
         return Err(InputError::NotAnObject);
     };
-    let mut changes = InputChanges::default();
-    let (mut mask, mut levels) = (0, 0);
-    for (name, value) in &members {
+    changes(&members, |name, value| {
+        PointChange::of_input(name, value, config)
+    })
+}
+
+/// The inputs of an order. `config` tells domains and pins.
+///
+/// # Errors
+/// [`InputError`] names the first thing that is wrong.
+pub fn inputs(values: &Map<String, Value>, config: &IoConfig) -> Result<IoChanges, InputError> {
+    changes(values, |name, value| {
+        PointChange::of_input(name, value, config)
+    })
+}
+
+/// The outputs of an order. `config` tells domains and pins.
+///
+/// # Errors
+/// [`InputError`] names the first thing that is wrong.
+pub fn outputs(values: &Map<String, Value>, config: &IoConfig) -> Result<IoChanges, InputError> {
+    changes(values, |name, value| {
+        PointChange::of_output(name, value, config)
+    })
+}
+
+/// What the members of an object set. Digital points become one change, so that they change in one cycle.
+fn changes(
+    members: &Map<String, Value>,
+    change_of: impl Fn(&str, &PointValue) -> Result<PointChange, PointError>,
+) -> Result<IoChanges, InputError> {
+    let mut changes = IoChanges::default();
+    let (mut inputs, mut outputs) = ((0, 0), (0, 0));
+    let join = |(mask, levels): (u32, u32), (one, level)| (mask | one, levels | level);
+    for (name, value) in members {
         let value = match value {
             Value::Bool(level) => PointValue::Level(*level),
             Value::Number(number) => match (number.as_i64(), number.as_f64()) {
@@ -57,20 +88,24 @@ pub fn read(body: &[u8], config: &IoConfig) -> Result<InputChanges, InputError> 
             },
             _ => PointValue::Other(shown(value)),
         };
-        match PointChange::of_input(name, &value, config)? {
-            PointChange::Io(IoChange::DigitalIn {
-                mask: one,
-                levels: level,
-            }) => {
-                mask |= one;
-                levels |= level;
+        match change_of(name, &value)? {
+            PointChange::Io(IoChange::DigitalIn { mask, levels }) => {
+                inputs = join(inputs, (mask, levels));
+            }
+            PointChange::Io(IoChange::DigitalOut { mask, levels }) => {
+                outputs = join(outputs, (mask, levels));
             }
             PointChange::Io(change) => changes.points.push(change),
-            PointChange::Register(_, value) => changes.registers.push(value),
+            PointChange::Register(direction, value) => changes.registers.push((direction, value)),
         }
     }
+    let (mask, levels) = inputs;
     if mask != 0 {
         changes.points.push(IoChange::DigitalIn { mask, levels });
+    }
+    let (mask, levels) = outputs;
+    if mask != 0 {
+        changes.points.push(IoChange::DigitalOut { mask, levels });
     }
     Ok(changes)
 }
@@ -167,7 +202,7 @@ mod tests {
         changes
             .registers
             .iter()
-            .for_each(|value| value.write(IoDirection::In, &registers));
+            .for_each(|(direction, value)| value.write(*direction, &registers));
         let bank = &registers.input;
         assert!(bank.boolean(127));
         assert_eq!((bank.integer(0), bank.float(47)), (i32::MIN, -1e300));
@@ -224,10 +259,27 @@ mod tests {
             let found = read(body.as_bytes(), &IoConfig::default()).unwrap_err();
             assert_eq!(found.to_string(), sentence, "{body}");
         }
-        assert_eq!(
-            read(b"{}", &IoConfig::default()),
-            Ok(InputChanges::default())
-        );
+        assert_eq!(read(b"{}", &IoConfig::default()), Ok(IoChanges::default()));
+    }
+
+    #[test]
+    fn outputs_are_set_by_name_and_inputs_are_none() {
+        let values = json!({"standard_digital_out[3]": true, "configurable_digital_out[0]": false,
+            "standard_analog_out[1]": 5, "output_integer_register[2]": 7});
+        let found = outputs(values.as_object().unwrap(), &IoConfig::default()).unwrap();
+        let (mask, levels) = (1 << 3 | 1 << 16, 1 << 3);
+        let digital = IoChange::DigitalOut { mask, levels };
+        let analog = IoChange::AnalogOut {
+            port: 1,
+            ratio: 0.5,
+        };
+        assert!(found.points.contains(&digital) && found.points.contains(&analog));
+        let register = (IoDirection::Out, RegisterValue::Integer(2, 7));
+        assert_eq!(found.registers, [register]);
+        let input = json!({"standard_digital_in[3]": true});
+        let refused = outputs(input.as_object().unwrap(), &IoConfig::default()).unwrap_err();
+        let sentence = "standard_digital_in[3] is an input; only outputs can be set here";
+        assert_eq!(refused.to_string(), sentence);
     }
 
     #[test]

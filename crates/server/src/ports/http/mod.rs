@@ -70,7 +70,7 @@ pub trait HttpBackend: Send + Sync + 'static {
     ///
     /// # Errors
     /// [`SetInputsError`]: nothing was changed.
-    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), SetInputsError>;
+    fn set_inputs(&self, changes: &io::IoChanges) -> Result<(), SetInputsError>;
 }
 
 /// Why inputs were not set: a sentence.

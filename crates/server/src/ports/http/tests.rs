@@ -15,7 +15,7 @@ use crate::ports::allowed_hosts::tests::FOREIGN_HOSTS;
 #[derive(Default)]
 struct Fake {
     cycle: AtomicU64,
-    set: Mutex<Vec<io::InputChanges>>,
+    set: Mutex<Vec<io::IoChanges>>,
     /// Why inputs cannot be set.
     not_set: Mutex<Option<SetInputsError>>,
     /// No cycle comes any more.
@@ -68,7 +68,7 @@ impl HttpBackend for Fake {
     fn registers(&self) -> RegisterImages {
         RegisterImages::default()
     }
-    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), SetInputsError> {
+    fn set_inputs(&self, changes: &io::IoChanges) -> Result<(), SetInputsError> {
         if let Some(reason) = self.not_set.lock().unwrap().clone() {
             return Err(reason);
         }
@@ -237,7 +237,7 @@ async fn inputs_are_set_by_programs_and_by_our_own_pages() {
         assert!(page.ends_with(&end), "{page}");
     }
     let (mask, levels) = (1 << 3, 1 << 3);
-    let wanted = io::InputChanges {
+    let wanted = io::IoChanges {
         points: vec![motion_api::IoChange::DigitalIn { mask, levels }],
         registers: Vec::new(),
     };

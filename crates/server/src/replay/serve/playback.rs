@@ -405,7 +405,7 @@ impl http::HttpBackend for Playback {
         self.registers.images()
     }
 
-    fn set_inputs(&self, _changes: &http::io::InputChanges) -> Result<(), SetInputsError> {
+    fn set_inputs(&self, _changes: &http::io::IoChanges) -> Result<(), SetInputsError> {
         Err(SetInputsError::ReadOnly(READ_ONLY.to_owned()))
     }
 

@@ -6,6 +6,7 @@
 
 use std::sync::{Arc, Mutex};
 
+use elite_runtime::chinese;
 use motion_api::RobotState;
 use pendant::History;
 use pendant::frame::{FrameContext, encode};
@@ -18,8 +19,8 @@ use super::playback::Playback;
 use crate::ports::description::TaskStatus;
 use crate::ports::http::HttpBackend as _;
 use crate::ports::http::page::{
-    ALARM_LEVEL, MODE_LEVEL, ModeTracker, PageBackend as _, ShownProgram, line_event,
-    registers_text,
+    ALARM_LEVEL, MODE_LEVEL, ModeTracker, PageBackend as _, ShownProgram, add_load, line_event,
+    registers_text, short,
 };
 
 /// Programs whose text is kept.
@@ -108,6 +109,9 @@ impl HistoryReader<'_> {
                 if message.level >= recorder::LogLevel::Error {
                     let mut alarm = event;
                     alarm["event"] = "alarm".into();
+                    let chinese = chinese::sentence(&message.message);
+                    let chinese = chinese.as_deref().unwrap_or(&message.message);
+                    alarm["texts"] = json!({"en": alarm["text"].clone(), "zh": short(chinese)});
                     alarm["kind"] = "recorded".into();
                     self.event(time, ALARM_LEVEL, &alarm);
                 }
@@ -159,6 +163,7 @@ impl HistoryReader<'_> {
 
     fn beside(&mut self, state: &RobotState) {
         let mut panel = self.shadow.panel();
+        add_load(&mut panel, state);
         panel["name"] = panel["program"].clone();
         // Those change with every line and are in the frame.
         for name in ["line", "node"] {

@@ -385,9 +385,10 @@ impl<C: PageBackend> PageSession<'_, C> {
             None => (Ok(Value::Null), false),
             // The speed is reached, and held.
             Some(Outcome::Done) => (Ok(json!("there")), held.ends_by_itself()),
-            Some(Outcome::Refused(refusal)) => (Err(refusal.to_string()), true),
+            Some(Outcome::Refused(refusal)) => (Err(cockpit.sentence(&refusal)), true),
             Some(Outcome::Aborted) => (Ok(json!("stopped")), true),
             Some(Outcome::ProtectiveStop(reason)) => {
+                let reason = cockpit.sentence(&reason);
                 (Err(format!("protective stop: {reason}")), true)
             }
         };

@@ -31,7 +31,8 @@ use super::HttpBackend;
 pub use debug::DEBUG_PATH;
 pub use live::{LIVE_PATH, shake_hands};
 pub use page_broadcast::{
-    ALARM_LEVEL, MODE_LEVEL, ModeTracker, PageBroadcast, line_event, registers_text,
+    ALARM_LEVEL, MODE_LEVEL, ModeTracker, PageBroadcast, add_load, line_event, registers_text,
+    short,
 };
 pub use routes::router;
 
@@ -76,6 +77,10 @@ pub trait PageBackend: HttpBackend {
     );
     /// Carries an order out that is not held; what it answers.
     fn order(&self, order: PageOrder) -> impl Future<Output = Result<Value, String>> + Send;
+    /// A sentence about the arm in which safety planes have the names of the cell.
+    fn sentence(&self, about: &dyn std::fmt::Display) -> String {
+        about.to_string()
+    }
     /// Gives the arm a command that is held.
     ///
     /// # Errors

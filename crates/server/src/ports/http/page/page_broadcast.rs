@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use elite_runtime::chinese;
 use elite_runtime::message::{Message, Severity};
 
 use motion_api::{RegisterImages, RobotMode, RobotState, SafetyMode};
@@ -22,6 +23,7 @@ use tokio::time::{MissedTickBehavior, interval};
 use tokio_util::sync::CancellationToken;
 
 use super::{PageBackend, locked};
+use crate::language;
 use crate::ports::description::TaskStatus;
 
 /// Time between two frames.
@@ -202,13 +204,15 @@ impl<C: PageBackend> PagePublisher<'_, C> {
                 .send_replace(Arc::from(&frame[..FRAME_BYTES]));
         }
         if self.sequence.is_multiple_of(FRAMES_PER_PANEL) {
-            self.panel(state.time);
+            self.panel(&state);
         }
     }
 
     /// What has changed in the panel and the registers.
-    fn panel(&self, time: f64) {
+    fn panel(&self, state: &RobotState) {
+        let time = state.time;
         let mut panel = self.cockpit.panel();
+        add_load(&mut panel, state);
         if let Some(program) = self.cockpit.program(self.cockpit.program_number()) {
             panel["name"] = program.name.into();
         }
@@ -253,6 +257,12 @@ impl<C: PageBackend> PagePublisher<'_, C> {
     }
 }
 
+/// The payload is no part of a frame, because it seldom changes: the panel has it.
+pub fn add_load(panel: &mut Value, state: &RobotState) {
+    let payload = &state.payload;
+    panel["payload"] = json!({"mass": payload.mass, "cog": payload.cog.as_slice()});
+}
+
 /// Robot, safety and program states, for events of their changes.
 #[derive(Debug, Default)]
 pub struct ModeTracker(Option<(RobotMode, SafetyMode, u8)>);
@@ -295,23 +305,26 @@ pub fn line_event(time: f64, level: LogLevel, source: &str, text: &str) -> Value
     })
 }
 
-/// What people must see, as an event.
+/// What people must see, as an event: `text` in the language of this process, `texts` in each.
 fn alarm_event(time: f64, message: &Message) -> Option<Value> {
-    Some(match message {
+    let chinese = chinese::message(message);
+    let (english_text, chinese_text) = (headline(message)?, headline(&chinese)?);
+    let told = match language::is_chinese() {
+        true => &chinese,
+        false => message,
+    };
+    let mut event = match told {
         Message::ScriptError {
             program,
             line,
             column,
-            summary,
             report,
+            ..
         } => json!({
-            "event": "alarm",
             "kind": "script",
-            "time": time,
             "program": program.0,
             "line": line,
             "column": column,
-            "text": short(summary),
             "report": short(report),
         }),
         Message::Robot {
@@ -319,11 +332,9 @@ fn alarm_event(time: f64, message: &Message) -> Option<Value> {
             code,
             sub_code,
             severity,
-            text,
+            ..
         } => json!({
-            "event": "alarm",
             "kind": "robot",
-            "time": time,
             "program": origin.program.0,
             "line": origin.line,
             "code": code,
@@ -333,13 +344,27 @@ fn alarm_event(time: f64, message: &Message) -> Option<Value> {
                 Severity::Warning => "warning",
                 Severity::Error => "error",
             },
-            "text": short(text),
         }),
         Message::Print { .. } | Message::Log { .. } => return None,
-    })
+    };
+    event["event"] = "alarm".into();
+    event["time"] = time.into();
+    event["text"] = short(headline(told)?).into();
+    event["texts"] = json!({"en": short(english_text), "zh": short(chinese_text)});
+    Some(event)
 }
 
-fn short(text: &str) -> String {
+/// The sentence of an alarm.
+fn headline(message: &Message) -> Option<&str> {
+    match message {
+        Message::ScriptError { summary, .. } => Some(summary),
+        Message::Robot { text, .. } => Some(text),
+        Message::Print { .. } | Message::Log { .. } => None,
+    }
+}
+
+/// A text that is cut with a mark where it is too long for an event.
+pub fn short(text: &str) -> String {
     truncate_marked(text, TEXT_BYTES_MAX).unwrap_or_else(|| text.to_owned())
 }
 
