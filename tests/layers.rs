@@ -32,6 +32,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "supervision",
         ],
     ),
+    ("world", &["kinematics", "motion-api"]),
     ("io-bus", &["motion-api", "platform", "supervision"]),
     ("recorder", &["kinematics", "motion-api", "supervision"]),
     (
@@ -157,9 +158,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 
 /// Libraries that must stay behind one crate: the crate's name and who alone may name it.
 const KEPT_IN: &[(&str, &[&str])] = &[
-    ("rapier3d-f64", &["motion"]),
+    ("rapier3d-f64", &["motion", "world"]),
     ("rsruckig", &["motion"]),
-    ("clarabel", &["force"]),
+    ("clarabel", &["force", "world"]),
     ("corosensei", &["elite-lang"]),
     // What depends on the system; `dev` starts and limits processes of its own.
     ("nix", &["platform", "dev"]),

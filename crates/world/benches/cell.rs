@@ -1,0 +1,3 @@
+//! What a cell costs.
+
+fn main() {}

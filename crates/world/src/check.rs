@@ -1,0 +1,670 @@
+//! Whether a description is one of a possible cell: ranges, names, points. Geometry (overlaps) is found when the world is built.
+
+use crate::description::*;
+use crate::error::WorldError;
+use crate::levels::PointSet;
+use kinematics::Pose;
+use motion_api::IoPoint;
+use std::collections::BTreeMap;
+
+/// Parts at most.
+pub const MAX_PARTS: usize = 200;
+/// Entries of every other table, and cups of a gripper, at most.
+pub const MAX_ENTRIES: usize = 50;
+/// The name of the floor.
+pub const FLOOR: &str = "floor";
+
+/// One entry of one table while it is checked.
+struct Entry<'a> {
+    table: &'static str,
+    name: &'a str,
+}
+
+impl Entry<'_> {
+    fn refuse(&self, key: &'static str, given: impl ToString, allowed: &'static str) -> WorldError {
+        WorldError::OutOfRange {
+            table: self.table,
+            name: self.name.to_owned(),
+            key,
+            given: given.to_string(),
+            allowed,
+        }
+    }
+
+    fn positive(&self, key: &'static str, value: f64) -> Result<(), WorldError> {
+        self.within(
+            key,
+            value,
+            value > 0.0 && value <= 1e6,
+            "more than 0, up to 1e6",
+        )
+    }
+
+    fn not_negative(&self, key: &'static str, value: f64) -> Result<(), WorldError> {
+        self.within(key, value, (0.0..=1e6).contains(&value), "0 to 1e6")
+    }
+
+    fn within(
+        &self,
+        key: &'static str,
+        value: f64,
+        holds: bool,
+        allowed: &'static str,
+    ) -> Result<(), WorldError> {
+        if holds {
+            Ok(())
+        } else {
+            Err(self.refuse(key, value, allowed))
+        }
+    }
+
+    fn finite(&self, key: &'static str, values: &[f64]) -> Result<(), WorldError> {
+        match values.iter().all(|x| x.abs() <= 1e3) {
+            true => Ok(()),
+            false => Err(self.refuse(key, format!("{values:?}"), "numbers between -1000 and 1000")),
+        }
+    }
+
+    fn pose(&self, key: &'static str, pose: &Pose) -> Result<(), WorldError> {
+        self.finite(key, &pose.to_rpy().to_array())
+    }
+
+    fn edges(&self, key: &'static str, size: &[f64; 3]) -> Result<(), WorldError> {
+        match size.iter().all(|x| *x > 1e-4 && *x <= 1e3) {
+            true => Ok(()),
+            false => Err(self.refuse(
+                key,
+                format!("{size:?}"),
+                "lengths of more than 0.0001 m, up to 1000 m",
+            )),
+        }
+    }
+
+    fn direction(&self, key: &'static str, axis: &[f64; 3]) -> Result<(), WorldError> {
+        self.finite(key, axis)?;
+        match axis.iter().any(|x| x.abs() > 1e-9) {
+            true => Ok(()),
+            false => Err(self.refuse(key, format!("{axis:?}"), "a direction, not zero")),
+        }
+    }
+
+    fn shape(&self, shape: &Shape, may_be_plane: bool) -> Result<(), WorldError> {
+        match shape {
+            Shape::Box { size } => self.edges("size", size),
+            Shape::Cylinder { radius, length } => self.edges("size", &[*radius, *length, 1.0]),
+            Shape::Sphere { radius } => self.edges("size", &[*radius, 1.0, 1.0]),
+            Shape::Plane if may_be_plane => Ok(()),
+            Shape::Plane => Err(self.refuse("shape", "plane", "box, cylinder or sphere")),
+        }
+    }
+
+    fn digital(&self, key: &'static str, point: Option<IoPoint>) -> Result<(), WorldError> {
+        match point {
+            None | Some(IoPoint::Digital(0..28) | IoPoint::BooleanRegister(0..128)) => Ok(()),
+            Some(other) => Err(self.refuse(
+                key,
+                format!("{other:?}"),
+                "a digital point or a boolean register",
+            )),
+        }
+    }
+
+    fn analog(&self, key: &'static str, point: Option<IoPoint>) -> Result<(), WorldError> {
+        match point {
+            None | Some(IoPoint::Analog(0..3)) => Ok(()),
+            Some(other) => Err(self.refuse(key, format!("{other:?}"), "an analog point")),
+        }
+    }
+
+    fn trigger(
+        &self,
+        key: &'static str,
+        trigger: &Trigger,
+        shortest: f64,
+    ) -> Result<(), WorldError> {
+        match trigger {
+            Trigger::Time(at) => self.within(
+                key,
+                *at,
+                *at >= shortest && *at <= 1e6,
+                "a time, not negative, periods not 0",
+            ),
+            Trigger::Output(point) | Trigger::Input(point) => self.digital("when", Some(*point)),
+        }
+    }
+}
+
+/// Names and driven inputs so far.
+#[derive(Default)]
+struct Register<'a> {
+    names: BTreeMap<&'a str, &'static str>,
+    driven: PointSet,
+    drivers: Vec<(IoPoint, String)>,
+}
+
+impl<'a> Register<'a> {
+    fn name(&mut self, table: &'static str, name: &'a str) -> Result<Entry<'a>, WorldError> {
+        let entry = Entry { table, name };
+        if name.is_empty() || name.contains(['#', '[', ']']) {
+            return Err(entry.refuse(
+                "name",
+                format!("{name:?}"),
+                "a name without '#', '[' and ']', not empty",
+            ));
+        }
+        match self.names.insert(name, table) {
+            Some(other) => Err(WorldError::DuplicateName {
+                table,
+                name: name.to_owned(),
+                other,
+            }),
+            None => Ok(entry),
+        }
+    }
+
+    fn is(&self, name: &str, tables: &[&str]) -> bool {
+        self.names
+            .get(name)
+            .is_some_and(|table| tables.contains(table))
+    }
+
+    fn drive(
+        &mut self,
+        entry: &Entry<'_>,
+        key: &'static str,
+        point: Option<IoPoint>,
+    ) -> Result<(), WorldError> {
+        let Some(point) = point else { return Ok(()) };
+        if self.driven.insert(point) {
+            self.drivers.push((point, entry.name.to_owned()));
+            return Ok(());
+        }
+        let other = self.drivers.iter().find(|(p, _)| *p == point);
+        Err(WorldError::DrivenTwice {
+            table: entry.table,
+            name: entry.name.to_owned(),
+            key,
+            given: format!("{point:?}"),
+            other: other.map(|(_, name)| name.clone()).unwrap_or_default(),
+        })
+    }
+
+    fn known(
+        &self,
+        entry: &Entry<'_>,
+        key: &'static str,
+        given: &str,
+        tables: &[&str],
+        allowed: &'static str,
+    ) -> Result<(), WorldError> {
+        match self.is(given, tables) {
+            true => Ok(()),
+            false => Err(WorldError::UnknownName {
+                table: entry.table,
+                name: entry.name.to_owned(),
+                key,
+                given: given.to_owned(),
+                allowed,
+            }),
+        }
+    }
+}
+
+/// The inputs that the world drives.
+///
+/// # Errors
+/// The first thing that is wrong.
+pub(crate) fn check(cell: &WorldDescription) -> Result<PointSet, WorldError> {
+    settings(&cell.settings)?;
+    let mut register = Register::default();
+    register.names.insert(FLOOR, "world");
+    counts(cell)?;
+    for part in &cell.parts {
+        check_part(&register.name("part", &part.name)?, part)?;
+    }
+    for obstacle in &cell.obstacles {
+        let entry = register.name("obstacle", &obstacle.name)?;
+        entry.shape(&obstacle.shape, true)?;
+        entry.pose("pose", &obstacle.pose)?;
+        entry.not_negative("friction", obstacle.friction)?;
+    }
+    for gripper in &cell.grippers {
+        let entry = register.name("gripper", &gripper.name)?;
+        match &gripper.kind {
+            GripperKind::Vacuum(vacuum) => check_vacuum(&mut register, &entry, vacuum)?,
+            GripperKind::Fingers(fingers) => check_fingers(&mut register, &entry, fingers)?,
+        }
+    }
+    for conveyor in &cell.conveyors {
+        check_conveyor(&register.name("conveyor", &conveyor.name)?, conveyor)?;
+    }
+    for sink in &cell.sinks {
+        let entry = register.name("sink", &sink.name)?;
+        entry.pose("pose", &sink.pose)?;
+        entry.edges("size", &sink.size)?;
+    }
+    for detector in &cell.detectors {
+        check_detector(&mut register, detector)?;
+    }
+    for actuator in &cell.actuators {
+        check_actuator(&mut register, actuator)?;
+    }
+    for source in &cell.sources {
+        let entry = register.name("source", &source.name)?;
+        register.known(&entry, "part", &source.part, &["part"], "a [[part]]")?;
+        entry.pose("pose", &source.pose)?;
+        entry.trigger("every", &source.when, 1e-3)?;
+        entry.not_negative("start_at", source.start_at)?;
+        entry.finite("scatter", &source.scatter)?;
+        if source.scatter.iter().any(|x| *x < 0.0) {
+            return Err(entry.refuse(
+                "scatter",
+                format!("{:?}", source.scatter),
+                "six numbers, not negative",
+            ));
+        }
+    }
+    check_references(cell, &register)?;
+    Ok(register.driven)
+}
+
+fn settings(settings: &Settings) -> Result<(), WorldError> {
+    let entry = Entry {
+        table: "world",
+        name: "",
+    };
+    let Settings {
+        period, substep, ..
+    } = *settings;
+    entry.within(
+        "period",
+        period,
+        (0.0005..=0.02).contains(&period),
+        "0.0005 s to 0.02 s",
+    )?;
+    entry.within(
+        "substep",
+        substep,
+        (0.0001..=period).contains(&substep),
+        "0.0001 s up to the control cycle",
+    )?;
+    entry.finite("gravity", &settings.gravity)?;
+    entry.finite("floor", &[settings.floor.unwrap_or_default()])
+}
+
+fn counts(cell: &WorldDescription) -> Result<(), WorldError> {
+    let of = |part: &Part| {
+        part.copies.map_or(1, |c| {
+            c.count.iter().fold(1, |n: usize, x| n.saturating_mul(*x))
+        })
+    };
+    let parts = cell.parts.iter().map(of).fold(0, usize::saturating_add);
+    let tables = [
+        ("part", parts, MAX_PARTS),
+        ("obstacle", cell.obstacles.len(), MAX_PARTS),
+        ("friction", cell.frictions.len(), MAX_PARTS),
+        ("gripper", cell.grippers.len(), MAX_ENTRIES),
+        ("conveyor", cell.conveyors.len(), MAX_ENTRIES),
+        ("source", cell.sources.len(), MAX_ENTRIES),
+        ("sink", cell.sinks.len(), MAX_ENTRIES),
+        ("detector", cell.detectors.len(), MAX_ENTRIES),
+        ("actuator", cell.actuators.len(), MAX_ENTRIES),
+        ("fault", cell.faults.len(), MAX_ENTRIES),
+    ];
+    match tables
+        .into_iter()
+        .find(|(_, given, allowed)| given > allowed)
+    {
+        Some((table, given, allowed)) => Err(WorldError::TooMany {
+            table,
+            given,
+            allowed,
+        }),
+        None => Ok(()),
+    }
+}
+
+fn check_part(entry: &Entry<'_>, part: &Part) -> Result<(), WorldError> {
+    entry.shape(&part.shape, false)?;
+    match part.mass {
+        Mass::Total(mass) => entry.within(
+            "mass",
+            mass,
+            (1e-4..=1e4).contains(&mass),
+            "0.0001 kg to 10000 kg",
+        )?,
+        Mass::Density(density) => entry.within(
+            "density",
+            density,
+            (1.0..=1e5).contains(&density),
+            "1 kg/m³ to 100000 kg/m³",
+        )?,
+    }
+    entry.pose("pose", &part.pose)?;
+    entry.not_negative("friction", part.friction)?;
+    entry.within(
+        "restitution",
+        part.restitution,
+        (0.0..=1.0).contains(&part.restitution),
+        "0 to 1",
+    )?;
+    if let Some(copies) = &part.copies {
+        if copies.count.contains(&0) {
+            return Err(entry.refuse(
+                "copies",
+                format!("{:?}", copies.count),
+                "three whole numbers from 1",
+            ));
+        }
+        entry.finite("pitch", &copies.pitch)?;
+    }
+    Ok(())
+}
+
+fn check_vacuum(
+    register: &mut Register<'_>,
+    entry: &Entry<'_>,
+    vacuum: &Vacuum,
+) -> Result<(), WorldError> {
+    let cups = vacuum.cups.len();
+    if cups == 0 || cups > MAX_ENTRIES {
+        return Err(entry.refuse("cups", format!("{cups} cups"), "1 to 50 cups"));
+    }
+    entry.finite("cups", vacuum.cups.as_flattened())?;
+    entry.direction("direction", &vacuum.direction)?;
+    entry.within(
+        "radius",
+        vacuum.radius,
+        (1e-3..=0.5).contains(&vacuum.radius),
+        "0.001 m to 0.5 m",
+    )?;
+    let pressure = vacuum.pressure;
+    entry.within(
+        "pressure",
+        pressure,
+        pressure > 0.0 && pressure <= 101_325.0,
+        "more than 0 Pa, up to 101325 Pa",
+    )?;
+    entry.within(
+        "reach",
+        vacuum.reach,
+        (1e-4..=0.1).contains(&vacuum.reach),
+        "0.0001 m to 0.1 m",
+    )?;
+    entry.positive("build_up", vacuum.build_up)?;
+    entry.positive("decay", vacuum.decay)?;
+    let threshold = vacuum.threshold;
+    entry.within(
+        "threshold",
+        threshold,
+        threshold > 0.0 && threshold <= 1.0,
+        "more than 0, up to 1",
+    )?;
+    entry.digital("on", Some(vacuum.on))?;
+    entry.digital("blow_off", vacuum.blow_off)?;
+    entry.digital("switch", vacuum.switch)?;
+    entry.analog("gauge", vacuum.gauge)?;
+    register.drive(entry, "switch", vacuum.switch)?;
+    register.drive(entry, "gauge", vacuum.gauge)
+}
+
+fn check_fingers(
+    register: &mut Register<'_>,
+    entry: &Entry<'_>,
+    fingers: &Fingers,
+) -> Result<(), WorldError> {
+    entry.within(
+        "stroke",
+        fingers.stroke,
+        (1e-3..=1.0).contains(&fingers.stroke),
+        "0.001 m to 1 m",
+    )?;
+    entry.direction("axis", &fingers.axis)?;
+    entry.edges("finger", &fingers.finger.0)?;
+    entry.pose("finger", &fingers.finger.1)?;
+    entry.positive("force", fingers.force)?;
+    entry.within(
+        "speed",
+        fingers.speed,
+        fingers.speed > 0.0 && fingers.speed <= 2.0,
+        "more than 0 m/s, up to 2 m/s",
+    )?;
+    entry.not_negative("friction", fingers.friction)?;
+    if let FingerControl::Points { close, open } = fingers.control {
+        if close.is_none() && open.is_none() {
+            return Err(entry.refuse("close", "missing", "an output in close, open or both"));
+        }
+        entry.digital("close", close)?;
+        entry.digital("open", open)?;
+    }
+    for (key, point) in [
+        ("opened", fingers.opened),
+        ("closed", fingers.closed),
+        ("gripping", fingers.gripping),
+    ] {
+        entry.digital(key, point)?;
+        register.drive(entry, key, point)?;
+    }
+    Ok(())
+}
+
+fn check_conveyor(entry: &Entry<'_>, conveyor: &Conveyor) -> Result<(), WorldError> {
+    match &conveyor.surface {
+        Surface::Belt {
+            pose,
+            size,
+            direction,
+        } => {
+            entry.pose("pose", pose)?;
+            entry.edges("size", size)?;
+            entry.direction("direction", direction)?;
+        }
+        Surface::Turntable { center, radius } => {
+            entry.pose("center", center)?;
+            entry.positive("radius", *radius)?;
+        }
+    }
+    entry.finite("speed", &[conveyor.speed])?;
+    entry.not_negative("friction", conveyor.friction)?;
+    entry.positive("acceleration", conveyor.acceleration)?;
+    entry.not_negative("start_at", conveyor.start_at)?;
+    entry.digital("run", conveyor.run)?;
+    entry.analog("speed_from", conveyor.speed_from)?;
+    match conveyor.encoder {
+        None | Some(0 | 1) => Ok(()),
+        Some(other) => Err(entry.refuse("encoder", other, "0 or 1")),
+    }
+}
+
+fn check_detector<'a>(
+    register: &mut Register<'a>,
+    detector: &'a Detector,
+) -> Result<(), WorldError> {
+    let entry = register.name("detector", &detector.name)?;
+    entry.within(
+        "delay",
+        detector.delay,
+        (0.0..=60.0).contains(&detector.delay),
+        "0 s to 60 s",
+    )?;
+    match &detector.kind {
+        DetectorKind::Beam { from, until } => {
+            entry.finite("from", from)?;
+            entry.finite("until", until)?;
+            if from == until {
+                return Err(entry.refuse("until", format!("{until:?}"), "another point than from"));
+            }
+            entry.digital("to", Some(detector.to))?;
+        }
+        DetectorKind::Presence { pose, size } => {
+            entry.pose("pose", pose)?;
+            entry.edges("size", size)?;
+            entry.digital("to", Some(detector.to))?;
+        }
+        DetectorKind::Distance { pose, range } => {
+            entry.pose("pose", pose)?;
+            entry.positive("range", *range)?;
+            entry.analog("to", Some(detector.to))?;
+        }
+    }
+    register.drive(&entry, "to", Some(detector.to))
+}
+
+fn check_actuator<'a>(
+    register: &mut Register<'a>,
+    actuator: &'a Actuator,
+) -> Result<(), WorldError> {
+    let entry = register.name("actuator", &actuator.name)?;
+    match &actuator.travel {
+        Travel::Linear { axis, stroke } => {
+            entry.direction("axis", axis)?;
+            entry.within(
+                "stroke",
+                *stroke,
+                (1e-3..=10.0).contains(stroke),
+                "0.001 m to 10 m",
+            )?;
+        }
+        Travel::Rotary { axis, point, angle } => {
+            entry.direction("axis", axis)?;
+            entry.finite("point", point)?;
+            let is_less_than_half_a_turn = (1e-3..=3.1).contains(angle);
+            entry.within(
+                "angle",
+                *angle,
+                is_less_than_half_a_turn,
+                "0.001 rad to 3.1 rad",
+            )?;
+        }
+    }
+    entry.within(
+        "time",
+        actuator.time,
+        (0.01..=600.0).contains(&actuator.time),
+        "0.01 s to 600 s",
+    )?;
+    entry.positive("force", actuator.force)?;
+    entry.digital("extend", Some(actuator.extend))?;
+    entry.digital("retract", actuator.retract)?;
+    for (key, point) in [
+        ("extended", actuator.extended),
+        ("retracted", actuator.retracted),
+    ] {
+        entry.digital(key, point)?;
+        register.drive(&entry, key, point)?;
+    }
+    for name in &actuator.moves {
+        register.known(&entry, "moves", name, &["obstacle"], "an [[obstacle]]")?;
+    }
+    Ok(())
+}
+
+/// Names that refer to other tables, once all names are there.
+fn check_references(cell: &WorldDescription, register: &Register<'_>) -> Result<(), WorldError> {
+    let mut moved = BTreeMap::new();
+    for actuator in &cell.actuators {
+        let entry = Entry {
+            table: "actuator",
+            name: &actuator.name,
+        };
+        if actuator.moves.is_empty() {
+            return Err(entry.refuse("moves", "[]", "the name of one obstacle or more"));
+        }
+        for name in &actuator.moves {
+            let obstacle = cell.obstacles.iter().find(|o| o.name == *name);
+            if obstacle.is_some_and(|o| o.shape == Shape::Plane) {
+                return Err(entry.refuse("moves", name, "obstacles that are no planes"));
+            }
+            if moved.insert(name, &actuator.name).is_some() {
+                return Err(entry.refuse("moves", name, "obstacles that no actuator moves yet"));
+            }
+        }
+    }
+    for pair in &cell.frictions {
+        let entry = Entry {
+            table: "friction",
+            name: &pair.a,
+        };
+        entry.not_negative("value", pair.value)?;
+        let tables = ["world", "part", "obstacle", "gripper", "conveyor"];
+        for (key, name) in [("a", &pair.a), ("b", &pair.b)] {
+            register.known(
+                &entry,
+                key,
+                name,
+                &tables,
+                "a part, obstacle, gripper or conveyor, or \"floor\"",
+            )?;
+        }
+    }
+    for fault in &cell.faults {
+        check_fault(cell, register, fault)?;
+    }
+    Ok(())
+}
+
+fn check_fault(
+    cell: &WorldDescription,
+    register: &Register<'_>,
+    fault: &Fault,
+) -> Result<(), WorldError> {
+    let (name, tables, allowed): (&str, &[&str], _) = match &fault.what {
+        FaultKind::Missing(name) | FaultKind::Turned(name) | FaultKind::Drop(name) => {
+            (name, &["part"], "a [[part]]")
+        }
+        FaultKind::Leak(name) => (name, &["gripper"], "a [[gripper]]"),
+        FaultKind::Blocked(name) | FaultKind::Slow(name) => (
+            name,
+            &["actuator", "conveyor"],
+            "an [[actuator]] or [[conveyor]]",
+        ),
+        FaultKind::Stuck(_) | FaultKind::Open(_) => ("", &[], ""),
+    };
+    let entry = Entry {
+        table: "fault",
+        name,
+    };
+    entry.trigger("at", &fault.when, 0.0)?;
+    if let Some(duration) = fault.duration {
+        entry.positive("duration", duration)?;
+    }
+    match &fault.what {
+        FaultKind::Stuck(point) | FaultKind::Open(point) => match point {
+            IoPoint::Analog(_) => entry.analog("name", Some(*point)),
+            _ => entry.digital("name", Some(*point)),
+        },
+        FaultKind::Missing(_) | FaultKind::Turned(_) | FaultKind::Drop(_) => {
+            // Parts of a grid and of a source have names that grow out of that of their table.
+            let template = name.split(['[', '#']).next().unwrap_or(name);
+            let is_copy = part_names(cell).any(|n| n == name)
+                || name.contains('#') && register.is(template, tables);
+            if is_copy {
+                Ok(())
+            } else {
+                register
+                    .known(&entry, "name", "", &[], allowed)
+                    .map_err(|_| unknown(name, allowed))
+            }
+        }
+        _ => register.known(&entry, "name", name, tables, allowed),
+    }
+}
+
+fn unknown(name: &str, allowed: &'static str) -> WorldError {
+    WorldError::UnknownName {
+        table: "fault",
+        name: name.to_owned(),
+        key: "name",
+        given: name.to_owned(),
+        allowed,
+    }
+}
+
+/// Names of all parts that are there at the start or are templates, in the order of the file.
+fn part_names(cell: &WorldDescription) -> impl Iterator<Item = String> {
+    cell.parts.iter().flat_map(|part| {
+        let count = part.copies.map(|c| c.count.iter().product::<usize>());
+        let grid = (0..count.unwrap_or(0)).map(move |i| format!("{}[{i}]", part.name));
+        grid.chain(count.is_none().then(|| part.name.clone()))
+    })
+}

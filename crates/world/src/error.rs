@@ -1,0 +1,123 @@
+//! What is wrong with the description of a cell, or with an order to the world.
+
+/// Why a description is refused. Each names the table, the entry, the key, what was given and what is allowed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WorldError {
+    /// A value outside its range.
+    #[error("[[{table}]] \"{name}\": {key} is {given}, allowed: {allowed}")]
+    OutOfRange {
+        /// Table of the cell file.
+        table: &'static str,
+        /// Name of the entry.
+        name: String,
+        /// Key.
+        key: &'static str,
+        /// The value.
+        given: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A name that nothing has.
+    #[error("[[{table}]] \"{name}\": {key} names \"{given}\", allowed: the name of {allowed}")]
+    UnknownName {
+        /// Table of the cell file.
+        table: &'static str,
+        /// Name of the entry.
+        name: String,
+        /// Key.
+        key: &'static str,
+        /// The name that was given.
+        given: String,
+        /// What it should be the name of.
+        allowed: &'static str,
+    },
+    /// A name that two things have.
+    #[error(
+        "[[{table}]]: name is \"{name}\", allowed: names that nothing else has ([[{other}]] has it)"
+    )]
+    DuplicateName {
+        /// Table of the second.
+        table: &'static str,
+        /// The name.
+        name: String,
+        /// Table of the first.
+        other: &'static str,
+    },
+    /// More entries than the world can hold.
+    #[error("[[{table}]]: {given} entries, allowed: up to {allowed}")]
+    TooMany {
+        /// Table of the cell file.
+        table: &'static str,
+        /// How many were given.
+        given: usize,
+        /// How many may be.
+        allowed: usize,
+    },
+    /// An input that two things drive.
+    #[error(
+        "[[{table}]] \"{name}\": {key} is {given}, allowed: an input that nothing else drives (\"{other}\" drives it)"
+    )]
+    DrivenTwice {
+        /// Table of the second.
+        table: &'static str,
+        /// Name of the second.
+        name: String,
+        /// Key of the second.
+        key: &'static str,
+        /// The point.
+        given: String,
+        /// Name of the first.
+        other: String,
+    },
+    /// Two parts that are in the same place at the start.
+    #[error(
+        "[[part]] \"{a}\": pose overlaps \"{b}\" by {depth_m:.4} m, allowed: poses in which parts do not overlap"
+    )]
+    Overlap {
+        /// One.
+        a: String,
+        /// The other.
+        b: String,
+        /// Depth, m.
+        depth_m: f64,
+    },
+    /// The engine refused a joint between an actuator and its frame.
+    #[error("[[actuator]] \"{name}\": the physics engine refused its joint")]
+    Joint {
+        /// Name of the actuator.
+        name: String,
+    },
+}
+
+/// Why an order to a running world is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OrderError {
+    /// A name that nothing has.
+    #[error("there is no {what} \"{name}\"")]
+    UnknownName {
+        /// What was looked for.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// An argument outside its range.
+    #[error("{argument} is {given}, allowed: {allowed}")]
+    OutOfRange {
+        /// Name of the argument.
+        argument: &'static str,
+        /// What was given.
+        given: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// There are as many parts as the world can hold.
+    #[error("there are {given} parts, allowed: up to {allowed}")]
+    TooManyParts {
+        /// How many there would be.
+        given: usize,
+        /// How many may be.
+        allowed: usize,
+    },
+}
