@@ -67,7 +67,12 @@ fn readable_until(path: &Path) -> f64 {
             until = cycle.time;
         }
     }
-    assert_eq!(entries.ending(), Some(&FileEnd::Cut), "{}", path.display());
+    assert_eq!(
+        entries.ending(),
+        Some(&FileEnd::Truncated),
+        "{}",
+        path.display()
+    );
     until
 }
 

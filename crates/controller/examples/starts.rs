@@ -23,7 +23,8 @@ fn main() {
     for _ in 0..ROUNDS {
         let started = Instant::now();
         let prepared =
-            PreparedController::new(&ControllerConfig::default(), StartOptions::alone()).unwrap();
+            PreparedController::new(&ControllerConfig::default(), StartOptions::for_single_run())
+                .unwrap();
         let controller = prepared.start(Arc::new(Nobody)).unwrap();
         times[0].push(started.elapsed());
         let ran = Instant::now();

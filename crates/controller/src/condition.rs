@@ -45,7 +45,7 @@ pub enum ConditionError {
     },
     /// It is a program.
     #[error("the condition takes too long for one cycle")]
-    Endless,
+    StepLimit,
 }
 
 /// A compiled condition.
@@ -141,7 +141,7 @@ impl Condition {
     }
 
     /// # Errors
-    /// [`ConditionError::Raised`], [`ConditionError::Endless`].
+    /// [`ConditionError::Raised`], [`ConditionError::StepLimit`].
     pub fn holds(
         &self,
         cycle: &CycleMessage,
@@ -173,7 +173,7 @@ impl Condition {
                 _ => break,
             }
         }
-        Err(ConditionError::Endless)
+        Err(ConditionError::StepLimit)
     }
 
     fn set(&self, name: &str, value: impl FnOnce() -> Value) {
@@ -330,6 +330,6 @@ mod tests {
         let error = endless
             .holds(&cycle(), &ProgramPosition::default())
             .unwrap_err();
-        assert!(matches!(error, ConditionError::Endless), "{error}");
+        assert!(matches!(error, ConditionError::StepLimit), "{error}");
     }
 }

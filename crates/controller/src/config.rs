@@ -28,7 +28,7 @@ pub struct ControllerConfig {
     pub step: StepMillis,
     /// Under the real clock cycles begin this long after a multiple of the step on the machine's clock; `None`: when it
     /// starts.
-    pub phase: Option<Duration>,
+    pub cycle_phase: Option<Duration>,
     /// How the arm is simulated.
     pub plant: PlantChoice,
     /// Folder of the task files.
@@ -50,7 +50,7 @@ pub struct ControllerConfig {
     /// What scripts may reach beyond the robot.
     pub allow: BTreeSet<Permission>,
     /// The folders beneath which the files are that these settings name, links followed; `None`: anywhere.
-    pub within: Option<SandboxRoots>,
+    pub sandbox: Option<SandboxRoots>,
 }
 
 impl Default for ControllerConfig {
@@ -62,7 +62,7 @@ impl Default for ControllerConfig {
             cell: None,
             clock: ClockChoice::Virtual,
             step: StepMillis::DEFAULT,
-            phase: None,
+            cycle_phase: None,
             plant: PlantChoice::Rigid,
             task_dir: "tasks".into(),
             record: RecordTarget::Off,
@@ -73,7 +73,7 @@ impl Default for ControllerConfig {
             home: HomeJoints::default().0,
             seed: 0,
             allow: BTreeSet::from([Permission::Net]),
-            within: None,
+            sandbox: None,
         }
     }
 }
@@ -81,7 +81,7 @@ impl Default for ControllerConfig {
 impl ControllerConfig {
     /// The text of a file that these settings name.
     pub(crate) fn read_text(&self, path: &Path) -> io::Result<String> {
-        match &self.within {
+        match &self.sandbox {
             Some(folders) => folders.read_text(path),
             None => kinematics::text_file::read_text_file(path),
         }

@@ -80,7 +80,7 @@ impl CycleGate {
     }
 
     /// Takes back what is allowed and not used; how many cycles that were.
-    pub fn take_back(&self) -> u64 {
+    pub fn revoke(&self) -> u64 {
         let mut state = self.state();
         let left = match state.allowed {
             CycleBudget::Cycles(left) => left,
@@ -111,7 +111,7 @@ impl CycleGate {
     }
 
     /// Waits until the task stands before the door, has ended, or `patience` is over.
-    pub fn watch(&self, patience: Duration) -> GateStatus {
+    pub fn wait_for_task(&self, patience: Duration) -> GateStatus {
         let mut state = self.state();
         if !state.waits && !state.over {
             state = self
@@ -128,7 +128,7 @@ impl CycleGate {
     }
 
     /// One cycle on the calling thread, past the door: for when no task runs.
-    pub fn advance_past(&self) -> bool {
+    pub fn advance_ungated(&self) -> bool {
         self.inner.advance()
     }
 

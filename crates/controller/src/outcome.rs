@@ -272,7 +272,7 @@ impl Observer for ResultCollector {
     }
 
     fn cycle_ended(&self, frame: &CycleFrame) {
-        self.noted().peaks.take(&frame.state);
+        self.noted().peaks.update(&frame.state);
         self.follower.cycle_ended(&frame.state);
         self.next.cycle_ended(frame);
     }

@@ -21,7 +21,7 @@ pub struct Peaks {
 
 impl Peaks {
     /// Takes a cycle into account: what the arm did, not what it was asked for.
-    pub fn take(&mut self, state: &RobotState) {
+    pub fn update(&mut self, state: &RobotState) {
         let [x, y, z, rx, ry, rz] = state.tcp_force;
         let [vx, vy, vz, ..] = state.actual_tcp_speed;
         self.tcp_speed = self.tcp_speed.max(length([vx, vy, vz]));
@@ -40,7 +40,7 @@ impl Peaks {
     ///
     /// # Errors
     /// A sentence with the names there are.
-    pub fn get(&self, name: &str) -> Result<f64, String> {
+    pub fn by_name(&self, name: &str) -> Result<f64, String> {
         let largest = |values: [f64; 6]| values.into_iter().fold(0.0, f64::max);
         let one = |values: [f64; 6], index: &str| {
             let index: Option<usize> = index.strip_suffix(']').and_then(|text| text.parse().ok());
@@ -84,11 +84,11 @@ mod tests {
         let mut peaks = Peaks::default();
         state.actual_tcp_speed = [0.3, -0.4, 0.0, 9.0, 9.0, 9.0];
         state.actual_qd = JointSpeeds([0.0, 0.0, -1.5, 0.0, 1.0, 0.0]);
-        peaks.take(&state);
+        peaks.update(&state);
         state.actual_tcp_speed = [0.1; 6];
         state.tcp_force = [0.0, 0.0, -7.0, 0.5, 0.0, 0.0];
         state.actual_qd = JointSpeeds([0.0; 6]);
-        peaks.take(&state);
+        peaks.update(&state);
         for (name, value) in [
             ("tcp_speed", 0.5),
             ("tcp_force", 7.0),
@@ -98,7 +98,7 @@ mod tests {
             ("joint_speed[4]", 1.0),
             ("joint_torque[0]", 0.0),
         ] {
-            assert_eq!(peaks.get(name), Ok(value), "{name}");
+            assert_eq!(peaks.by_name(name), Ok(value), "{name}");
         }
         for wrong in [
             "speed",
@@ -109,7 +109,7 @@ mod tests {
             "",
         ] {
             assert!(
-                peaks.get(wrong).unwrap_err().contains("joint_speed[5]"),
+                peaks.by_name(wrong).unwrap_err().contains("joint_speed[5]"),
                 "{wrong}"
             );
         }

@@ -65,12 +65,12 @@ impl PositionTracker {
     }
 
     /// What it does now.
-    pub fn doing(&self) -> ProgramPosition {
+    pub fn position(&self) -> ProgramPosition {
         self.followed().0.clone()
     }
 
     /// Has `f` look at what it does now.
-    pub fn with<T>(&self, f: impl FnOnce(&ProgramPosition) -> T) -> T {
+    pub fn with_position<T>(&self, f: impl FnOnce(&ProgramPosition) -> T) -> T {
         f(&self.followed().0)
     }
 

@@ -42,13 +42,13 @@ pub enum InitialSetupError {
 ///
 /// # Errors
 /// [`InitialSetupError`]
-pub fn beginning_of(recording: &Recording) -> Result<&Setup, InitialSetupError> {
+pub fn initial_setup(recording: &Recording) -> Result<&Setup, InitialSetupError> {
     let setup = recording.setup().ok_or(InitialSetupError::NoSetup)?;
     if setup.part > 1 {
         return Err(InitialSetupError::Part(setup.part));
     }
     if setup.plant == ROBOT {
-        return Err(SetupError::Elsewhere.into());
+        return Err(SetupError::RemoteRobot.into());
     }
     Ok(setup)
 }
@@ -140,7 +140,7 @@ impl RecordedRun {
     /// [`RecordedRunError`] says why its programs cannot be run again.
     pub fn read(recording: &Recording) -> Result<Self, RecordedRunError> {
         let mut run = Self {
-            setup: beginning_of(recording)?.clone(),
+            setup: initial_setup(recording)?.clone(),
             commands: VecDeque::new(),
             writes: VecDeque::new(),
             programs: BTreeMap::new(),
@@ -157,7 +157,9 @@ impl RecordedRun {
                     run.last_cycle = run.last_cycle.max(cycle.cycle);
                 }
                 RecordingEntry::Command(command) => run.add_command(command)?,
-                RecordingEntry::Io(change) => run.writes.extend(RegisterWrite::of(&change)),
+                RecordingEntry::Io(change) => {
+                    run.writes.extend(RegisterWrite::from_message(&change))
+                }
                 RecordingEntry::Script(script) => {
                     if let Some(text) = script.text {
                         let name = script.program;
@@ -214,7 +216,7 @@ impl RecordedRun {
     }
 
     /// What of the programs is not in the recording, in a sentence; everything is where there is none.
-    pub fn lost(&self) -> Option<String> {
+    pub fn unrecorded_input(&self) -> Option<String> {
         self.externals.iter().find_map(|external| match &external.what {
             ExternalInputKind::Unrecorded(text) => Some(format!(
                 "program {} cannot be repeated from cycle {} on: {text}, which is not in the recording",

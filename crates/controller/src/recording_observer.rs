@@ -204,7 +204,7 @@ impl Observer for RecordingObserver {
     ) {
         let named = node.map(|node| (node.number, &*node.label));
         self.recording
-            .script_place(self.time(), (program, thread), line, named);
+            .script_position(self.time(), (program, thread), line, named);
         self.observer.line_changed(program, thread, line, node);
     }
 

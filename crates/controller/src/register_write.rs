@@ -17,7 +17,7 @@ pub struct RegisterWrite {
 
 impl RegisterWrite {
     /// `None` for points that the cycles carry themselves.
-    pub fn of(change: &IoMessage) -> Option<Self> {
+    pub fn from_message(change: &IoMessage) -> Option<Self> {
         let point: IoPointName = change.name.parse().ok()?;
         let is_register = !matches!(point.io_point(), IoPoint::Digital(_) | IoPoint::Analog(_));
         is_register.then_some(Self {

@@ -114,7 +114,7 @@ impl RerunController {
     ) -> Result<Self, StartError> {
         let repeat = run.repeat();
         let prepared = PreparedController::of_recording(run.setup(), repeat.clone())?;
-        let (port, registers) = prepared.border();
+        let (port, registers) = prepared.command_inputs();
         let snapshot = prepared.snapshot().clone();
         let left = RemainingCommands {
             commands: run.commands.clone(),
@@ -125,7 +125,7 @@ impl RerunController {
         };
         let mut clock = None;
         let shared = repeat.clone();
-        let controller = prepared.start_through(observer, extras, |inner| {
+        let controller = prepared.start_with_timeline(observer, extras, |inner| {
             let again = Arc::new(RerunTimeline {
                 inner,
                 port,
@@ -174,7 +174,7 @@ impl RerunController {
         let supervisor = self.controller.supervisor();
         let mut end = None;
         for (id, begins) in self.repeat.programs() {
-            self.pass_to(begins);
+            self.advance_to(begins);
             let Some(program) = run.program(id) else {
                 continue;
             };
@@ -194,13 +194,13 @@ impl RerunController {
             }
         }
         if last.is_none() {
-            self.pass_to(u64::MAX);
+            self.advance_to(u64::MAX);
         }
         Ok(end)
     }
 
     /// Lets cycles pass that no program sees.
-    fn pass_to(&self, cycle: u64) {
+    fn advance_to(&self, cycle: u64) {
         let robot = self.controller.robot();
         while robot.moment().cycle < cycle && self.again.advance() {
             robot.pump();

@@ -102,30 +102,30 @@ pub struct StartOptions {
     /// Whether the arm starts without power.
     pub powered_off: bool,
     /// Whether the time of the virtual clock passes while no program runs.
-    pub passes_alone: bool,
+    pub advances_when_idle: bool,
     /// A disk that takes nothing while the robot waits for it is given up after this.
-    pub patience: Duration,
+    pub disk_timeout: Duration,
 }
 
 impl StartOptions {
     /// Others talk to it, now and then: nobody waits long for a disk.
-    pub const fn served(powered_off: bool) -> Self {
+    pub const fn for_server(powered_off: bool) -> Self {
         Self {
             operator: Operator::Present,
             powered_off,
-            passes_alone: true,
-            patience: Duration::from_secs(2),
+            advances_when_idle: true,
+            disk_timeout: Duration::from_secs(2),
         }
     }
 
     /// One program after the other, and nobody there but who started it: before and after a program nothing needs time
     /// to pass, and the whole recording counts more than its time.
-    pub const fn alone() -> Self {
+    pub const fn for_single_run() -> Self {
         Self {
             operator: Operator::Absent,
             powered_off: false,
-            passes_alone: false,
-            patience: Duration::from_secs(60),
+            advances_when_idle: false,
+            disk_timeout: Duration::from_secs(60),
         }
     }
 }
@@ -185,12 +185,12 @@ impl PreparedController {
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = ControlLoop::new(cycle_config.clone(), motion_end)?;
 
-        let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
+        let obstacles = cell.as_ref().map(Cell::scene_obstacles).unwrap_or_default();
         let viewer = ViewerMessages::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
         let faults = ThreadSupervisor::default();
         let alarm = RecordingAlarm::new(faults.clone());
         // Where it leads is settled here, and held until everything is written.
-        let recording_place = match (&config.within, &path) {
+        let recording_place = match (&config.sandbox, &path) {
             (Some(folders), Some(path)) => {
                 let made = folders.make_file(path);
                 Some(made.map_err(|source| StartError::RecordingFile {
@@ -214,7 +214,7 @@ impl PreparedController {
                     extra: vec![external_topic::topic()],
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
-                    patience: manner.patience,
+                    patience: manner.disk_timeout,
                     on_failure: alarm.clone().into_callback(),
                 };
                 match Recorder::start(recorder_config, records) {
@@ -222,19 +222,19 @@ impl PreparedController {
                     // A full disk is no reason to stand still, now as little as later.
                     Err(error @ RecordError::Write { .. }) => {
                         tracing::error!("recording stopped, the robot goes on: {error}");
-                        (None, RecorderHandle::off())
+                        (None, RecorderHandle::disabled())
                     }
                     Err(error) => return Err(error.into()),
                 }
             }
-            _ => (None, RecorderHandle::off()),
+            _ => (None, RecorderHandle::disabled()),
         };
         Ok(Self {
-            clock: (config.clock, config.phase),
+            clock: (config.clock, config.cycle_phase),
             manner,
             permissions,
             task_folder: TaskFolder::new(absolute(&config.task_dir))
-                .with_sandbox(config.within.clone()),
+                .with_sandbox(config.sandbox.clone()),
             seed: config.seed,
             cell,
             cycle_config,
@@ -264,13 +264,13 @@ impl PreparedController {
         let (motion_end, script_end) = motion_channel(sizes, &cycle_config.first_state());
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = ControlLoop::new(cycle_config.clone(), motion_end)?;
-        let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
+        let obstacles = cell.as_ref().map(Cell::scene_obstacles).unwrap_or_default();
         let faults = ThreadSupervisor::default();
         Ok(Self {
             clock: (ClockChoice::Virtual, None),
             manner: StartOptions {
                 powered_off: setup.powered_off,
-                ..StartOptions::alone()
+                ..StartOptions::for_single_run()
             },
             // Nobody outside is reached: the recording answers.
             permissions: Permissions::default(),
@@ -283,7 +283,7 @@ impl PreparedController {
             model,
             viewer: ViewerMessages::new(loaded, obstacles, setup.epoch_ns),
             recorder: None,
-            handle: RecorderHandle::off(),
+            handle: RecorderHandle::disabled(),
             recording_path: None,
             recording_place: None,
             alarm: RecordingAlarm::new(faults.clone()),
@@ -293,7 +293,7 @@ impl PreparedController {
     }
 
     /// Where commands go in, and the registers.
-    pub(crate) fn border(&self) -> (CommandSender, Arc<Registers>) {
+    pub(crate) fn command_inputs(&self) -> (CommandSender, Arc<Registers>) {
         let end = &self.script_end;
         (end.commands.clone(), end.registers.clone())
     }
@@ -318,7 +318,7 @@ impl PreparedController {
     /// # Errors
     /// [`StartError`], in a sentence.
     pub fn start(self, observer: Arc<dyn Observer>) -> Result<Controller, StartError> {
-        self.start_through(observer, Instrumentation::default(), |timeline| timeline)
+        self.start_with_timeline(observer, Instrumentation::default(), |timeline| timeline)
     }
 
     /// Starts the controller with a timeline of the caller's between the clock and whoever asks for cycles, and with
@@ -326,7 +326,7 @@ impl PreparedController {
     ///
     /// # Errors
     /// [`StartError`], in a sentence.
-    pub fn start_through(
+    pub fn start_with_timeline(
         self,
         observer: Arc<dyn Observer>,
         mut extras: Instrumentation,
@@ -363,9 +363,10 @@ impl PreparedController {
         let snapshot = script_end.snapshot.clone();
         let chronicle = Arc::new(RecordingObserver::new(handle, snapshot, observer));
         alarm.connect(&chronicle);
-        let (pump, robot_for_pump) = EventPump::start(&faults, manner.passes_alone)?;
+        let (pump, robot_for_pump) = EventPump::start(&faults, manner.advances_when_idle)?;
         let thread = pump.thread();
-        let (clock, timeline) = start_clock(clock, manner.passes_alone, cycle, thread, &faults)?;
+        let (clock, timeline) =
+            start_clock(clock, manner.advances_when_idle, cycle, thread, &faults)?;
         let timeline = door(timeline);
         let robot = Robot::new(model, script_end.into(), timeline, chronicle.clone());
         let planes = cell.as_ref().map(Cell::planes).unwrap_or_default();

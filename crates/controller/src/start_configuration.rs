@@ -30,7 +30,7 @@ pub enum SetupError {
         "this is a recording of a robot elsewhere, which has no commands to run again; `compare` tells how far another \
          recording is from it"
     )]
-    Elsewhere,
+    RemoteRobot,
     /// A payload the arm is not rated for.
     #[error("--payload {mass} kg is more than the {rated} kg that {model} is rated for")]
     Payload {

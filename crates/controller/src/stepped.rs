@@ -68,7 +68,7 @@ pub struct WallTimeout<'a> {
     /// Longest time of the machine without simulated time passing.
     pub wall: Duration,
     /// Is asked now and then whether to go on.
-    pub goes_on: &'a mut dyn FnMut() -> bool,
+    pub keep_going: &'a mut dyn FnMut() -> bool,
 }
 
 /// What a call met.
@@ -85,7 +85,7 @@ enum WaitResult {
 }
 
 /// A controller that passes time for its owner only. Its calls may come from any thread, one at a time but for
-/// [`ask_to_stop`](Self::ask_to_stop) and those that only read.
+/// [`request_stop`](Self::request_stop) and those that only read.
 pub struct SteppedController {
     controller: Controller,
     gate: Arc<CycleGate>,
@@ -119,14 +119,15 @@ impl SteppedController {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
-        let prepared = PreparedController::new(&config, StartOptions::alone())?;
+        let prepared = PreparedController::new(&config, StartOptions::for_single_run())?;
         let collector = Arc::new(ResultCollector::new(observer));
         let herald = Arc::new(GateObserver::new(collector.clone()));
         let mut gate = None;
-        let controller =
-            prepared.start_through(herald.clone(), Instrumentation::default(), |timeline| {
-                gate.insert(Arc::new(CycleGate::new(timeline))).clone()
-            })?;
+        let controller = prepared.start_with_timeline(
+            herald.clone(),
+            Instrumentation::default(),
+            |timeline| gate.insert(Arc::new(CycleGate::new(timeline))).clone(),
+        )?;
         // The closure is called once, or the start has failed.
         let gate = gate.ok_or_else(|| io::Error::other("the clock was not started"))?;
         herald.connect(&gate);
@@ -194,13 +195,13 @@ impl SteppedController {
             self.program().is_open = false;
             return Err(error.into());
         }
-        match self.follow(patience) {
+        match self.wait_for_program(patience) {
             WaitResult::Waits | WaitResult::Interrupted => Ok(()),
             WaitResult::Ended => {
                 self.close_program(None);
                 Ok(())
             }
-            WaitResult::Stuck => self.give_up_stuck(patience),
+            WaitResult::Stuck => self.abort_stuck_program(patience),
         }
     }
 
@@ -208,7 +209,7 @@ impl SteppedController {
     ///
     /// # Errors
     /// [`SteppedError::NoProgram`], [`SteppedError::DoesNotEnd`], [`SteppedError::Fault`].
-    pub fn finish(
+    pub fn run_to_end(
         &self,
         simulated: Seconds,
         patience: &mut WallTimeout<'_>,
@@ -218,7 +219,7 @@ impl SteppedController {
         }
         let step = Seconds::new(self.state().step_time).unwrap_or_default();
         self.gate.allow(simulated.cycles(step));
-        match self.follow(patience) {
+        match self.wait_for_program(patience) {
             WaitResult::Ended => Ok(self.close_program(None)),
             WaitResult::Interrupted => self.end_program(None),
             WaitResult::Waits => {
@@ -236,7 +237,7 @@ impl SteppedController {
     /// than the patience has timed out as well. Interrupted, it is stopped.
     ///
     /// # Errors
-    /// As [`start`](Self::start) and [`finish`](Self::finish) but for [`SteppedError::Stuck`].
+    /// As [`start`](Self::start) and [`run_to_end`](Self::run_to_end) but for [`SteppedError::Stuck`].
     pub fn run_program(
         &self,
         text: ProgramText,
@@ -244,7 +245,7 @@ impl SteppedController {
         patience: &mut WallTimeout<'_>,
     ) -> Result<ProgramResult, SteppedError> {
         match self.start(text, patience) {
-            Ok(()) => self.finish(simulated, patience),
+            Ok(()) => self.run_to_end(simulated, patience),
             Err(SteppedError::Stuck { .. }) => self.result().ok_or(SteppedError::NoProgram),
             Err(error) => Err(error),
         }
@@ -254,34 +255,38 @@ impl SteppedController {
     ///
     /// # Errors
     /// [`SteppedError::Stuck`], [`SteppedError::Fault`].
-    pub fn pass(&self, cycles: u64, patience: &mut WallTimeout<'_>) -> Result<bool, SteppedError> {
+    pub fn advance(
+        &self,
+        cycles: u64,
+        patience: &mut WallTimeout<'_>,
+    ) -> Result<bool, SteppedError> {
         let mut left = cycles;
         // One that ended without a cycle, because of a fault, is closed here.
         drop(self.result());
         if self.is_running() && left > 0 {
             self.gate.allow(left);
-            match self.follow(patience) {
+            match self.wait_for_program(patience) {
                 WaitResult::Waits => return Ok(true),
                 WaitResult::Ended => {
                     self.close_program(None);
-                    left = self.gate.take_back();
+                    left = self.gate.revoke();
                 }
                 WaitResult::Interrupted => {
-                    self.gate.take_back();
+                    self.gate.revoke();
                     return Ok(false);
                 }
-                WaitResult::Stuck => return self.give_up_stuck(patience).map(|()| false),
+                WaitResult::Stuck => return self.abort_stuck_program(patience).map(|()| false),
             }
         }
-        self.pass_alone(left, patience)
+        self.advance_idle(left, patience)
     }
 
     /// Lets cycles pass until `holds` says so, which is asked before the first and after every one; false when
     /// `simulated` seconds have passed, or the owner did not want to go on.
     ///
     /// # Errors
-    /// As [`pass`](Self::pass), and whatever `holds` gives.
-    pub fn until<E: From<SteppedError>>(
+    /// As [`advance`](Self::advance), and whatever `holds` gives.
+    pub fn advance_until<E: From<SteppedError>>(
         &self,
         mut holds: impl FnMut(&RobotState) -> Result<bool, E>,
         simulated: Seconds,
@@ -294,13 +299,13 @@ impl SteppedController {
         let step = Seconds::new(state.step_time).unwrap_or_default();
         let mut asked = Instant::now();
         for _ in 0..simulated.cycles(step) {
-            if !self.pass(1, patience)? {
+            if !self.advance(1, patience)? {
                 return Ok(false);
             }
-            // A single cycle is too short for `pass` to ask.
+            // A single cycle is too short for `advance` to ask.
             if asked.elapsed() >= ASK_EVERY {
                 asked = Instant::now();
-                if !(patience.goes_on)() {
+                if !(patience.keep_going)() {
                     return Ok(false);
                 }
             }
@@ -323,7 +328,7 @@ impl SteppedController {
     }
 
     /// Tells the running program to stop, while another call lets it run; that call sees its end.
-    pub fn ask_to_stop(&self) {
+    pub fn request_stop(&self) {
         self.controller.supervisor().stop();
     }
 
@@ -342,10 +347,10 @@ impl SteppedController {
     }
 
     /// Waits for what the program does with the cycles it is allowed.
-    fn follow(&self, patience: &mut WallTimeout<'_>) -> WaitResult {
+    fn wait_for_program(&self, patience: &mut WallTimeout<'_>) -> WaitResult {
         let (mut used, mut since) = (None, Instant::now());
         loop {
-            let seen = self.gate.watch(ASK_EVERY);
+            let seen = self.gate.wait_for_task(ASK_EVERY);
             if seen.over {
                 while self.is_running() {
                     thread::sleep(LEAVING_POLL);
@@ -360,14 +365,14 @@ impl SteppedController {
             } else if since.elapsed() >= patience.wall {
                 return WaitResult::Stuck;
             }
-            if !(patience.goes_on)() {
+            if !(patience.keep_going)() {
                 return WaitResult::Interrupted;
             }
         }
     }
 
     /// Cycles without a program.
-    fn pass_alone(
+    fn advance_idle(
         &self,
         cycles: u64,
         patience: &mut WallTimeout<'_>,
@@ -376,7 +381,7 @@ impl SteppedController {
         let mut asked = since;
         let mut left = cycles;
         while left > 0 {
-            if self.gate.advance_past() {
+            if self.gate.advance_ungated() {
                 robot.pump();
                 left -= 1;
                 since = Instant::now();
@@ -385,7 +390,7 @@ impl SteppedController {
             }
             if asked.elapsed() >= ASK_EVERY {
                 asked = Instant::now();
-                if !(patience.goes_on)() {
+                if !(patience.keep_going)() {
                     return Ok(false);
                 }
             }
@@ -401,7 +406,7 @@ impl SteppedController {
     }
 
     /// Ends a program that computes without end, and says so.
-    fn give_up_stuck(&self, patience: &WallTimeout<'_>) -> Result<(), SteppedError> {
+    fn abort_stuck_program(&self, patience: &WallTimeout<'_>) -> Result<(), SteppedError> {
         let wall = patience.wall;
         self.end_program(Some(without_time(wall)))?;
         let line = self.collector.line();
@@ -415,7 +420,7 @@ impl SteppedController {
         self.controller.supervisor().stop();
         self.gate.open();
         let since = Instant::now();
-        while !self.gate.watch(ASK_EVERY).over {
+        while !self.gate.wait_for_task(ASK_EVERY).over {
             if since.elapsed() >= END_MAX {
                 return Err(SteppedError::DoesNotEnd);
             }

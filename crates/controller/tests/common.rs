@@ -22,7 +22,7 @@ impl Observer for Prints {
 
 pub fn started(config: &ControllerConfig) -> (Controller, Arc<Prints>) {
     let prints = Arc::new(Prints::default());
-    let prepared = PreparedController::new(config, StartOptions::alone()).unwrap();
+    let prepared = PreparedController::new(config, StartOptions::for_single_run()).unwrap();
     (prepared.start(prints.clone()).unwrap(), prints)
 }
 

@@ -121,7 +121,7 @@ fn what_does_not_fit_is_an_error_before_anything_starts() {
         cell: Some("no such file.toml".into()),
         ..ControllerConfig::default()
     };
-    let error = PreparedController::new(&config, StartOptions::alone())
+    let error = PreparedController::new(&config, StartOptions::for_single_run())
         .err()
         .unwrap();
     assert!(

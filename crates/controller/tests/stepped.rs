@@ -37,7 +37,7 @@ fn seconds(secs: f64) -> Seconds {
 fn patiently<T>(wall: Duration, call: impl FnOnce(&mut WallTimeout<'_>) -> T) -> T {
     call(&mut WallTimeout {
         wall,
-        goes_on: &mut || true,
+        keep_going: &mut || true,
     })
 }
 
@@ -128,21 +128,21 @@ fn steps_are_cycles_and_the_program_stands_between_them() {
         assert_eq!(controller.collector().prints(), ["0"]);
         assert_eq!(controller.state().cycle, 0);
         for cycle in 1..=3 {
-            assert!(controller.pass(1, patience).unwrap());
+            assert!(controller.advance(1, patience).unwrap());
             assert_eq!(controller.state().cycle, cycle);
             assert_eq!(controller.collector().prints().len(), cycle as usize + 1);
         }
         let error = controller.start(text("pass"), patience).unwrap_err();
         assert!(matches!(error, SteppedError::Running), "{error}");
         // The program ends on the way, the cycles go on.
-        assert!(controller.pass(1000, patience).unwrap());
+        assert!(controller.advance(1000, patience).unwrap());
         assert_eq!(controller.state().cycle, 1003);
         assert!(!controller.is_running());
         let result = controller.result().unwrap();
         assert_eq!(result.outcome, ProgramOutcome::Ended);
         assert!((1.0..1.1).contains(&result.time), "{result:?}");
         // Without a program time passes all the same.
-        assert!(controller.pass(7, patience).unwrap());
+        assert!(controller.advance(7, patience).unwrap());
         assert_eq!(controller.state().cycle, 1010);
     });
     controller.shut_down().unwrap();
@@ -158,13 +158,15 @@ fn a_stepped_run_is_the_same_as_one_at_once() {
         stepped.start(text(program), patience).unwrap();
         let mut steps = (1..).cycle();
         while stepped.is_running() {
-            stepped.pass(steps.next().unwrap() % 7, patience).unwrap();
+            stepped
+                .advance(steps.next().unwrap() % 7, patience)
+                .unwrap();
         }
     });
     assert_eq!(stepped.result(), Some(result));
     let peaks = stepped.collector().peaks();
     assert!(
-        (0.5..=1.5 + 1e-3).contains(&peaks.get("joint_speed").unwrap()),
+        (0.5..=1.5 + 1e-3).contains(&peaks.by_name("joint_speed").unwrap()),
         "{peaks:?}"
     );
 }
@@ -176,7 +178,7 @@ fn waiting_for_a_state_ends_on_its_cycle() {
         let program = text("movej([0.5, -1.5708, 1.5708, -1.5708, -1.5708, 0])");
         controller.start(program, patience).unwrap();
         let mut looks = 0;
-        let there = controller.until::<SteppedError>(
+        let there = controller.advance_until::<SteppedError>(
             |state| {
                 looks += 1;
                 Ok(state.actual_q.0[0] > 0.25)
@@ -186,7 +188,7 @@ fn waiting_for_a_state_ends_on_its_cycle() {
         );
         assert!(there.unwrap());
         assert_eq!(looks, controller.state().cycle + 1);
-        let never = controller.until::<SteppedError>(|_| Ok(false), seconds(0.1), patience);
+        let never = controller.advance_until::<SteppedError>(|_| Ok(false), seconds(0.1), patience);
         assert!(!never.unwrap());
         let stopped = controller.stop().unwrap().unwrap();
         assert_eq!(stopped.outcome, ProgramOutcome::Stopped);
@@ -206,11 +208,11 @@ fn stops_of_the_arm_are_outcomes() {
         patiently(LONG, |patience| {
             let program = "movej([1, -1.5708, 1.5708, -1.5708, -1.5708, 0])";
             controller.start(text(program), patience).unwrap();
-            controller.pass(100, patience).unwrap();
+            controller.advance(100, patience).unwrap();
             let kind = CommandKind::EmergencyStop { pressed };
             let robot = controller.controller().robot();
             robot.send(Origin::default(), kind).unwrap();
-            let result = controller.finish(seconds(20.0), patience).unwrap();
+            let result = controller.run_to_end(seconds(20.0), patience).unwrap();
             assert_eq!(result.outcome, outcome, "{result:?}");
         });
         controller.shut_down().unwrap();
@@ -226,7 +228,7 @@ fn another_thread_and_the_owner_can_end_a_run() {
             while !controller.is_running() || controller.state().cycle < 50 {
                 std::thread::sleep(Duration::from_millis(1));
             }
-            controller.ask_to_stop();
+            controller.request_stop();
         });
         run(&controller, forever, 1e7)
     });
@@ -237,7 +239,7 @@ fn another_thread_and_the_owner_can_end_a_run() {
     let begin = Instant::now();
     let mut patience = WallTimeout {
         wall: LONG,
-        goes_on: &mut || begin.elapsed() < Duration::from_millis(50),
+        keep_going: &mut || begin.elapsed() < Duration::from_millis(50),
     };
     let result = controller.run_program(text(forever), seconds(1e7), &mut patience);
     assert_eq!(result.unwrap().outcome, ProgramOutcome::Stopped);
@@ -245,15 +247,16 @@ fn another_thread_and_the_owner_can_end_a_run() {
     let begin = Instant::now();
     let mut patience = WallTimeout {
         wall: LONG,
-        goes_on: &mut || begin.elapsed() < Duration::from_millis(50),
+        keep_going: &mut || begin.elapsed() < Duration::from_millis(50),
     };
-    let never = controller.until::<SteppedError>(|_| Ok(false), seconds(1e7), &mut patience);
+    let never =
+        controller.advance_until::<SteppedError>(|_| Ok(false), seconds(1e7), &mut patience);
     assert!(!never.unwrap() && begin.elapsed() < Duration::from_secs(10));
     assert_eq!(run(&controller, "pass", 1.0).outcome, ProgramOutcome::Ended);
     controller.shut_down().unwrap();
 }
 
-/// `until` takes the errors of its question.
+/// `advance_until` takes the errors of its question.
 #[derive(Debug)]
 struct Asked;
 
@@ -276,7 +279,7 @@ fn a_question_that_fails_leaves_the_program_where_it_stands() {
         controller
             .start(text("sleep(1)\nprint('on')"), patience)
             .unwrap();
-        let asked = controller.until(
+        let asked = controller.advance_until(
             |state| {
                 if state.cycle < 10 {
                     Ok(false)
@@ -289,7 +292,7 @@ fn a_question_that_fails_leaves_the_program_where_it_stands() {
         );
         assert!(asked.is_err());
         assert_eq!(controller.state().cycle, 10);
-        let result = controller.finish(seconds(5.0), patience).unwrap();
+        let result = controller.run_to_end(seconds(5.0), patience).unwrap();
         assert_eq!(result.prints, ["on"]);
     });
     controller.shut_down().unwrap();

@@ -40,7 +40,8 @@ impl Observer for Frames {
 fn frames(text: &str) -> Vec<CycleFrame> {
     let frames = Arc::new(Frames::default());
     let prepared =
-        PreparedController::new(&ControllerConfig::default(), StartOptions::alone()).unwrap();
+        PreparedController::new(&ControllerConfig::default(), StartOptions::for_single_run())
+            .unwrap();
     let controller = prepared.start(frames.clone()).unwrap();
     let end = controller.run_to_end(program(text), "a test", std::future::pending());
     assert!(end.unwrap().is_some());

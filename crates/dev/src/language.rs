@@ -79,7 +79,7 @@ pub(crate) fn output_of(text: &str) -> String {
 }
 
 /// Checks any text and shows what was found.
-pub fn checked(text: String) {
+pub fn check_diagnostics(text: String) {
     let file = SourceFile::new("fuzz.script", text);
     let known = KnownNames::new(["movej", "get_actual_joint_positions"]);
     let found = check(file.clone(), &known);
@@ -94,7 +94,7 @@ pub fn checked(text: String) {
 }
 
 /// Checking the same text twice finds the same.
-pub fn checked_twice(text: String) {
+pub fn check_determinism(text: String) {
     let file = SourceFile::new("fuzz.script", text);
     let first = check(file.clone(), &KnownNames::default());
     let second = check(file, &KnownNames::default());
@@ -115,7 +115,7 @@ pub enum TrialOutcome {
 }
 
 /// Processor time of this thread.
-fn busy() -> Duration {
+fn thread_cpu_time() -> Duration {
     clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID)
         .map(Duration::from)
         .unwrap_or_default()
@@ -133,7 +133,7 @@ const LEFT_MAX: isize = 2 << 20;
 ///
 /// # Panics
 /// If something that must hold does not.
-pub fn judged(text: String) -> TrialOutcome {
+pub fn check_execution(text: String) -> TrialOutcome {
     let before = memory::live_bytes();
     let outcome = run(text, before);
     let left = memory::live_bytes() - before;
@@ -155,7 +155,7 @@ fn run(text: String, before: isize) -> TrialOutcome {
     let interpreter = Interpreter::new(host.clone(), Vec::new(), limits);
     let mut threads = vec![interpreter.spawn_program(&program)];
     let mut outcome = TrialOutcome::Stopped;
-    let begin = busy();
+    let begin = thread_cpu_time();
     for _ in 0..TURNS {
         let mut waiting = 0;
         let mut index = 0;
@@ -194,7 +194,7 @@ fn run(text: String, before: isize) -> TrialOutcome {
             host.now.set(host.now.get() + 0.01);
         }
         // A program that is busy for long is not looked at for longer.
-        if busy().saturating_sub(begin) > Duration::from_millis(100) {
+        if thread_cpu_time().saturating_sub(begin) > Duration::from_millis(100) {
             break;
         }
     }
@@ -228,9 +228,9 @@ const STRETCH_MAX: Duration = Duration::from_millis(if cfg!(debug_assertions) {
 
 /// Calls something that must not take long.
 fn timed<T>(call: impl FnOnce() -> T) -> T {
-    let begin = busy();
+    let begin = thread_cpu_time();
     let result = call();
-    let took = busy().saturating_sub(begin);
+    let took = thread_cpu_time().saturating_sub(begin);
     assert!(
         took < STRETCH_MAX,
         "SLOW: {} ms of processor time without a pause",

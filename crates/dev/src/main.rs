@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
-use dev::campaign::{Case, TargetReport, limited, run_cases, smaller, watched};
+use dev::campaign::{Case, TargetReport, limit_resources, minimize, run_cases, run_target};
 use dev::targets::{target, targets};
 
 #[derive(Parser)]
@@ -170,27 +170,27 @@ fn obey(order: DevCommand) -> Result<ExitCode, Box<dyn std::error::Error>> {
             let target = known(&name)?;
             let input = target.input(&(target.seeds)(), seed, number);
             if run {
-                limited();
-                (target.judge)(&input);
+                limit_resources();
+                (target.check)(&input);
             } else {
                 std::io::stdout().write_all(&input)?;
             }
             Ok(ExitCode::SUCCESS)
         }
         DevCommand::File { target: name, path } => {
-            limited();
-            (known(&name)?.judge)(&std::fs::read(path)?);
+            limit_resources();
+            (known(&name)?.check)(&std::fs::read(path)?);
             Ok(ExitCode::SUCCESS)
         }
         DevCommand::Shrink { target: name, path } => {
             known(&name)?;
-            let (input, answer) = smaller(&name, &std::fs::read(path)?)?;
+            let (input, answer) = minimize(&name, &std::fs::read(path)?)?;
             eprintln!("{answer}");
             std::io::stdout().write_all(&input)?;
             Ok(ExitCode::SUCCESS)
         }
         DevCommand::Show { target: name, path } => {
-            let input = (known(&name)?.shown)(&std::fs::read(path)?);
+            let input = (known(&name)?.render_input)(&std::fs::read(path)?);
             std::io::stdout().write_all(&input)?;
             Ok(ExitCode::SUCCESS)
         }
@@ -254,13 +254,13 @@ fn campaign(
     }
     let mut reports = Vec::new();
     for name in names {
-        let report = watched(&name, seed, from, count, time)?;
+        let report = run_target(&name, seed, from, count, time)?;
         eprintln!(
             "{name}: {} cases, {} kinds of findings",
             report.cases,
             report.found.len()
         );
-        kept(&report, seed, folder)?;
+        save_findings(&report, seed, folder)?;
         reports.push(report);
     }
     std::io::stdout().write_all(table(&reports, seed).as_bytes())?;
@@ -304,7 +304,11 @@ fn faults(binary: &Path, seed: u64) -> Result<bool, Box<dyn std::error::Error>> 
 }
 
 /// Writes the first input of each kind of finding to the folder.
-fn kept(report: &TargetReport, seed: u64, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+fn save_findings(
+    report: &TargetReport,
+    seed: u64,
+    folder: &Path,
+) -> Result<(), Box<dyn std::error::Error>> {
     let target = known(&report.name)?;
     let seeds = (target.seeds)();
     for found in report.found.values() {

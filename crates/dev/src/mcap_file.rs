@@ -13,7 +13,7 @@ use recorder::{LogLevel, Recorder, RecorderConfig, Recording, Rotation, Setup};
 const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
 
 /// What stands around a chunk of these records: the file is whole if they are.
-pub fn around(records: &[u8]) -> Vec<u8> {
+pub fn wrap_records(records: &[u8]) -> Vec<u8> {
     let mut chunk = Vec::new();
     chunk.extend(0_u64.to_le_bytes());
     chunk.extend(u64::MAX.to_le_bytes());
@@ -33,7 +33,7 @@ pub fn around(records: &[u8]) -> Vec<u8> {
     if split == 0 {
         record(&mut file, 0x06, &chunk);
     } else {
-        let rest = around(&records[split..]);
+        let rest = wrap_records(&records[split..]);
         let chunk_at = MAGIC.len() + 9 + header.len();
         file.extend_from_slice(&rest[chunk_at..]);
         return file;
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn a_seed_without_damage_is_a_recording_with_its_setup_and_everything_in_it() {
-        let file = around(&seeds()[0]);
+        let file = wrap_records(&seeds()[0]);
         let recording = Recording::from_bytes(file, "seed").unwrap();
         assert_eq!(recording.setup().unwrap().model, "cs66");
         let mut entries = recording.entries(&Topic::ALL).unwrap();

@@ -35,7 +35,7 @@ const NUMBERS: [&str; 12] = [
 ];
 
 /// One of the seeds with a few changes, or bytes from nowhere.
-pub fn mutated(rng: &mut Rng, seeds: &[Vec<u8>], words: &[&[u8]], bytes_max: usize) -> Vec<u8> {
+pub fn mutate(rng: &mut Rng, seeds: &[Vec<u8>], words: &[&[u8]], bytes_max: usize) -> Vec<u8> {
     let seed = match rng.choice(seeds) {
         Some(seed) if rng.u8(..16) > 0 => seed.as_slice(),
         // A generator makes as much of any bytes as of any others.

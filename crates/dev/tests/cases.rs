@@ -14,7 +14,7 @@ fn cases(name: &str, count: u64) {
     let seeds = (target.seeds)();
     for number in 0..count {
         let input = target.input(&seeds, 0, number);
-        let result = std::panic::catch_unwind(|| (target.judge)(&input));
+        let result = std::panic::catch_unwind(|| (target.check)(&input));
         assert!(
             result.is_ok(),
             "cargo dev case {name} {number} --seed 0 --run"
@@ -87,7 +87,7 @@ fn what_was_found_once_is_not_found_again() {
         let target = target(&name).expect("folders of `kept` are named as targets");
         for file in std::fs::read_dir(folder.path()).unwrap().flatten() {
             eprintln!("{}", file.path().display());
-            (target.judge)(&std::fs::read(file.path()).unwrap());
+            (target.check)(&std::fs::read(file.path()).unwrap());
             count += 1;
         }
     }
@@ -98,13 +98,13 @@ fn what_was_found_once_is_not_found_again() {
 /// come to their end within the processor time they get is a matter of the machine; those that do not run on.
 #[test]
 fn generated_programs_compile_and_mostly_run() {
-    use dev::language::{TrialOutcome, judged};
+    use dev::language::{TrialOutcome, check_execution};
     let mut run = 0;
     for number in 0..60 {
         let target = target("containers").expect("a target of this name");
         let input = target.input(&[], 3, number);
         let text = String::from_utf8(input).unwrap();
-        let outcome = std::panic::catch_unwind(|| judged(text.clone()));
+        let outcome = std::panic::catch_unwind(|| check_execution(text.clone()));
         run += usize::from(matches!(
             outcome,
             Ok(TrialOutcome::Done | TrialOutcome::Stopped)

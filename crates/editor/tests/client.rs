@@ -84,7 +84,7 @@ impl Client {
 
     /// Codes and first lines of the findings.
     pub fn findings(&mut self) -> Vec<(String, u64)> {
-        let told = self.session.settle();
+        let told = self.session.flush_diagnostics();
         let last = told
             .iter()
             .rfind(|m| m["method"] == "textDocument/publishDiagnostics");

@@ -667,7 +667,7 @@ impl SupervisorShared {
             // A full ring belongs to a cycle that takes nothing, which moves nothing either.
             let _ = self.settings.robot.send(Origin::default(), command);
         }
-        let message = Message::internal_error(id, 1, &fault.what());
+        let message = Message::internal_error(id, 1, &fault.describe());
         self.settings.observer.message(&message);
         TaskEnd::Failed
     }

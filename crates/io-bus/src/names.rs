@@ -14,7 +14,7 @@ use tokio::sync::oneshot;
 /// Look-ups under way at once, those included that nobody waits for any more.
 pub const LOOK_UPS_MAX: usize = 32;
 
-static UNDER_WAY: AtomicUsize = AtomicUsize::new(0);
+static ACTIVE_LOOKUPS: AtomicUsize = AtomicUsize::new(0);
 
 /// A place among the look-ups, given back when it is dropped.
 struct LookupPermit;
@@ -22,7 +22,7 @@ struct LookupPermit;
 impl LookupPermit {
     fn take() -> io::Result<Self> {
         let place = Self;
-        if UNDER_WAY.fetch_add(1, Ordering::Relaxed) < LOOK_UPS_MAX {
+        if ACTIVE_LOOKUPS.fetch_add(1, Ordering::Relaxed) < LOOK_UPS_MAX {
             return Ok(place);
         }
         Err(io::Error::other(format!(
@@ -33,7 +33,7 @@ impl LookupPermit {
 
 impl Drop for LookupPermit {
     fn drop(&mut self) {
-        UNDER_WAY.fetch_sub(1, Ordering::Relaxed);
+        ACTIVE_LOOKUPS.fetch_sub(1, Ordering::Relaxed);
     }
 }
 

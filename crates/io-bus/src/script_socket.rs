@@ -14,7 +14,7 @@ use tokio::sync::Mutex;
 use tokio::time::{Instant, timeout, timeout_at};
 
 use crate::link::PeerStream;
-use decode::{ParseOutcome, floats, saturated, text};
+use decode::{ParseOutcome, floats, parse_saturating_i32, text};
 
 pub use decode::TEXT_BYTES_MAX;
 
@@ -42,11 +42,11 @@ impl ScriptSocket {
         let link = timeout(CONNECT_TIME, PeerStream::open(address, port, None))
             .await
             .map_err(|_| io::Error::from(io::ErrorKind::TimedOut))??;
-        Ok(Self::over(link))
+        Ok(Self::from_stream(link))
     }
 
     /// Over a connection that stands.
-    pub fn over(stream: PeerStream) -> Self {
+    pub fn from_stream(stream: PeerStream) -> Self {
         Self {
             stream,
             unread: Mutex::default(),
@@ -90,10 +90,10 @@ impl ScriptSocket {
     pub async fn read_bytes(&self, count: usize, patience: Option<Duration>) -> Vec<u8> {
         self.read(patience, |unread, is_last| {
             if unread.len() < count && !is_last {
-                return ParseOutcome::NotYet;
+                return ParseOutcome::NeedMoreBytes;
             }
             let count = count.min(unread.len());
-            ParseOutcome::Result(unread.drain(..count).collect())
+            ParseOutcome::Done(unread.drain(..count).collect())
         })
         .await
         .unwrap_or_default()
@@ -103,12 +103,12 @@ impl ScriptSocket {
     pub async fn read_integers(&self, count: usize, patience: Option<Duration>) -> Vec<i32> {
         self.read(patience, |unread, is_last| {
             if unread.len() < 4 * count && !is_last {
-                return ParseOutcome::NotYet;
+                return ParseOutcome::NeedMoreBytes;
             }
             let count = count.min(unread.len() / 4);
             let bytes: Vec<u8> = unread.drain(..4 * count).collect();
             let (integers, _) = bytes.as_chunks::<4>();
-            ParseOutcome::Result(integers.iter().map(|b| i32::from_be_bytes(*b)).collect())
+            ParseOutcome::Done(integers.iter().map(|b| i32::from_be_bytes(*b)).collect())
         })
         .await
         .unwrap_or_default()
@@ -148,7 +148,7 @@ impl ScriptSocket {
         let value = line.trim_end_matches('\r').strip_prefix(name);
         value
             .and_then(|rest| rest.strip_prefix(' '))
-            .and_then(saturated)
+            .and_then(parse_saturating_i32)
             .unwrap_or(0)
     }
 
@@ -162,14 +162,14 @@ impl ScriptSocket {
         let deadline = patience.and_then(|time| Instant::now().checked_add(time));
         let mut unread = with_optional_timeout(deadline, self.unread.lock()).await?;
         loop {
-            if let ParseOutcome::Result(result) = look(&mut unread, false) {
+            if let ParseOutcome::Done(result) = look(&mut unread, false) {
                 return Some(result);
             }
             let is_full = unread.len() >= UNREAD_BYTES_MAX;
             if is_full || !self.receive(&mut unread, deadline).await {
                 return match look(&mut unread, true) {
-                    ParseOutcome::Result(result) => Some(result),
-                    ParseOutcome::NotYet => None,
+                    ParseOutcome::Done(result) => Some(result),
+                    ParseOutcome::NeedMoreBytes => None,
                 };
             }
         }
@@ -354,17 +354,17 @@ mod tests {
         fn any_bytes_give_the_same_text_however_they_are_cut(bytes in proptest::collection::vec(prop_oneof![Just(b'<'), Just(b'>'), Just(0xC3), any::<u8>()], 0..60), cut in 0_usize..60) {
             let whole = |mut bytes: Vec<u8>| {
                 let mut out = Vec::new();
-                while let ParseOutcome::Result(part) = text(&mut bytes, b"<", b">", false) { out.push(part); }
+                while let ParseOutcome::Done(part) = text(&mut bytes, b"<", b">", false) { out.push(part); }
                 out
             };
             let mut first = bytes[..cut.min(bytes.len())].to_vec();
             let mut parts = Vec::new();
-            while let ParseOutcome::Result(part) = text(&mut first, b"<", b">", false) { parts.push(part); }
+            while let ParseOutcome::Done(part) = text(&mut first, b"<", b">", false) { parts.push(part); }
             first.extend_from_slice(&bytes[cut.min(bytes.len())..]);
             parts.extend(whole(first));
             prop_assert_eq!(parts, whole(bytes.clone()));
             let mut rest = bytes;
-            while let ParseOutcome::Result(numbers) = floats(&mut rest, 30, false) { prop_assert!(numbers.len() <= 30); }
+            while let ParseOutcome::Done(numbers) = floats(&mut rest, 30, false) { prop_assert!(numbers.len() <= 30); }
         }
     }
 }

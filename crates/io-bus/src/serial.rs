@@ -29,7 +29,7 @@ const TURN: Duration = Duration::from_millis(20);
 /// Bytes kept for the next read.
 const UNREAD_BYTES_MAX: usize = 64 << 10;
 /// After so long a silence an answer that has begun is not completed any more.
-const SILENCE: Duration = Duration::from_millis(250);
+const REPLY_GAP_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// Where a port leads, from the cell file's `[[serial]]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,7 +76,7 @@ pub struct SerialSettings {
     /// Modbus RTU instead of bytes.
     pub modbus_rtu: bool,
     /// A plug-in and not scripts use the port (manual 5.32, usage 1).
-    pub for_daemon: bool,
+    pub is_daemon_owned: bool,
 }
 
 /// Why a line did not do what was asked.
@@ -102,7 +102,7 @@ pub enum SerialError {
     NoAnswer,
     /// Bytes came, but no frame with a good checksum.
     #[error("the answer is damaged ({0} bytes without a frame whose checksum fits)")]
-    Damaged(usize),
+    CorruptReply(usize),
     /// The device refused.
     #[error(transparent)]
     Refused(#[from] PduError),
@@ -195,7 +195,7 @@ impl SerialLine {
         self.run_on_thread(async move {
             let mut line = line.lock().await;
             *line = OpenPort::default();
-            if let Some(settings) = settings.filter(|settings| !settings.for_daemon) {
+            if let Some(settings) = settings.filter(|settings| !settings.is_daemon_owned) {
                 let endpoint = endpoint.ok_or(SerialError::NoDevice)?;
                 line.transport = Some(open(&endpoint, &settings).await?);
             }
@@ -215,7 +215,7 @@ impl SerialLine {
         count: usize,
         patience: Option<Duration>,
     ) -> Result<Vec<u8>, SerialError> {
-        let settings = self.need(SerialMode::Raw)?;
+        let settings = self.require_mode(SerialMode::Raw)?;
         let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
         self.run_on_thread(async move {
             let deadline = patience.and_then(|time| Instant::now().checked_add(time));
@@ -246,7 +246,7 @@ impl SerialLine {
     /// # Errors
     /// [`SerialError::Mode`], [`SerialError::OpenPort`]
     pub async fn write(&self, bytes: Vec<u8>) -> Result<usize, SerialError> {
-        let settings = self.need(SerialMode::Raw)?;
+        let settings = self.require_mode(SerialMode::Raw)?;
         let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
         self.run_on_thread(async move {
             let mut line = line.lock().await;
@@ -327,13 +327,13 @@ impl SerialLine {
         request: Request,
         patience: Option<Duration>,
     ) -> Result<Reply, SerialError> {
-        let settings = self.need(SerialMode::Rtu)?;
+        let settings = self.require_mode(SerialMode::Rtu)?;
         let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
         self.run_on_thread(async move {
             let mut line = line.lock().await;
             // What is still on its way belongs to an earlier request. 3.5 characters of silence begin a frame.
             line.drain().await;
-            sleep(silence(settings.baud_rate)).await;
+            sleep(frame_gap(settings.baud_rate)).await;
             let frame = rtu::encode(slave, &request);
             line.send(endpoint.as_ref(), &settings, &frame).await?;
             let deadline = patience.and_then(|time| Instant::now().checked_add(time));
@@ -342,7 +342,7 @@ impl SerialLine {
                 let mut chunk = [0; rtu::FRAME_BYTES_MAX];
                 let until = match received.is_empty() {
                     true => deadline,
-                    false => Some(Instant::now() + SILENCE),
+                    false => Some(Instant::now() + REPLY_GAP_TIMEOUT),
                 };
                 let read = with_optional_timeout(
                     until,
@@ -352,20 +352,20 @@ impl SerialLine {
                     Some(Ok(count)) => received.extend_from_slice(&chunk[..count]),
                     Some(Err(error)) => return Err(error),
                     None if received.is_empty() => return Err(SerialError::NoAnswer),
-                    None => return Err(SerialError::Damaged(received.len())),
+                    None => return Err(SerialError::CorruptReply(received.len())),
                 }
                 if let Some(reply) = rtu::find_reply(&received, slave, &request) {
                     return Ok(request.decode(reply)?);
                 }
                 if received.len() > 16 * rtu::FRAME_BYTES_MAX {
-                    return Err(SerialError::Damaged(received.len()));
+                    return Err(SerialError::CorruptReply(received.len()));
                 }
             }
         })
         .await
     }
 
-    fn need(&self, needed: SerialMode) -> Result<SerialSettings, SerialError> {
+    fn require_mode(&self, needed: SerialMode) -> Result<SerialSettings, SerialError> {
         let settings = self.settings();
         let found = self.mode();
         settings
@@ -513,7 +513,7 @@ async fn open(
 }
 
 /// 3.5 characters of 11 bits, at least 1.75 ms (MODBUS over Serial Line V1.02, 2.5.1.1).
-fn silence(baud_rate: u32) -> Duration {
+fn frame_gap(baud_rate: u32) -> Duration {
     Duration::from_secs_f64((38.5 / f64::from(baud_rate.max(1))).max(0.00175))
 }
 

@@ -65,7 +65,7 @@ fn matrix(pose: &Pose) -> Value {
 
 fn obstacles(cell: &Cell) -> Value {
     let stiffness = cell.stiffness();
-    let drawn = cell.drawn().into_iter();
+    let drawn = cell.scene_obstacles().into_iter();
     let obstacles = drawn.map(|obstacle| {
         let (shape, size) = match obstacle.shape {
             ObstacleShape::Box(size) => ("box", size.to_vec()),

@@ -99,7 +99,7 @@ impl From<FileError> for io::Error {
 }
 
 /// What `stat` tells of what was found.
-pub fn details(found: &Metadata) -> FileStatus {
+pub fn file_status(found: &Metadata) -> FileStatus {
     #[cfg(unix)]
     {
         use std::os::unix::fs::MetadataExt as _;
@@ -146,7 +146,7 @@ pub fn details(found: &Metadata) -> FileStatus {
 }
 
 /// Whether opening it could wait, or whoever reads it: a pipe, a socket, a disk.
-pub fn could_wait(kind: FileType) -> bool {
+pub fn may_block(kind: FileType) -> bool {
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt as _;
@@ -163,7 +163,7 @@ pub fn could_wait(kind: FileType) -> bool {
 ///
 /// # Errors
 /// What the system says.
-pub fn open_without_waiting(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
+pub fn open_nonblocking(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(unix)]
     {
         use nix::fcntl::OFlag;
@@ -186,7 +186,7 @@ pub fn open(path: &Path, mode: OpenMode) -> io::Result<File> {
         .create(mode.create && !mode.exclusive)
         .create_new(mode.exclusive)
         .truncate(mode.truncate);
-    open_without_waiting(&mut options, path)
+    open_nonblocking(&mut options, path)
 }
 
 /// Makes a folder with permissions, where the system has them.
@@ -283,7 +283,7 @@ mod tests {
         let path = folder.path().join("file");
         fs::write(&path, "four").unwrap();
         set_mode(&path, 0o640).unwrap();
-        let told = details(&fs::metadata(&path).unwrap());
+        let told = file_status(&fs::metadata(&path).unwrap());
         assert_eq!((told.mode & 0o7777, told.size, told.links), (0o640, 4, 1));
         let wanted = Access {
             read: true,

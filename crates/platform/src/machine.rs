@@ -23,7 +23,7 @@ pub fn free_bytes(folder: &Path) -> io::Result<u64> {
 }
 
 /// The name that this machine goes by.
-pub fn name() -> Option<String> {
+pub fn host_name() -> Option<String> {
     let name = match std::fs::read_to_string("/proc/sys/kernel/hostname") {
         Ok(name) => name,
         Err(_) => std::env::var("COMPUTERNAME").ok()?,
@@ -42,7 +42,7 @@ pub fn resident_bytes(process: u32) -> Option<u64> {
 }
 
 /// Whether there is no such process any more; where the system does not tell, it is taken to live.
-pub fn is_gone(process: u32) -> bool {
+pub fn is_process_gone(process: u32) -> bool {
     let of = |who: &str| Path::new("/proc").join(who);
     of("self").exists() && !of(&process.to_string()).exists()
 }
@@ -55,7 +55,7 @@ pub fn clock_source() -> Option<String> {
 }
 
 /// How the frequencies of the processors are governed, each way once, in order.
-pub fn governors() -> Vec<String> {
+pub fn cpu_governors() -> Vec<String> {
     let Ok(folder) = std::fs::read_dir("/sys/devices/system/cpu") else {
         return Vec::new();
     };
@@ -76,12 +76,12 @@ mod tests {
     #[test]
     fn this_process_lives_and_holds_memory() {
         let own = std::process::id();
-        assert!(!is_gone(own));
+        assert!(!is_process_gone(own));
         #[cfg(target_os = "linux")]
         {
             assert!(resident_bytes(own).is_some_and(|bytes| bytes > 100_000));
-            assert!(is_gone(u32::MAX));
-            assert!(name().is_some());
+            assert!(is_process_gone(u32::MAX));
+            assert!(host_name().is_some());
             assert!(free_bytes(Path::new("/")).is_ok());
         }
     }

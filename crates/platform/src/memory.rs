@@ -23,7 +23,7 @@ pub use imp::{DeferredUnmap, map, remap, unmap};
 /// What the allocator rounds a request up to, for accounts: it has blocks of every multiple of 16 bytes up to 128, and
 /// four sizes from one power of two to the next. With another allocator than mimalloc this is an estimate.
 #[inline(always)]
-pub const fn rounded(size: usize) -> usize {
+pub const fn rounded_size(size: usize) -> usize {
     let step = match size {
         0..=128 => 16,
         _ => 1 << ((size - 1).ilog2() - 2),
@@ -229,7 +229,7 @@ mod tests {
             // SAFETY: the call is arithmetic.
             #[allow(unsafe_code)]
             let found = unsafe { libmimalloc_sys::mi_good_size(size) };
-            assert_eq!(rounded(size), found, "{size} bytes");
+            assert_eq!(rounded_size(size), found, "{size} bytes");
         }
     }
 }

@@ -47,12 +47,12 @@ pub struct Identity {
 }
 
 pub use imp::{
-    adopt_orphans, identity, kill, kill_with_parent, reap, send, set_process_group, signal_of,
-    table,
+    adopt_orphans, identity, kill, kill_with_parent, process_table, reap, send_signal,
+    set_process_group, signal_of,
 };
 
 /// The exit code of a process, the negative number of the signal that ended it, or -1.
-pub fn code_of(status: ExitStatus) -> i32 {
+pub fn exit_code(status: ExitStatus) -> i32 {
     let by_signal = || signal_of(status).map(|signal| -signal);
     status.code().or_else(by_signal).unwrap_or(-1)
 }
@@ -150,7 +150,7 @@ mod imp {
     ///
     /// # Errors
     /// There is no such signal or nobody to send it to, or it is not allowed.
-    pub fn send(whom: SignalTarget, signal: i32) -> io::Result<()> {
+    pub fn send_signal(whom: SignalTarget, signal: i32) -> io::Result<()> {
         let signal = match signal {
             0 => None,
             number => Some(Signal::try_from(number)?),
@@ -164,7 +164,7 @@ mod imp {
 
     /// Kills. Whoever has ended meanwhile is as good.
     pub fn kill(whom: SignalTarget) {
-        let _ = send(whom, Signal::SIGKILL as i32);
+        let _ = send_signal(whom, Signal::SIGKILL as i32);
     }
 
     /// The signal that ended a process.
@@ -189,7 +189,7 @@ mod imp {
     }
 
     /// All descendants; those that end while the table is read may be missing.
-    pub fn table() -> ProcessTable {
+    pub fn process_table() -> ProcessTable {
         let own = getpid().as_raw();
         let mut found = ProcessTable::new();
         let mut open = vec![own];

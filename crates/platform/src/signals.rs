@@ -38,7 +38,7 @@ pub fn suppress_sigxfsz() -> io::Result<()> {
 }
 
 /// Ends the process at once and asks nobody in it.
-pub fn exit_at_once(status: i32) -> ! {
+pub fn exit_immediately(status: i32) -> ! {
     signal_hook::low_level::exit(status)
 }
 

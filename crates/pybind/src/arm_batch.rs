@@ -51,11 +51,11 @@ fn drive(
         // A ring that is full takes the next one: speeds are sent every step.
         let _ = robot.send(Origin::default(), kind);
     }
-    arm.pass(
+    arm.advance(
         cycles,
         &mut WallTimeout {
             wall: PATIENCE,
-            goes_on: &mut || true,
+            keep_going: &mut || true,
         },
     )
     .map(drop)

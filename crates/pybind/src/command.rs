@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 /// else to do: the program listens for signals, and `--help` ends the process.
 #[pyfunction]
 pub(crate) fn eliteserver(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
-    py.detach(|| server::program::program(arguments))
+    py.detach(|| server::program::run_program(arguments))
 }
 
 /// The statement that sets a global before a program; ValueError says what is allowed.

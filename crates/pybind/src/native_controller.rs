@@ -183,7 +183,7 @@ impl NativeController {
                 &inner,
                 &mut WallTimeout {
                     wall,
-                    goes_on: &mut goes_on,
+                    keep_going: &mut goes_on,
                 },
             )
         });
@@ -262,14 +262,14 @@ impl NativeController {
     fn finish(&self, py: Python<'_>, timeout: f64, wall_timeout: f64) -> PyResult<ResultParts> {
         let simulated = seconds("timeout", timeout)?;
         let result = self.passing(py, wall_timeout, |inner, patience| {
-            inner.finish(simulated, patience)
+            inner.run_to_end(simulated, patience)
         })?;
         result.map(parts).map_err(|error| stepped_error(&error))
     }
 
     fn step(&self, py: Python<'_>, cycles: u64, wall_timeout: f64) -> PyResult<()> {
         let passed = self.passing(py, wall_timeout, |inner, patience| {
-            inner.pass(cycles, patience)
+            inner.advance(cycles, patience)
         })?;
         passed.map(drop).map_err(|error| stepped_error(&error))
     }
@@ -287,13 +287,13 @@ impl NativeController {
             let condition =
                 Condition::new("condition", &condition).map_err(RunUntilError::Condition)?;
             let mut cycle = CycleMessage::default();
-            inner.until(
+            inner.advance_until(
                 |state| {
                     cycle.set_from_state(state);
                     let held = inner
                         .collector()
                         .follower()
-                        .with(|doing| condition.holds(&cycle, doing));
+                        .with_position(|doing| condition.holds(&cycle, doing));
                     held.map_err(RunUntilError::Condition)
                 },
                 simulated,
@@ -310,7 +310,7 @@ impl NativeController {
     fn stop(&self, py: Python<'_>) -> PyResult<Option<ResultParts>> {
         let inner = self.open()?;
         let Ok(_turn) = self.turn() else {
-            inner.ask_to_stop();
+            inner.request_stop();
             return Ok(None);
         };
         let result = py.detach(|| inner.stop());

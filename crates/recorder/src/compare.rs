@@ -5,7 +5,7 @@ use std::fmt;
 use crate::cycle::{CycleMessage, FieldValue};
 
 /// Fields that say how the machine kept up, not what the robot did.
-const OF_THE_MACHINE: [&str; 3] = ["step_duration_us", "wakeup_latency_us", "records_lost"];
+const HOST_TIMING_FIELDS: [&str; 3] = ["step_duration_us", "wakeup_latency_us", "records_lost"];
 
 /// Fields named in a message; of more, the rest is counted.
 const MAX_SHOWN: usize = 5;
@@ -37,18 +37,18 @@ pub struct FieldDifference {
 /// What differs between two cycles, `None` when nothing does. Numbers are compared bit for bit, but for the sign of
 /// zero, which the recording does not keep. What the machine took for the cycle does not count.
 pub fn difference(first: &CycleMessage, second: &CycleMessage) -> Option<Difference> {
-    difference_but(first, second, &[])
+    difference_ignoring(first, second, &[])
 }
 
 /// As [`difference`], but for the fields `except`: those that an earlier version did not record.
-pub fn difference_but(
+pub fn difference_ignoring(
     first: &CycleMessage,
     second: &CycleMessage,
     except: &[&str],
 ) -> Option<Difference> {
     let mut fields = Vec::new();
     for ((name, a), (_, b)) in first.fields().into_iter().zip(second.fields()) {
-        if !OF_THE_MACHINE.contains(&name) && !except.contains(&name) {
+        if !HOST_TIMING_FIELDS.contains(&name) && !except.contains(&name) {
             compare(name, a, b, &mut fields);
         }
     }

@@ -33,7 +33,7 @@ impl RecorderHandle {
     }
 
     /// A handle without a recording: everything is accepted and forgotten.
-    pub fn off() -> Self {
+    pub fn disabled() -> Self {
         Self {
             notes: None,
             wait: false,
@@ -46,20 +46,20 @@ impl RecorderHandle {
         self.send(|| Annotation::ProgramStarted {
             time,
             program,
-            name: self.short(name, NAME_BYTES),
-            text: self.short(text, PROGRAM_TEXT_BYTES),
+            name: self.truncated_text(name, NAME_BYTES),
+            text: self.truncated_text(text, PROGRAM_TEXT_BYTES),
         });
     }
 
     /// A script thread is in this line. Meant to be called where the thread waits or yields; of several lines within
     /// one cycle the last is recorded, and only if it is another than before.
     pub fn script_line(&self, time: f64, program: ProgramId, thread: ThreadNumber, line: u32) {
-        self.script_place(time, (program, thread), line, None);
+        self.script_position(time, (program, thread), line, None);
     }
 
     /// The same for a program that the pendant made of a task: the thread is also in the node with this number and
     /// label. Every change of node is recorded, however many there are in one cycle.
-    pub fn script_place(
+    pub fn script_position(
         &self,
         time: f64,
         (program, thread): (ProgramId, ThreadNumber),
@@ -67,7 +67,7 @@ impl RecorderHandle {
         node: Option<(u32, &str)>,
     ) {
         self.send(|| {
-            let node = node.map(|(number, label)| (number, self.short(label, NAME_BYTES)));
+            let node = node.map(|(number, label)| (number, self.truncated_text(label, NAME_BYTES)));
             Annotation::ScriptLine {
                 time,
                 program,
@@ -89,9 +89,9 @@ impl RecorderHandle {
         self.send(|| Annotation::Variable {
             time,
             program,
-            name: self.short(name, NAME_BYTES),
-            type_name: self.short(type_name, NAME_BYTES),
-            value: self.short(value, VALUE_BYTES),
+            name: self.truncated_text(name, NAME_BYTES),
+            type_name: self.truncated_text(type_name, NAME_BYTES),
+            value: self.truncated_text(value, VALUE_BYTES),
         });
     }
 
@@ -100,8 +100,8 @@ impl RecorderHandle {
         self.send(|| Annotation::Log {
             time,
             level,
-            source: self.short(source, NAME_BYTES),
-            message: self.short(message, MESSAGE_BYTES),
+            source: self.truncated_text(source, NAME_BYTES),
+            message: self.truncated_text(message, MESSAGE_BYTES),
         });
     }
 
@@ -110,7 +110,7 @@ impl RecorderHandle {
     pub fn io(&self, time: f64, name: &str, value: IoValue) {
         self.send(|| Annotation::Io {
             time,
-            name: self.short(name, NAME_BYTES),
+            name: self.truncated_text(name, NAME_BYTES),
             value,
         });
     }
@@ -152,7 +152,7 @@ impl RecorderHandle {
         }
     }
 
-    fn short(&self, text: &str, most: usize) -> Box<str> {
+    fn truncated_text(&self, text: &str, most: usize) -> Box<str> {
         match truncate_marked(text, most) {
             None => text.into(),
             Some(short) => {
@@ -171,9 +171,9 @@ pub(crate) struct RecorderState {
     /// The output can no longer be written.
     pub failed: AtomicBool,
     /// Nobody waits for the thread any more: what it has is the end of the recording.
-    pub given_up: AtomicBool,
+    pub is_abandoned: AtomicBool,
     /// Goes up while the thread gets on.
-    pub steps: AtomicU64,
+    pub progress_count: AtomicU64,
     pub notes_dropped: AtomicU64,
     /// Texts that were too long.
     pub texts_cut: AtomicU64,

@@ -6,7 +6,7 @@ use serde::de::{DeserializeSeed, IgnoredAny};
 use serde::de::{Deserializer as _, Error, MapAccess, SeqAccess, Visitor};
 
 /// Refuses a text that is not JSON, or has more than `most` values, containers included.
-pub(crate) fn at_most(most: usize, text: &[u8]) -> Result<(), String> {
+pub(crate) fn check_value_count(most: usize, text: &[u8]) -> Result<(), String> {
     let mut left = most;
     let mut json = serde_json::Deserializer::from_slice(text);
     json.deserialize_any(ValueCounter(&mut left))
@@ -91,14 +91,14 @@ mod tests {
             ("[true, null, -1, 1.5, \"x\"]", 6),
             ("{\"a\": {\"b\": [[], []]}, \"c\": 1}", 6),
         ] {
-            assert_eq!(at_most(values, text.as_bytes()), Ok(()), "{text}");
-            let error = at_most(values - 1, text.as_bytes()).unwrap_err();
+            assert_eq!(check_value_count(values, text.as_bytes()), Ok(()), "{text}");
+            let error = check_value_count(values - 1, text.as_bytes()).unwrap_err();
             assert!(error.contains("too many values"), "{text}: {error}");
         }
         let deep = "[".repeat(100_000);
         for wrong in ["", "[1", "{}{}", "\u{1}", &deep] {
-            assert!(at_most(1_000_000, wrong.as_bytes()).is_err());
+            assert!(check_value_count(1_000_000, wrong.as_bytes()).is_err());
         }
-        assert!(at_most(10, b"\"\xff\"").is_err());
+        assert!(check_value_count(10, b"\"\xff\"").is_err());
     }
 }

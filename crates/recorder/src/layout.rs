@@ -8,7 +8,7 @@ use mcap::records::op;
 const MAX_ENTRIES: usize = 1000;
 
 /// True when every text, map and block of bytes of the record ends within it. Records of other kinds have none.
-pub(crate) fn holds(opcode: u8, record: &[u8]) -> bool {
+pub(crate) fn is_within_bounds(opcode: u8, record: &[u8]) -> bool {
     let mut rest = ByteCursor(record);
     let all = match opcode {
         op::SCHEMA => rest.skip(2).and_then(|()| rest.block()).and_then(|_| {
@@ -85,12 +85,12 @@ mod tests {
             (op::METADATA, [&n[..], &map].concat(), vec![0, 8, 12, 19]),
             (op::CHUNK, [&[0; 28][..], &n, &[0; 8]].concat(), vec![28]),
         ] {
-            assert!(holds(opcode, &record), "{opcode}");
+            assert!(is_within_bounds(opcode, &record), "{opcode}");
             for at in lengths {
                 for wrong in [200_u32, u32::MAX, 1 << 31] {
                     let mut record = record.clone();
                     record[at..at + 4].copy_from_slice(&wrong.to_le_bytes());
-                    assert!(!holds(opcode, &record), "{opcode} at {at}");
+                    assert!(!is_within_bounds(opcode, &record), "{opcode} at {at}");
                 }
             }
             let shortest = if opcode == op::CHUNK {
@@ -100,13 +100,13 @@ mod tests {
             };
             for length in 0..shortest {
                 assert!(
-                    !holds(opcode, &record[..length]),
+                    !is_within_bounds(opcode, &record[..length]),
                     "{opcode} of {length} bytes"
                 );
             }
         }
         let many = text(&"\0\0\0\0\0\0\0\0".repeat(MAX_ENTRIES + 1));
-        assert!(!holds(op::METADATA, &[n, many].concat()));
-        assert!(holds(op::MESSAGE, b""));
+        assert!(!is_within_bounds(op::METADATA, &[n, many].concat()));
+        assert!(is_within_bounds(op::MESSAGE, b""));
     }
 }

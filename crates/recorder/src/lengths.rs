@@ -32,7 +32,7 @@ pub fn truncate_marked(text: &str, most: usize) -> Option<String> {
 
 /// The same for a text whose end matters, as that of a report: the mark stands in the middle, most of the rest behind
 /// it.
-pub fn cut_middle(text: &str, most: usize) -> Option<String> {
+pub fn truncate_middle_marked(text: &str, most: usize) -> Option<String> {
     if text.len() <= most {
         return None;
     }
@@ -55,9 +55,9 @@ mod tests {
 
     #[test]
     fn what_is_cut_in_the_middle_keeps_its_end() {
-        assert_eq!(cut_middle(&"x".repeat(64), 64), None);
+        assert_eq!(truncate_middle_marked(&"x".repeat(64), 64), None);
         for text in ["x".repeat(65), "é".repeat(60), "🦀".repeat(1000)] {
-            let short = cut_middle(&format!("{text}end"), 64).unwrap();
+            let short = truncate_middle_marked(&format!("{text}end"), 64).unwrap();
             assert!(short.len() <= 64 && short.len() > 54, "{short}");
             assert!(
                 short.contains(" … [cut, ") && short.ends_with("end"),

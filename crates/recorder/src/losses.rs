@@ -6,17 +6,17 @@ const NOTES: &str =
     " messages about programs and registers are missing here: the recording did not keep up";
 
 /// So many messages were dropped.
-pub(crate) fn notes(count: u64) -> String {
+pub(crate) fn annotations_lost_text(count: u64) -> String {
     format!("{count}{NOTES}")
 }
 
 /// So many cycles were lost before this one.
-pub(crate) fn cycles(count: u64, before: u64) -> String {
+pub(crate) fn cycles_lost_text(count: u64, before: u64) -> String {
     format!("{count} cycles are missing before cycle {before}: the recording did not keep up")
 }
 
 /// How many messages were dropped where this is said.
-pub(crate) fn notes_in(source: &str, message: &str) -> u64 {
+pub(crate) fn parse_annotations_lost(source: &str, message: &str) -> u64 {
     let count = message.strip_suffix(NOTES);
     let count = count.filter(|_| source == SOURCE);
     count.and_then(|count| count.parse().ok()).unwrap_or(0)
@@ -28,8 +28,14 @@ mod tests {
 
     #[test]
     fn what_is_said_is_found_again() {
-        assert_eq!(notes_in(SOURCE, &notes(17)), 17);
-        assert_eq!(notes_in("script", &notes(17)), 0);
-        assert_eq!(notes_in(SOURCE, &cycles(17, 4)), 0);
+        assert_eq!(
+            parse_annotations_lost(SOURCE, &annotations_lost_text(17)),
+            17
+        );
+        assert_eq!(
+            parse_annotations_lost("script", &annotations_lost_text(17)),
+            0
+        );
+        assert_eq!(parse_annotations_lost(SOURCE, &cycles_lost_text(17, 4)), 0);
     }
 }

@@ -30,7 +30,7 @@ pub enum FileEnd {
     /// Properly, with its index.
     Complete,
     /// In the middle: the writer was killed, or is still writing.
-    Cut,
+    Truncated,
     /// At a place that is not MCAP.
     Damaged(String),
 }
@@ -63,7 +63,7 @@ pub struct Messages {
     seen_anything: bool,
     ending: Option<FileEnd>,
     /// Where an end that is none is told.
-    trouble: Arc<OnceLock<FileEnd>>,
+    abnormal_end: Arc<OnceLock<FileEnd>>,
 }
 
 impl Messages {
@@ -78,7 +78,7 @@ impl Messages {
             missing_fields: None,
             seen_anything: false,
             ending: None,
-            trouble,
+            abnormal_end: trouble,
         }
     }
 
@@ -106,7 +106,7 @@ impl Messages {
     }
 
     /// One record; `Some(None)` when it was not a message, `None` at the end.
-    pub(crate) fn step(&mut self) -> Option<Option<RawMessage>> {
+    pub(crate) fn read_record(&mut self) -> Option<Option<RawMessage>> {
         if self.ending.is_some() {
             return None;
         }
@@ -118,7 +118,7 @@ impl Messages {
             }
             Err(ending) => {
                 // The first one stands; they are the same unless the file changes.
-                let _ = self.trouble.set(ending.clone());
+                let _ = self.abnormal_end.set(ending.clone());
                 self.ending = Some(ending);
                 None
             }
@@ -151,7 +151,7 @@ impl Messages {
         match records::parse(opcode, data)? {
             Record::Schema { header, data } => {
                 if self.schemas.insert(header.id) {
-                    declare(&mut self.declared, cost)?;
+                    count_declaration(&mut self.declared, cost)?;
                 }
                 self.channels
                     .add_schema_from_slice(header, &data)
@@ -160,7 +160,7 @@ impl Messages {
             Record::Channel(channel) => {
                 let (id, topic) = (channel.id, channel.topic.clone());
                 if self.channels.get(id).is_none() {
-                    declare(&mut self.declared, cost)?;
+                    count_declaration(&mut self.declared, cost)?;
                 }
                 self.channels.add_channel(channel).map_err(in_words)?;
                 if topic == Topic::Cycle.name() && self.missing_fields.is_none() {
@@ -194,7 +194,7 @@ impl Messages {
 }
 
 /// Takes note of one more schema or channel.
-fn declare(declared: &mut usize, cost: usize) -> Result<(), FileEnd> {
+fn count_declaration(declared: &mut usize, cost: usize) -> Result<(), FileEnd> {
     *declared += cost;
     match *declared <= MAX_DECLARED {
         true => Ok(()),
@@ -209,7 +209,7 @@ impl Iterator for Messages {
 
     fn next(&mut self) -> Option<RawMessage> {
         loop {
-            if let Some(message) = self.step()? {
+            if let Some(message) = self.read_record()? {
                 return Some(message);
             }
         }

@@ -117,9 +117,9 @@ struct AnnotationQueueState {
     /// Of all notes that were sent and are not written yet.
     bytes: usize,
     /// Senders that wait for room.
-    held_up: usize,
+    blocked_senders: usize,
     /// Nobody waits for room until there is some.
-    hurried: bool,
+    is_backpressure_off: bool,
     closed: bool,
 }
 
@@ -134,17 +134,17 @@ impl AnnotationQueue {
         let mut queue = self.lock();
         // A note larger than everything has the way for itself.
         while queue.bytes > 0 && queue.bytes + bytes > NOTES_BYTES && !queue.closed {
-            if !wait || queue.hurried {
+            if !wait || queue.is_backpressure_off {
                 return Err(AnnotationDropped);
             }
-            queue.held_up += 1;
+            queue.blocked_senders += 1;
             // The thread may sleep on what it has: it is to write now.
             self.news.notify_one();
             queue = self
                 .room
                 .wait(queue)
                 .unwrap_or_else(PoisonError::into_inner);
-            queue.held_up -= 1;
+            queue.blocked_senders -= 1;
         }
         if !queue.closed {
             queue.bytes += bytes;
@@ -160,13 +160,13 @@ impl AnnotationQueue {
     }
 
     /// Notes of so many bytes were written.
-    pub fn written(&self, waiting: &mut PendingAnnotations) {
+    pub fn release_written(&self, waiting: &mut PendingAnnotations) {
         let bytes = std::mem::take(&mut waiting.written);
         if bytes > 0 {
             let mut queue = self.lock();
             queue.bytes = queue.bytes.saturating_sub(bytes);
-            queue.hurried = false;
-            if queue.held_up > 0 {
+            queue.is_backpressure_off = false;
+            if queue.blocked_senders > 0 {
                 self.room.notify_all();
             }
         }
@@ -175,19 +175,19 @@ impl AnnotationQueue {
     /// Whoever waits for room goes without, and who comes later does not wait, until something was written.
     pub fn suspend_backpressure(&self) {
         let mut queue = self.lock();
-        queue.hurried = queue.bytes > 0;
+        queue.is_backpressure_off = queue.bytes > 0;
         self.room.notify_all();
     }
 
     /// True while somebody waits for room.
     pub fn has_blocked_senders(&self) -> bool {
-        self.lock().held_up > 0
+        self.lock().blocked_senders > 0
     }
 
     /// Whether notes should be written rather than kept for their place: somebody waits, or soon will.
     pub fn is_nearly_full(&self) -> bool {
         let queue = self.lock();
-        queue.held_up > 0 || queue.bytes > NOTES_BYTES / 2
+        queue.blocked_senders > 0 || queue.bytes > NOTES_BYTES / 2
     }
 
     /// Bytes of all notes that were sent and are not written yet.
@@ -196,9 +196,9 @@ impl AnnotationQueue {
     }
 
     /// Sleeps until there is a note, at most so long.
-    pub fn sleep(&self, most: Duration) {
+    pub fn wait_for_annotation(&self, most: Duration) {
         let queue = self.lock();
-        if queue.notes.is_empty() && queue.held_up == 0 {
+        if queue.notes.is_empty() && queue.blocked_senders == 0 {
             // What woke it is found by looking.
             drop(self.news.wait_timeout(queue, most));
         }
@@ -223,7 +223,7 @@ impl AnnotationQueue {
 #[derive(Debug, Default)]
 pub(crate) struct PendingAnnotations {
     notes: VecDeque<Annotation>,
-    /// Bytes of those that were taken since [`AnnotationQueue::written`] was told.
+    /// Bytes of those that were taken since [`AnnotationQueue::release_written`] was told.
     written: usize,
 }
 
@@ -284,7 +284,7 @@ mod tests {
             while waiting.pop().is_some() {
                 popped += 1;
             }
-            notes.written(&mut waiting);
+            notes.release_written(&mut waiting);
             assert_eq!((popped, notes.bytes()), (sent, 0));
             assert_eq!(notes.send(log(size), false), Ok(()));
         }
@@ -321,7 +321,7 @@ mod tests {
         while passed.load(Ordering::SeqCst) < 50 {
             notes.drain_into(&mut waiting);
             waiting.clear();
-            notes.written(&mut waiting);
+            notes.release_written(&mut waiting);
         }
         notes.close();
         senders

@@ -112,7 +112,7 @@ impl Recording {
         };
         let mut messages = recording.messages()?;
         while !messages.has_cycles() {
-            if messages.step().is_none() {
+            if messages.read_record().is_none() {
                 break;
             }
         }
@@ -127,7 +127,7 @@ impl Recording {
                     let reason = reason.clone();
                     ReadError::Damaged { path, reason }
                 }
-                Some(FileEnd::Cut) if messages.is_empty() => ReadError::NotMcap {
+                Some(FileEnd::Truncated) if messages.is_empty() => ReadError::NotMcap {
                     path,
                     reason: "it is empty or ends at once".to_owned(),
                 },
@@ -174,7 +174,7 @@ impl Recording {
     }
 
     /// How the file ends, if somebody has read it to there and it is not properly.
-    pub fn trouble(&self) -> Option<&FileEnd> {
+    pub fn abnormal_end(&self) -> Option<&FileEnd> {
         self.trouble.get()
     }
 
@@ -295,7 +295,7 @@ fn open(path: &Path) -> io::Result<File> {
 }
 
 /// Bytes that a message of a topic may have. Decoded, some of them are many times as large.
-const fn bytes_max(topic: Topic) -> usize {
+const fn max_message_bytes(topic: Topic) -> usize {
     match topic {
         Topic::Cycle | Topic::Command | Topic::Io | Topic::Variables => 64 << 10,
         Topic::Log => 16 << 20,
@@ -305,11 +305,11 @@ const fn bytes_max(topic: Topic) -> usize {
 }
 
 fn decode(topic: Topic, data: &[u8]) -> Result<Option<RecordingEntry>, String> {
-    if data.len() > bytes_max(topic) {
+    if data.len() > max_message_bytes(topic) {
         return Err(format!(
             "it has {} bytes, at most {} are read",
             data.len(),
-            bytes_max(topic)
+            max_message_bytes(topic)
         ));
     }
     fn json<T: serde::de::DeserializeOwned>(data: &[u8]) -> Result<T, String> {

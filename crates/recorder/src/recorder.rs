@@ -87,7 +87,7 @@ pub enum RecordError {
     Fault(Fault),
     /// The output takes nothing and gives no error; nobody waits for it any more.
     #[error("cannot write the recording {}: the disk takes nothing", path.display())]
-    GivenUp {
+    OutputStalled {
         /// The file.
         path: PathBuf,
     },
@@ -125,12 +125,12 @@ pub struct CloseHandle {
 
 impl CloseHandle {
     /// Asks the thread to write what has come by now, the index and the end of the file; does not wait.
-    pub fn ask(&self) {
+    pub fn request_close(&self) {
         self.shared.finish.store(true, Ordering::Release);
     }
 
     /// What is known of what a recording lacks that could not be closed, in words.
-    pub fn unwritten(&self) -> String {
+    pub fn describe_missing(&self) -> String {
         let records = self.shared.records_waiting.load(Ordering::Relaxed);
         let (bytes, dropped) = (
             self.notes.bytes(),
@@ -142,7 +142,7 @@ impl CloseHandle {
     }
 
     /// Waits until the file is closed, at most so long; true when it was written to its end.
-    pub fn closed_within(&self, patience: Duration) -> bool {
+    pub fn wait_closed(&self, patience: Duration) -> bool {
         self.ended.wait_for(patience) && !self.shared.failed.load(Ordering::Acquire)
     }
 }

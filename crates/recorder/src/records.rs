@@ -187,7 +187,7 @@ fn unpack(
 
 /// What a record says. Lengths in it are looked at before they are believed.
 pub(crate) fn parse(opcode: u8, record: &[u8]) -> Result<Record<'_>, FileEnd> {
-    match layout::holds(opcode, record) {
+    match layout::is_within_bounds(opcode, record) {
         true => mcap::parse_record(opcode, record).map_err(in_words),
         false => Err(damaged(format!(
             "a record of kind {opcode} ends within one of its texts"
@@ -208,7 +208,7 @@ fn too_large(what: &str, bytes: u64) -> FileEnd {
 /// The end that an error of the library means, in a sentence of one line.
 pub(crate) fn in_words(error: McapError) -> FileEnd {
     match error {
-        McapError::UnexpectedEof => FileEnd::Cut,
+        McapError::UnexpectedEof => FileEnd::Truncated,
         McapError::BadMagic => {
             damaged("the eight bytes that begin and end an MCAP file are not there")
         }

@@ -40,7 +40,7 @@ pub(crate) struct RecordingParts {
     /// Simulated time at which the part began, s.
     since: f64,
     /// How many times as long as wanted this part may become.
-    patience: u32,
+    size_multiplier: u32,
 }
 
 impl RecordingParts {
@@ -56,7 +56,7 @@ impl RecordingParts {
             number: 1,
             finished,
             since: 0.0,
-            patience: 1,
+            size_multiplier: 1,
         }
     }
 
@@ -64,10 +64,10 @@ impl RecordingParts {
     pub(crate) fn is_due(&self, bytes: u64, time: f64) -> bool {
         match self.rotation.end {
             Some(RotationTrigger::Bytes(limit)) => {
-                bytes >= limit.saturating_mul(u64::from(self.patience))
+                bytes >= limit.saturating_mul(u64::from(self.size_multiplier))
             }
             Some(RotationTrigger::Secs(limit)) => {
-                time - self.since >= limit * f64::from(self.patience)
+                time - self.since >= limit * f64::from(self.size_multiplier)
             }
             None => false,
         }
@@ -80,16 +80,16 @@ impl RecordingParts {
     }
 
     /// The next part cannot begin: this one goes on and may become twice as long before it is tried again.
-    pub(crate) fn put_off(&mut self) {
-        self.patience = self.patience.saturating_mul(2);
+    pub(crate) fn postpone(&mut self) {
+        self.size_multiplier = self.size_multiplier.saturating_mul(2);
     }
 
     /// The part before is complete with `bytes`, the next one has begun at `time`.
-    pub(crate) fn begun(&mut self, bytes: u64, time: f64) {
+    pub(crate) fn finish_part(&mut self, bytes: u64, time: f64) {
         self.finished.push_back((self.path(), bytes));
         self.number += 1;
         self.since = time;
-        self.patience = 1;
+        self.size_multiplier = 1;
     }
 
     /// The file being written.
@@ -99,7 +99,7 @@ impl RecordingParts {
 
     /// Removes the oldest files until the finished ones and the `current` bytes are within the budget. Returns what
     /// could not be removed, for the log.
-    pub(crate) fn keep_budget(&mut self, current: u64) -> Vec<(PathBuf, io::Error)> {
+    pub(crate) fn enforce_budget(&mut self, current: u64) -> Vec<(PathBuf, io::Error)> {
         let mut failed = Vec::new();
         let Some(budget) = self.rotation.budget else {
             return failed;

@@ -6,7 +6,7 @@ use kinematics::{DOF, JointLimits};
 use motion_api::SafetyMode;
 
 use crate::cycle::CycleMessage;
-use crate::lengths::{NAME_BYTES, cut_middle, truncate_marked};
+use crate::lengths::{NAME_BYTES, truncate_marked, truncate_middle_marked};
 use crate::losses;
 use crate::reader::{FileEnd, ReadError, Recording, RecordingEntry};
 use crate::topics::{LogLevel, LogMessage, Topic};
@@ -36,7 +36,7 @@ pub struct Summary {
     /// Simulated time covered, s.
     pub duration: f64,
     /// Simulated time of the last cycle, s.
-    pub until: f64,
+    pub end_time: f64,
     /// Length of one cycle, s.
     pub step_time: f64,
     /// Programs that were started: when (s) and their names, the first hundred.
@@ -63,7 +63,7 @@ pub struct Summary {
     /// The longest cycle, µs.
     pub longest_step_us: f64,
     /// The latest wake-up, µs.
-    pub latest_wakeup_us: f64,
+    pub max_wakeup_latency_us: f64,
     /// Largest joint speeds of the arm, rad/s.
     pub peak_joint_speed: [f64; DOF],
     /// Largest joint torques the plant carried, Nm.
@@ -148,19 +148,19 @@ impl Summary {
         self.cycle_range = Some((first, cycle.cycle));
         self.cycles += 1;
         self.duration = cycle.time - progress.begin;
-        self.until = cycle.time;
+        self.end_time = cycle.time;
         self.step_time = cycle.step_time;
         self.overruns += u64::from(progress.overran(cycle));
-        raise(&mut self.longest_step_us, cycle.step_duration_us);
-        raise(&mut self.latest_wakeup_us, cycle.wakeup_latency_us);
+        update_peak(&mut self.longest_step_us, cycle.step_duration_us);
+        update_peak(&mut self.max_wakeup_latency_us, cycle.wakeup_latency_us);
         for (peak, speed) in self.peak_joint_speed.iter_mut().zip(&cycle.actual_qd) {
-            raise(peak, speed.abs());
+            update_peak(peak, speed.abs());
         }
         for (peak, torque) in self.peak_joint_torque.iter_mut().zip(&cycle.actual_torque) {
-            raise(peak, torque.abs());
+            update_peak(peak, torque.abs());
         }
-        raise(&mut self.peak_tcp_speed, length(&cycle.actual_tcp_speed));
-        raise(&mut self.peak_tcp_force, length(&cycle.tcp_force));
+        update_peak(&mut self.peak_tcp_speed, length(&cycle.actual_tcp_speed));
+        update_peak(&mut self.peak_tcp_force, length(&cycle.tcp_force));
         let stopped = cycle.safety_mode == SafetyMode::ProtectiveStop.number() as u32;
         if stopped && !progress.stopped {
             list(&mut self.stops, (cycle.time, cycle.stop_code));
@@ -210,7 +210,7 @@ impl Summary {
             log.source = short;
         }
         // The last line of a report says what happened.
-        if let Some(short) = cut_middle(&log.message, LISTED_BYTES) {
+        if let Some(short) = truncate_middle_marked(&log.message, LISTED_BYTES) {
             log.message = short;
         }
         if log.level >= LogLevel::Error {
@@ -218,7 +218,7 @@ impl Summary {
             list(&mut self.errors, (time, log));
         } else if log.level == LogLevel::Warning {
             self.warning_count += 1;
-            let dropped = losses::notes_in(&log.source, &log.message);
+            let dropped = losses::parse_annotations_lost(&log.source, &log.message);
             self.notes_missing = self.notes_missing.saturating_add(dropped);
         }
     }
@@ -258,7 +258,7 @@ fn list<T>(items: &mut Vec<T>, item: T) {
     }
 }
 
-fn raise(peak: &mut f64, value: f64) {
+fn update_peak(peak: &mut f64, value: f64) {
     if value > *peak {
         *peak = value;
     }

@@ -251,7 +251,7 @@ impl Decoder {
         };
         match self {
             Self::Json => {
-                json_values::at_most(MAX_COLUMNS, data)?;
+                json_values::check_value_count(MAX_COLUMNS, data)?;
                 let value: serde_json::Value =
                     serde_json::from_slice(data).map_err(|error| error.to_string())?;
                 walk.json(&value)

@@ -93,7 +93,7 @@ impl ViewerMessages {
     }
 
     /// The scene is drawn with the next state: somebody new looks.
-    pub fn draw_scene_next(&mut self) {
+    pub fn request_scene(&mut self) {
         self.scene_drawn = None;
     }
 

@@ -45,7 +45,7 @@ impl OutputWatchdog {
         let mut before = u64::MAX;
         let mut without_a_step = 0;
         while !self.ended.wait_for(LOOK) {
-            let steps = self.shared.steps.load(Ordering::Relaxed);
+            let steps = self.shared.progress_count.load(Ordering::Relaxed);
             let is_waited_for = self.flow.is_full() || self.notes.has_blocked_senders();
             without_a_step = match is_waited_for && steps == before {
                 true => without_a_step + 1,
@@ -60,11 +60,11 @@ impl OutputWatchdog {
 
     /// Whoever waits goes on; the thread, should it come back, closes the file where the recording ends.
     fn give_up(&self) {
-        self.shared.given_up.store(true, Ordering::Release);
+        self.shared.is_abandoned.store(true, Ordering::Release);
         self.shared.failed.store(true, Ordering::Release);
         self.flow.abandon();
         self.notes.close();
         let path = self.path.clone();
-        report_once(&self.report, &RecordError::GivenUp { path });
+        report_once(&self.report, &RecordError::OutputStalled { path });
     }
 }

@@ -54,7 +54,7 @@ impl Write for CountingWriter {
     fn write(&mut self, data: &[u8]) -> io::Result<usize> {
         injection::point("disk");
         let written = self.out.write(data)?;
-        self.shared.steps.fetch_add(1, Ordering::Relaxed);
+        self.shared.progress_count.fetch_add(1, Ordering::Relaxed);
         self.bytes.fetch_add(written as u64, Ordering::Relaxed);
         let all = &self.shared.bytes;
         all.fetch_add(written as u64, Ordering::Relaxed);
@@ -82,7 +82,7 @@ pub(crate) struct RecorderThread {
     on_failure: SharedReport,
     dropped_before: u64,
     /// The open chunk, and since when it has been seen open.
-    unflushed: Option<(Option<u64>, Instant)>,
+    open_chunk_since: Option<(Option<u64>, Instant)>,
 }
 
 impl RecorderThread {
@@ -124,7 +124,7 @@ impl RecorderThread {
             setup,
             on_failure: Arc::new(Mutex::new(Some(on_failure))),
             dropped_before: 0,
-            unflushed: None,
+            open_chunk_since: None,
         })
     }
 
@@ -137,7 +137,7 @@ impl RecorderThread {
     pub(crate) fn run(mut self) -> Result<Totals, RecordError> {
         loop {
             injection::point("recorder");
-            self.shared.steps.fetch_add(1, Ordering::Relaxed);
+            self.shared.progress_count.fetch_add(1, Ordering::Relaxed);
             // Read before the ring is emptied: what was pushed before the request is then certainly taken.
             let finish = self.shared.finish.load(Ordering::Acquire);
             let waiting = self.records.waiting() as u64;
@@ -157,12 +157,12 @@ impl RecorderThread {
             }
             self.flush_if_due(taken);
             self.rotate_if_due();
-            if self.shared.given_up.load(Ordering::Acquire) {
+            if self.shared.is_abandoned.load(Ordering::Acquire) {
                 // Nothing comes behind what the ring still holds, so the end of the file goes there.
                 while self.take_records() == BATCH {}
                 let path = self.parts.path();
                 self.close()?;
-                return Err(RecordError::GivenUp { path });
+                return Err(RecordError::OutputStalled { path });
             }
             if finish && idle {
                 return self.close();
@@ -183,7 +183,7 @@ impl RecorderThread {
             self.take_notes();
             let mut waiting = std::mem::take(&mut self.waiting);
             self.write(|writer| writer.record(&record, &mut waiting));
-            self.notes.written(&mut waiting);
+            self.notes.release_written(&mut waiting);
             self.waiting = waiting;
         }
         BATCH
@@ -193,7 +193,7 @@ impl RecorderThread {
         self.notes.drain_into(&mut self.waiting);
         if self.writer.is_err() {
             self.waiting.clear();
-            self.notes.written(&mut self.waiting);
+            self.notes.release_written(&mut self.waiting);
         }
     }
 
@@ -202,7 +202,7 @@ impl RecorderThread {
         let mut waiting = std::mem::take(&mut self.waiting);
         self.write(|writer| writer.notes(&mut waiting));
         waiting.clear();
-        self.notes.written(&mut waiting);
+        self.notes.release_written(&mut waiting);
     }
 
     /// Does something with the writer, if there still is one; the first failure ends the recording.
@@ -236,19 +236,19 @@ impl RecorderThread {
         }
         let chunk = self.writer.as_ref().ok().and_then(RecordWriter::open_chunk);
         if chunk.is_none() && self.waiting.is_empty() {
-            self.unflushed = None;
+            self.open_chunk_since = None;
             return;
         }
         let now = Instant::now();
-        let since = match self.unflushed {
+        let since = match self.open_chunk_since {
             Some((same, since)) if same == chunk => since,
             _ => now,
         };
-        self.unflushed = Some((chunk, since));
+        self.open_chunk_since = Some((chunk, since));
         if now.duration_since(since) < FLUSH_AFTER {
             return;
         }
-        self.unflushed = None;
+        self.open_chunk_since = None;
         self.write_drop_notice();
         // While cycles come, notes keep their place between them.
         if taken == 0 {
@@ -262,7 +262,7 @@ impl RecorderThread {
         let Ok(writer) = &self.writer else { return };
         let time = writer.time();
         let bytes = self.bytes.load(Ordering::Relaxed);
-        for (path, error) in self.parts.keep_budget(bytes) {
+        for (path, error) in self.parts.enforce_budget(bytes) {
             tracing::warn!(
                 "cannot remove the old recording {}: {error}",
                 path.display()
@@ -276,7 +276,7 @@ impl RecorderThread {
             Err(error) => {
                 // Asked again when this part has become twice, four times … as long.
                 tracing::warn!("cannot begin the next part of the recording: {error}");
-                self.parts.put_off();
+                self.parts.postpone();
                 return;
             }
         };
@@ -288,7 +288,8 @@ impl RecorderThread {
         match result {
             Ok((writer, _)) => {
                 self.writer = Ok(writer);
-                self.parts.begun(self.bytes.load(Ordering::Relaxed), time);
+                self.parts
+                    .finish_part(self.bytes.load(Ordering::Relaxed), time);
                 self.bytes = count;
             }
             Err(error) => self.fail(error),
@@ -306,7 +307,7 @@ impl RecorderThread {
     }
 
     fn sleep(&mut self) {
-        self.notes.sleep(POLL);
+        self.notes.wait_for_annotation(POLL);
         self.take_notes();
     }
 

@@ -54,7 +54,7 @@ pub(crate) struct RecordWriter<W: Write> {
     texts: BTreeMap<ProgramId, Box<str>>,
     allowance: TextRateLimiter,
     /// The line that was last written for a script thread.
-    places: BTreeMap<(ProgramId, ThreadNumber), ThreadPosition>,
+    thread_positions: BTreeMap<(ProgramId, ThreadNumber), ThreadPosition>,
     totals: Totals,
 }
 
@@ -78,7 +78,7 @@ impl<W: Write> RecordWriter<W> {
             programs: BTreeMap::new(),
             texts: BTreeMap::new(),
             allowance: TextRateLimiter::default(),
-            places: BTreeMap::new(),
+            thread_positions: BTreeMap::new(),
             totals: Totals::default(),
         };
         writer.scene(0.0)?;
@@ -97,9 +97,9 @@ impl<W: Write> RecordWriter<W> {
         for program in &programs {
             self.text(time, *program)?;
         }
-        for (thread, place) in self.places.clone() {
+        for (thread, place) in self.thread_positions.clone() {
             if programs.contains(&thread.0) {
-                self.place(time, thread, &place)?;
+                self.write_position(time, thread, &place)?;
             }
         }
         self.file.close_chunk()?;
@@ -128,12 +128,12 @@ impl<W: Write> RecordWriter<W> {
                 self.state(state)
             }
             Record::Command { cycle, command } => {
-                let begin = self.begin_of(*cycle);
+                let begin = self.cycle_start_time(*cycle);
                 self.notes_until(begin, waiting)?;
                 self.command(begin, *cycle, command)
             }
             Record::Points { cycle, id, points } => {
-                let begin = self.begin_of(*cycle);
+                let begin = self.cycle_start_time(*cycle);
                 self.notes_until(begin, waiting)?;
                 for message in CommandMessage::points(*cycle, *id, points) {
                     self.file.json(Topic::Command, begin, &message)?;
@@ -141,7 +141,7 @@ impl<W: Write> RecordWriter<W> {
                 Ok(())
             }
             Record::Registers { cycle, images } => {
-                let begin = self.begin_of(*cycle);
+                let begin = self.cycle_start_time(*cycle);
                 self.notes_until(begin, waiting)?;
                 for change in io_changes::of_registers(*cycle, &self.registers, images) {
                     self.file.json(Topic::Io, begin, &change)?;
@@ -175,11 +175,16 @@ impl<W: Write> RecordWriter<W> {
     /// Says in the recording itself that notes are missing.
     pub(crate) fn dropped(&mut self, count: u64) -> Result<(), McapError> {
         let time = self.latest.map_or(0.0, |state| state.time);
-        self.log(time, LogLevel::Warning, SOURCE, &losses::notes(count))
+        self.log(
+            time,
+            LogLevel::Warning,
+            SOURCE,
+            &losses::annotations_lost_text(count),
+        )
     }
 
     /// Time at which a cycle begins: the end of the one before, s.
-    fn begin_of(&self, cycle: u64) -> f64 {
+    fn cycle_start_time(&self, cycle: u64) -> f64 {
         let (time, before) = self
             .latest
             .map_or((0.0, 0), |state| (state.time, state.cycle));
@@ -188,7 +193,7 @@ impl<W: Write> RecordWriter<W> {
 
     fn state(&mut self, state: &RobotState) -> Result<(), McapError> {
         self.step_time = state.step_time;
-        self.missing(state)?;
+        self.write_gap_notice(state)?;
         self.cycle.set_from_state(state);
         self.file.protobuf(Topic::Cycle, state.time, &self.cycle)?;
         self.totals.cycles += 1;
@@ -203,14 +208,14 @@ impl<W: Write> RecordWriter<W> {
     }
 
     /// Says in the recording itself that cycles are missing.
-    fn missing(&mut self, state: &RobotState) -> Result<(), McapError> {
+    fn write_gap_notice(&mut self, state: &RobotState) -> Result<(), McapError> {
         let expected = self.latest.map_or(state.cycle, |s| s.cycle + 1);
         let missing = state.cycle.saturating_sub(expected);
         if missing == 0 {
             return Ok(());
         }
         self.totals.missing += missing;
-        let message = losses::cycles(missing, state.cycle);
+        let message = losses::cycles_lost_text(missing, state.cycle);
         self.log(state.time, LogLevel::Warning, SOURCE, &message)
     }
 
@@ -251,11 +256,11 @@ impl<W: Write> RecordWriter<W> {
                     place,
                 }) => {
                     let thread = (program, thread);
-                    let known = self.places.get(&thread);
+                    let known = self.thread_positions.get(&thread);
                     let is_news =
                         place.node.is_some() && known.is_none_or(|known| known.node != place.node);
                     if is_news {
-                        self.go_to(time, thread, place)?;
+                        self.update_position(time, thread, place)?;
                         places.remove(&thread);
                     } else {
                         places.insert(thread, (time, place));
@@ -266,22 +271,22 @@ impl<W: Write> RecordWriter<W> {
             }
         }
         for (thread, (time, place)) in places {
-            if self.places.get(&thread) != Some(&place) {
-                self.go_to(time, thread, place)?;
+            if self.thread_positions.get(&thread) != Some(&place) {
+                self.update_position(time, thread, place)?;
             }
         }
         Ok(())
     }
 
     /// A thread is at another place than before.
-    fn go_to(
+    fn update_position(
         &mut self,
         time: f64,
         thread: (ProgramId, ThreadNumber),
         place: ThreadPosition,
     ) -> Result<(), McapError> {
-        self.place(time, thread, &place)?;
-        remember(&mut self.places, thread, place);
+        self.write_position(time, thread, &place)?;
+        remember(&mut self.thread_positions, thread, place);
         Ok(())
     }
 
@@ -294,7 +299,7 @@ impl<W: Write> RecordWriter<W> {
                 text,
             } => {
                 remember(&mut self.programs, program, name.into());
-                let text = match self.allowance.takes(time, text.len()) {
+                let text = match self.allowance.allows_whole_text(time, text.len()) {
                     true => text,
                     false => truncate_marked(&text, SHORT_TEXT_BYTES).map_or(text, Into::into),
                 };
@@ -306,7 +311,7 @@ impl<W: Write> RecordWriter<W> {
                 program,
                 thread,
                 place,
-            } => self.place(time, (program, thread), &place),
+            } => self.write_position(time, (program, thread), &place),
             Annotation::Variable {
                 time,
                 program,
@@ -365,7 +370,7 @@ impl<W: Write> RecordWriter<W> {
         self.file.json(Topic::Script, time, &message)
     }
 
-    fn place(
+    fn write_position(
         &mut self,
         time: f64,
         (program, thread): (ProgramId, ThreadNumber),
@@ -431,7 +436,7 @@ impl TextRateLimiter {
     const BYTES_PER_SEC: f64 = 256.0 * 1024.0;
 
     /// Whether a text of so many bytes is recorded whole at this time. Short ones always are.
-    fn takes(&mut self, time: f64, bytes: usize) -> bool {
+    fn allows_whole_text(&mut self, time: f64, bytes: usize) -> bool {
         let passed = (time - self.since).max(0.0);
         self.since = self.since.max(time);
         self.tokens = (self.tokens + passed * Self::BYTES_PER_SEC).min(Self::BURST_BYTES);

@@ -41,7 +41,7 @@ fn a_panic_raises_the_alarm_and_nobody_waits_for_the_recorder() {
     let _ = records.push(Record::Cycle(first));
     assert!(recorder.has_failed());
     let closer = recorder.closer().unwrap();
-    assert!(!closer.closed_within(Duration::ZERO));
+    assert!(!closer.wait_closed(Duration::ZERO));
     assert!(matches!(recorder.finish(), Err(RecordError::Fault(_))));
     assert!(alarms.try_recv().is_err(), "once");
 }

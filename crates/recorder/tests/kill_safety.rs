@@ -48,7 +48,7 @@ proptest! {
                 // Bytes are spread evenly over the cycles but for the beginning and the index at the end.
                 let expected = share * CYCLES as f64;
                 prop_assert!(count as f64 >= expected - 150.0, "{count} of {expected} cycles");
-                prop_assert!(count == CYCLES || ending == FileEnd::Cut, "{ending:?}");
+                prop_assert!(count == CYCLES || ending == FileEnd::Truncated, "{ending:?}");
             }
         }
     }

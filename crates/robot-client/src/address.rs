@@ -10,7 +10,7 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 
 /// How long a robot may take to answer a connection.
-pub const CONNECT_PATIENCE: Duration = Duration::from_secs(3);
+pub const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// A host and one of its ports.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub enum ConnectError {
     },
     /// The name means no address.
     #[error("the robot's name {host:?} has no address")]
-    Nowhere {
+    NoAddress {
         /// As given.
         host: String,
     },
@@ -49,7 +49,7 @@ pub enum ConnectError {
     },
     /// Nobody answers.
     #[error("no connection to the robot at {address}: no answer within {} s", patience.as_secs())]
-    Silent {
+    Timeout {
         /// Where.
         address: String,
         /// How long was waited.
@@ -71,19 +71,19 @@ impl RobotAddress {
         Self::new(self.host.clone(), port)
     }
 
-    async fn resolved(&self) -> Result<Vec<SocketAddr>, ConnectError> {
+    async fn resolve_all(&self) -> Result<Vec<SocketAddr>, ConnectError> {
         let host = || self.host.clone();
         let bare = self.host.trim_start_matches('[').trim_end_matches(']');
-        match timeout(CONNECT_PATIENCE, resolve(bare, self.port)).await {
-            Ok(Ok(found)) if found.is_empty() => Err(ConnectError::Nowhere { host: host() }),
+        match timeout(CONNECT_TIMEOUT, resolve(bare, self.port)).await {
+            Ok(Ok(found)) if found.is_empty() => Err(ConnectError::NoAddress { host: host() }),
             Ok(Ok(found)) => Ok(found),
             Ok(Err(source)) => {
                 let host = host();
                 Err(ConnectError::Unknown { host, source })
             }
-            Err(_) => Err(ConnectError::Silent {
+            Err(_) => Err(ConnectError::Timeout {
                 address: self.to_string(),
-                patience: CONNECT_PATIENCE,
+                patience: CONNECT_TIMEOUT,
             }),
         }
     }
@@ -91,7 +91,7 @@ impl RobotAddress {
     /// Whether the robot is this machine: every address of its name is a loopback address. A name that is not known is
     /// not.
     pub async fn is_this_machine(&self) -> bool {
-        let found = self.resolved().await;
+        let found = self.resolve_all().await;
         found.is_ok_and(|found| found.iter().all(|address| address.ip().is_loopback()))
     }
 
@@ -100,12 +100,12 @@ impl RobotAddress {
     /// # Errors
     /// [`ConnectError`] of the last address that was tried.
     pub async fn connect(&self) -> Result<TcpStream, ConnectError> {
-        let mut last = ConnectError::Nowhere {
+        let mut last = ConnectError::NoAddress {
             host: self.host.clone(),
         };
-        for address in self.resolved().await? {
+        for address in self.resolve_all().await? {
             let address_text = address.to_string();
-            match timeout(CONNECT_PATIENCE, TcpStream::connect(address)).await {
+            match timeout(CONNECT_TIMEOUT, TcpStream::connect(address)).await {
                 Ok(Ok(stream)) => {
                     // Without it small writes come a little later, no more.
                     let _ = stream.set_nodelay(true);
@@ -118,9 +118,9 @@ impl RobotAddress {
                     }
                 }
                 Err(_) => {
-                    last = ConnectError::Silent {
+                    last = ConnectError::Timeout {
                         address: address_text,
-                        patience: CONNECT_PATIENCE,
+                        patience: CONNECT_TIMEOUT,
                     }
                 }
             }

@@ -18,7 +18,7 @@ use crate::primary::{PrimaryClient, PrimaryError};
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Places of every joint that the arm is compared in, rad: with six joints these are 729 places.
-const COMPARED_AT: [f64; 3] = [-1.1, 0.3, 1.7];
+const COMPARISON_ANGLES: [f64; 3] = [-1.1, 0.3, 1.7];
 
 /// Why there is no calibration; each is a sentence.
 #[derive(Debug, Error)]
@@ -82,7 +82,7 @@ pub struct CalibrationReading {
     pub tcp: Option<RpyPose>,
     /// How far the TCP that the robot reports is from where these numbers have it, m, where it says so: more than a
     /// millimetre means that it counts with something that it does not send, such as offsets of the joints.
-    pub unexplained: Option<f64>,
+    pub tcp_residual: Option<f64>,
     /// The state that all of this was read from, but for the configuration.
     pub state: State,
 }
@@ -96,18 +96,20 @@ pub async fn read(
     path: &Path,
 ) -> Result<CalibrationReading, CalibrateError> {
     let mut robot = PrimaryClient::connect(address).await?;
-    let configured = timeout(PATIENCE, configured(&mut robot)).await;
+    let configured = timeout(PATIENCE, wait_for_configuration(&mut robot)).await;
     let (state, configuration) = configured.map_err(|_| CalibrateError::NoConfiguration {
         address: address.clone(),
     })??;
     let mut reading = arm_of(&configuration, address, path)?;
     reading.tcp = tool_of(&state);
-    reading.unexplained = unexplained(&state, &reading.calibration.open()?);
+    reading.tcp_residual = tcp_residual(&state, &reading.calibration.open()?);
     reading.state = state;
     Ok(reading)
 }
 
-async fn configured(robot: &mut PrimaryClient) -> Result<(State, Configuration), PrimaryError> {
+async fn wait_for_configuration(
+    robot: &mut PrimaryClient,
+) -> Result<(State, Configuration), PrimaryError> {
     loop {
         if let Message::State(mut state) = robot.next().await?
             && let Some(configuration) = state.configuration.take()
@@ -126,7 +128,7 @@ fn tool_of(state: &State) -> Option<RpyPose> {
 }
 
 /// Distance between the reported TCP and that of the arm in the same state, m.
-fn unexplained(state: &State, arm: &RobotModel) -> Option<f64> {
+fn tcp_residual(state: &State, arm: &RobotModel) -> Option<f64> {
     let joints = state.joints.as_ref()?;
     let q = JointPositions(joints.0.each_ref().map(|joint| joint.actual_q));
     let reported = Pose::from_rpy(&RpyPose::from_array(state.cartesian.as_ref()?.tcp_pose));
@@ -160,7 +162,7 @@ fn arm_of(
         alpha: configuration.dh_alpha,
     };
     // The vendor's own programs read nothing of the numbers behind alpha; whether they are offsets of the joints is not
-    // established. What they would do is found in `unexplained`.
+    // established. What they would do is found in `tcp_residual`.
     let calibration = Calibration::new(name, table, [0.0; 6], path)?;
     let measured = nominal.clone().calibrated(&calibration)?;
     let distance = distance(&nominal, &measured);
@@ -168,19 +170,19 @@ fn arm_of(
         calibration,
         distance,
         tcp: None,
-        unexplained: None,
+        tcp_residual: None,
         state: State::default(),
     })
 }
 
 fn distance(nominal: &RobotModel, measured: &RobotModel) -> KinematicDeviation {
     let mut found = KinematicDeviation::default();
-    let places = COMPARED_AT.len().pow(6);
+    let places = COMPARISON_ANGLES.len().pow(6);
     for place in 0..places {
         let mut rest = place;
         let q = core::array::from_fn(|_| {
-            let joint = COMPARED_AT[rest % COMPARED_AT.len()];
-            rest /= COMPARED_AT.len();
+            let joint = COMPARISON_ANGLES[rest % COMPARISON_ANGLES.len()];
+            rest /= COMPARISON_ANGLES.len();
             joint
         });
         let q = JointPositions::from(q);
@@ -256,13 +258,13 @@ mod tests {
             }),
             ..State::default()
         };
-        let found = |pose| unexplained(&state(pose), &arm);
+        let found = |pose| tcp_residual(&state(pose), &arm);
         assert!(found(pose).expect("known") < 1e-9);
         pose[2] += 0.004;
         assert!((found(pose).expect("known") - 0.004).abs() < 1e-9);
         pose[2] = f64::NAN;
         assert_eq!(found(pose), None);
-        assert_eq!(unexplained(&State::default(), &arm), None);
+        assert_eq!(tcp_residual(&State::default(), &arm), None);
     }
 
     #[test]

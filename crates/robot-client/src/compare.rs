@@ -29,7 +29,7 @@ impl Deviation {
         if !difference.is_finite() {
             return;
         }
-        // The sum of squares until `finished`.
+        // The sum of squares until `finish`.
         self.rms += difference * difference;
         self.samples += 1;
         if difference.abs() > self.largest {
@@ -37,7 +37,7 @@ impl Deviation {
         }
     }
 
-    fn finished(mut self) -> Option<Self> {
+    fn finish(mut self) -> Option<Self> {
         self.rms = (self.rms / self.samples as f64).sqrt();
         (self.samples > 0).then_some(self)
     }
@@ -128,11 +128,11 @@ pub fn compare(first: &RunTrace, second: &RunTrace, alignment: Alignment) -> Com
     Comparison {
         alignment,
         overlap: overlap.unwrap_or_default(),
-        joints: joints.map(Deviation::finished),
-        tcp_position: position.finished(),
-        tcp_rotation: rotation.finished(),
-        tcp_speed: speed.finished(),
-        force: force.finished(),
+        joints: joints.map(Deviation::finish),
+        tcp_position: position.finish(),
+        tcp_rotation: rotation.finish(),
+        tcp_speed: speed.finish(),
+        force: force.finish(),
     }
 }
 

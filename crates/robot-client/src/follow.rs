@@ -10,13 +10,13 @@ use wire::primary::{Exception, ExceptionLevel, Message, RobotException, State};
 /// A program that nobody has seen running for so long, and nobody complained about, has ended.
 pub const SHORT_PROGRAM: Duration = Duration::from_millis(700);
 /// After the end of a program its error may still be on the way.
-const LAST_WORDS: Duration = Duration::from_millis(250);
+const ERROR_GRACE_TIME: Duration = Duration::from_millis(250);
 
 /// What came of the program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MonitorOutcome {
     /// It ran to its end.
-    Ended,
+    Completed,
     /// It did not compile, or failed; the news told why.
     Failed,
 }
@@ -33,7 +33,7 @@ pub enum ProgramEvent {
     /// An exception of the program or the robot.
     Exception(RobotException),
     /// It is over.
-    Over(MonitorOutcome),
+    Finished(MonitorOutcome),
 }
 
 /// Follows one program from its sending to its end.
@@ -103,12 +103,12 @@ impl ProgramMonitor {
     fn check_finished(&mut self, moment: Duration, news: &mut Vec<ProgramEvent>) {
         let is_over = self
             .over_since
-            .is_some_and(|since| moment.saturating_sub(since) >= LAST_WORDS);
+            .is_some_and(|since| moment.saturating_sub(since) >= ERROR_GRACE_TIME);
         if is_over && !self.is_over {
             self.is_over = true;
-            news.push(ProgramEvent::Over(match self.has_failed {
+            news.push(ProgramEvent::Finished(match self.has_failed {
                 true => MonitorOutcome::Failed,
-                false => MonitorOutcome::Ended,
+                false => MonitorOutcome::Completed,
             }));
         }
     }

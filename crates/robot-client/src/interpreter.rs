@@ -24,14 +24,14 @@ const READ_BYTES: usize = 16 * 1024;
 
 /// The program that enters interpreter mode, with `body` before it: lines that begin with a tab. What is sent before
 /// the mode is entered is kept.
-pub fn entering_program(name: &str, body: &str) -> String {
+pub fn interpreter_program(name: &str, body: &str) -> String {
     format!(
         "def {name}():\n{body}\tinterpreter_mode(clearQueueOnEnter=False, clearOnEnd=True)\nend\n"
     )
 }
 
 /// The statement that leaves it, once what was sent before has been done.
-pub const LEAVE: &str = "end_interpreter()";
+pub const END_INTERPRETER_STATEMENT: &str = "end_interpreter()";
 
 /// A word that is carried out at once (manual 2.3 to 2.6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,13 +165,13 @@ pub enum InterpreterError {
     },
     /// It takes no bytes.
     #[error("the robot at {address} takes no statement: {} s", SEND_PATIENCE.as_secs())]
-    Stuck {
+    SendTimeout {
         /// Which.
         address: RobotAddress,
     },
     /// It says nothing to what it was sent.
     #[error("the robot at {address} does not answer on its port for statements: {} s", patience.as_secs())]
-    Silent {
+    ReceiveTimeout {
         /// Which.
         address: RobotAddress,
         /// How long was waited.
@@ -194,7 +194,7 @@ pub struct InterpreterClient {
     stream: TcpStream,
     received: Vec<u8>,
     /// So much of it holds no line end.
-    searched: usize,
+    scanned_bytes: usize,
 }
 
 impl InterpreterClient {
@@ -207,7 +207,7 @@ impl InterpreterClient {
             address: address.clone(),
             stream: address.connect().await?,
             received: Vec::new(),
-            searched: 0,
+            scanned_bytes: 0,
         })
     }
 
@@ -226,7 +226,7 @@ impl InterpreterClient {
         match timeout(SEND_PATIENCE, self.stream.write_all(line.as_bytes())).await {
             Ok(Ok(())) => Ok(()),
             Ok(Err(source)) => Err(InterpreterError::Broken { address, source }),
-            Err(_) => Err(InterpreterError::Stuck { address }),
+            Err(_) => Err(InterpreterError::SendTimeout { address }),
         }
     }
 
@@ -236,20 +236,23 @@ impl InterpreterClient {
     /// Nothing comes any more, or what comes is no line.
     pub async fn next(&mut self) -> Result<Reply, InterpreterError> {
         loop {
-            let found = self.received[self.searched..]
+            let found = self.received[self.scanned_bytes..]
                 .iter()
                 .position(|byte| *byte == b'\n');
             if let Some(length) = found {
-                let line: Vec<u8> = self.received.drain(..=self.searched + length).collect();
-                self.searched = 0;
+                let line: Vec<u8> = self
+                    .received
+                    .drain(..=self.scanned_bytes + length)
+                    .collect();
+                self.scanned_bytes = 0;
                 let line = String::from_utf8_lossy(&line);
                 match line.trim() {
                     "" => continue,
                     line => return Ok(Reply::parse(line)),
                 }
             }
-            self.searched = self.received.len();
-            if self.searched > REPLY_BYTES_MAX {
+            self.scanned_bytes = self.received.len();
+            if self.scanned_bytes > REPLY_BYTES_MAX {
                 let begin = String::from_utf8_lossy(&self.received[..SHOWN_CHARS]).into_owned();
                 let address = self.address.clone();
                 return Err(InterpreterError::NotInterpreter { address, begin });
@@ -271,7 +274,7 @@ impl InterpreterClient {
     ///
     /// # Errors
     /// As of [`next`](Self::next).
-    pub async fn waiting(&mut self) -> Result<Option<Reply>, InterpreterError> {
+    pub async fn try_next(&mut self) -> Result<Option<Reply>, InterpreterError> {
         match timeout(Duration::ZERO, self.next()).await {
             Ok(reply) => reply.map(Some),
             Err(_) => Ok(None),
@@ -307,7 +310,7 @@ impl InterpreterClient {
                 address,
                 begin: line.chars().take(SHOWN_CHARS).collect(),
             },
-            _ => InterpreterError::Silent { address, patience },
+            _ => InterpreterError::ReceiveTimeout { address, patience },
         })
     }
 }

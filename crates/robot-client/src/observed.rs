@@ -17,15 +17,15 @@ use wire::rtsi::{RtsiType, RtsiValue};
 
 pub use messages::{outputs_message, outputs_schema, state_message, state_schema};
 pub use variables::{IN_A_CYCLE, KNOWN_VARIABLES};
-use variables::{VariableTarget, place_of};
+use variables::{VariableTarget, target_of};
 
 /// Takes the values of a recipe where they belong.
 #[derive(Debug)]
 pub struct RtsiStateMapper {
-    places: Vec<VariableTarget>,
+    targets: Vec<VariableTarget>,
     registers: Registers,
     /// As they were told of last.
-    told: RegisterImages,
+    reported_registers: RegisterImages,
 }
 
 /// What is new with a packet.
@@ -41,18 +41,18 @@ impl RtsiStateMapper {
     /// For packets with these variables, in this order.
     pub fn for_recipe(offered: &[(String, RtsiType)]) -> Self {
         Self {
-            places: offered.iter().map(|(name, _)| place_of(name)).collect(),
+            targets: offered.iter().map(|(name, _)| target_of(name)).collect(),
             registers: Registers::default(),
-            told: RegisterImages::default(),
+            reported_registers: RegisterImages::default(),
         }
     }
 
     /// Takes values over into a state and the registers. One whose type is not that of the protocol is not known.
     pub fn apply_packet(&mut self, state: &mut RobotState, values: &[RtsiValue]) -> PacketExtras {
         let mut timestamp = None;
-        for (place, value) in self.places.iter().zip(values) {
+        for (place, value) in self.targets.iter().zip(values) {
             match (place, *value) {
-                (VariableTarget::State(take) | VariableTarget::StateToo(take), value) => {
+                (VariableTarget::State(take) | VariableTarget::StateAndMessage(take), value) => {
                     take(state, value)
                 }
                 (VariableTarget::Timestamp, RtsiValue::F64(time)) => timestamp = Some(time),
@@ -61,8 +61,8 @@ impl RtsiStateMapper {
             }
         }
         let images = self.registers.images();
-        let registers = (images != self.told).then_some(images);
-        self.told = images;
+        let registers = (images != self.reported_registers).then_some(images);
+        self.reported_registers = images;
         PacketExtras {
             timestamp,
             registers,
@@ -70,16 +70,20 @@ impl RtsiStateMapper {
     }
 
     /// Whether the variable at this place of the recipe goes into messages of its own.
-    fn is_told_apart(&self, index: usize) -> bool {
+    fn has_own_message(&self, index: usize) -> bool {
         matches!(
-            self.places.get(index),
-            Some(VariableTarget::Message | VariableTarget::StateToo(_) | VariableTarget::Timestamp)
+            self.targets.get(index),
+            Some(
+                VariableTarget::Message
+                    | VariableTarget::StateAndMessage(_)
+                    | VariableTarget::Timestamp
+            )
         )
     }
 }
 
 /// Takes over what states of port 30001 have and RTSI does not.
-pub fn observe_state(state: &mut RobotState, told: &State) {
+pub fn apply_primary_state(state: &mut RobotState, told: &State) {
     if let Some(cartesian) = &told.cartesian {
         state.tcp_offset = RpyPose::from_array(cartesian.tcp_offset);
     }
@@ -221,7 +225,7 @@ mod tests {
         for name in IN_A_CYCLE {
             assert!(
                 !matches!(
-                    place_of(name),
+                    target_of(name),
                     VariableTarget::Message | VariableTarget::Register(_)
                 ),
                 "{name}"
@@ -248,14 +252,14 @@ mod tests {
             ..State::default()
         };
         let mut state = unknown_state(0.004);
-        observe_state(&mut state, &told);
+        apply_primary_state(&mut state, &told);
         assert_eq!(state.tcp_offset.to_array()[2], 0.12);
         assert_eq!(state.controller_temperature, 41.5);
         assert!(state.collision_detection);
         assert_eq!(state.io_config.analog_in[0], AnalogDomain::Current);
         assert_eq!(state.io_config.analog_in[1], AnalogDomain::Voltage);
         // What is not told stays as it was.
-        observe_state(&mut state, &State::default());
+        apply_primary_state(&mut state, &State::default());
         assert_eq!(state.controller_temperature, 41.5);
     }
 

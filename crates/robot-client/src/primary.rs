@@ -7,7 +7,7 @@ use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout, timeout_at};
-use wire::primary::{DecodeError, Message, frame, message};
+use wire::primary::{DecodeError, Message, decode_message, split_frame};
 
 use crate::address::{ConnectError, RobotAddress};
 
@@ -41,13 +41,13 @@ pub enum PrimaryError {
     },
     /// Nothing came for a while.
     #[error("the robot at {address} says nothing any more: no state for {} s", SILENCE_MAX.as_secs())]
-    Silent {
+    ReceiveTimeout {
         /// Which.
         address: RobotAddress,
     },
     /// It takes no bytes.
     #[error("the robot at {address} takes nothing: {} s", SEND_PATIENCE.as_secs())]
-    Stuck {
+    SendTimeout {
         /// Which.
         address: RobotAddress,
     },
@@ -68,7 +68,7 @@ pub struct PrimaryClient {
     stream: TcpStream,
     received: Vec<u8>,
     /// When it was heard last: whoever waits may begin anew as often as it likes.
-    heard: Instant,
+    last_received: Instant,
 }
 
 impl PrimaryClient {
@@ -81,7 +81,7 @@ impl PrimaryClient {
             address: address.clone(),
             stream: address.connect().await?,
             received: Vec::new(),
-            heard: Instant::now(),
+            last_received: Instant::now(),
         })
     }
 
@@ -96,8 +96,8 @@ impl PrimaryClient {
     /// Nothing comes any more, or what comes is no message.
     pub async fn next(&mut self) -> Result<Message, PrimaryError> {
         loop {
-            let whole = frame(&self.received).and_then(|whole| match whole {
-                Some(whole) => message(&whole).map(|message| Some((message, whole.bytes))),
+            let whole = split_frame(&self.received).and_then(|whole| match whole {
+                Some(whole) => decode_message(&whole).map(|message| Some((message, whole.bytes))),
                 None => Ok(None),
             });
             match whole {
@@ -114,18 +114,18 @@ impl PrimaryClient {
             let mut piece = [0; READ_BYTES];
             let address = || self.address.clone();
             // What is there is read even when it is late.
-            let deadline = self.heard + SILENCE_MAX;
+            let deadline = self.last_received + SILENCE_MAX;
             match timeout_at(deadline, self.stream.read(&mut piece)).await {
                 Ok(Ok(0)) => return Err(PrimaryError::Closed { address: address() }),
                 Ok(Ok(count)) => {
-                    self.heard = Instant::now();
+                    self.last_received = Instant::now();
                     self.received.extend_from_slice(&piece[..count]);
                 }
                 Ok(Err(source)) => {
                     let address = address();
                     return Err(PrimaryError::Broken { address, source });
                 }
-                Err(_) => return Err(PrimaryError::Silent { address: address() }),
+                Err(_) => return Err(PrimaryError::ReceiveTimeout { address: address() }),
             }
         }
     }
@@ -139,7 +139,7 @@ impl PrimaryClient {
         match timeout(SEND_PATIENCE, self.stream.write_all(text.as_bytes())).await {
             Ok(Ok(())) => Ok(()),
             Ok(Err(source)) => Err(PrimaryError::Broken { address, source }),
-            Err(_) => Err(PrimaryError::Stuck { address }),
+            Err(_) => Err(PrimaryError::SendTimeout { address }),
         }
     }
 }

@@ -9,7 +9,8 @@ use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout, timeout_at};
 use wire::rtsi::{
     InvalidPacketLength, PROTOCOL_VERSION, RtsiType, RtsiValue, TextLevel, append_outputs_request,
-    append_packet, controller_text, packet, packet_type, recipe_reply, version,
+    append_packet, decode_controller_text, decode_recipe_reply, decode_version, packet_type,
+    split_packet,
 };
 
 use crate::address::{ConnectError, RobotAddress};
@@ -46,7 +47,7 @@ pub enum RtsiError {
     },
     /// Nothing comes.
     #[error("the robot at {address} does not answer on its port for data ({what})")]
-    Silent {
+    ReceiveTimeout {
         /// Which.
         address: RobotAddress,
         /// What was waited for.
@@ -70,7 +71,7 @@ pub enum RtsiError {
     },
     /// It answers something that does not fit what was asked.
     #[error("the robot at {address} answers {what} with something else")]
-    Garbled {
+    UnexpectedReply {
         /// Which.
         address: RobotAddress,
         /// What.
@@ -94,7 +95,7 @@ pub struct RtsiClient {
     stream: TcpStream,
     received: Vec<u8>,
     /// When it was heard, or asked, last: whoever waits may begin anew as often as it likes.
-    heard: Instant,
+    last_received: Instant,
     recipe: u8,
     offered: Vec<(String, RtsiType)>,
     version: [u32; 4],
@@ -118,13 +119,13 @@ impl RtsiClient {
                 address: address.clone(),
                 stream: address.connect().await?,
                 received: Vec::new(),
-                heard: Instant::now(),
+                last_received: Instant::now(),
                 recipe: 0,
                 offered: Vec::new(),
                 version: [0; 4],
             };
-            this.greet().await?;
-            let unknown = this.ask_for(frequency, &names).await?;
+            this.negotiate_version().await?;
+            let unknown = this.request_outputs(frequency, &names).await?;
             if unknown.is_empty() {
                 this.start().await?;
                 return Ok(this);
@@ -163,7 +164,7 @@ impl RtsiClient {
                     return Err(self.garbled("data"));
                 }
                 packet_type::TEXT => {
-                    if let Some((level, text)) = controller_text(&payload) {
+                    if let Some((level, text)) = decode_controller_text(&payload) {
                         return Ok(RtsiMessage::Text(level, text));
                     }
                 }
@@ -182,14 +183,14 @@ impl RtsiClient {
         rest.is_empty().then_some(values)
     }
 
-    async fn greet(&mut self) -> Result<(), RtsiError> {
+    async fn negotiate_version(&mut self) -> Result<(), RtsiError> {
         let mut request = Vec::new();
         append_packet(&mut request, packet_type::PROTOCOL, |out| {
             out.extend(PROTOCOL_VERSION.to_be_bytes());
         });
         self.send(&request).await?;
         if self
-            .answer(packet_type::PROTOCOL, "the protocol's version")
+            .wait_for_packet(packet_type::PROTOCOL, "the protocol's version")
             .await?
             != [1]
         {
@@ -199,13 +200,13 @@ impl RtsiClient {
         append_packet(&mut request, packet_type::VERSION, |_| {});
         self.send(&request).await?;
         let what = "its own version";
-        let answer = self.answer(packet_type::VERSION, what).await?;
-        self.version = version(&answer).ok_or_else(|| self.garbled(what))?;
+        let answer = self.wait_for_packet(packet_type::VERSION, what).await?;
+        self.version = decode_version(&answer).ok_or_else(|| self.garbled(what))?;
         Ok(())
     }
 
     /// Asks for variables; those that it does not have.
-    async fn ask_for<'a>(
+    async fn request_outputs<'a>(
         &mut self,
         frequency: f64,
         names: &[&'a str],
@@ -214,8 +215,8 @@ impl RtsiClient {
         append_outputs_request(&mut request, frequency, names);
         self.send(&request).await?;
         let what = "the list of variables";
-        let answer = self.answer(packet_type::OUTPUTS, what).await?;
-        let reply = recipe_reply(&answer).ok_or_else(|| self.garbled(what))?;
+        let answer = self.wait_for_packet(packet_type::OUTPUTS, what).await?;
+        let reply = decode_recipe_reply(&answer).ok_or_else(|| self.garbled(what))?;
         if reply.kinds.len() != names.len() {
             return Err(self.garbled(what));
         }
@@ -235,7 +236,7 @@ impl RtsiClient {
         append_packet(&mut request, packet_type::START, |_| {});
         self.send(&request).await?;
         match self
-            .answer(packet_type::START, "the start")
+            .wait_for_packet(packet_type::START, "the start")
             .await?
             .as_slice()
         {
@@ -245,8 +246,12 @@ impl RtsiClient {
     }
 
     /// The payload of the next packet with this letter; others are left out.
-    async fn answer(&mut self, wanted: u8, what: &'static str) -> Result<Vec<u8>, RtsiError> {
-        let silent = || RtsiError::Silent {
+    async fn wait_for_packet(
+        &mut self,
+        wanted: u8,
+        what: &'static str,
+    ) -> Result<Vec<u8>, RtsiError> {
+        let silent = || RtsiError::ReceiveTimeout {
             address: self.address.clone(),
             what,
         };
@@ -270,7 +275,7 @@ impl RtsiClient {
         what: &'static str,
     ) -> Result<(u8, Vec<u8>), RtsiError> {
         loop {
-            match packet(&self.received) {
+            match split_packet(&self.received) {
                 Ok(Some(found)) => {
                     let whole = (found.letter, found.payload.to_vec());
                     let bytes = found.bytes;
@@ -286,11 +291,11 @@ impl RtsiClient {
             let mut piece = [0; READ_BYTES];
             let address = || self.address.clone();
             // What is there is read even when it is late.
-            let deadline = self.heard + patience;
+            let deadline = self.last_received + patience;
             match timeout_at(deadline, self.stream.read(&mut piece)).await {
                 Ok(Ok(0)) => return Err(RtsiError::Closed { address: address() }),
                 Ok(Ok(count)) => {
-                    self.heard = Instant::now();
+                    self.last_received = Instant::now();
                     self.received.extend_from_slice(&piece[..count]);
                 }
                 Ok(Err(source)) => {
@@ -299,7 +304,7 @@ impl RtsiClient {
                 }
                 Err(_) => {
                     let address = address();
-                    return Err(RtsiError::Silent { address, what });
+                    return Err(RtsiError::ReceiveTimeout { address, what });
                 }
             }
         }
@@ -309,11 +314,11 @@ impl RtsiClient {
         let address = self.address.clone();
         match timeout(ANSWER_PATIENCE, self.stream.write_all(bytes)).await {
             Ok(Ok(())) => {
-                self.heard = Instant::now();
+                self.last_received = Instant::now();
                 Ok(())
             }
             Ok(Err(source)) => Err(RtsiError::Broken { address, source }),
-            Err(_) => Err(RtsiError::Silent {
+            Err(_) => Err(RtsiError::ReceiveTimeout {
                 address,
                 what: "to requests",
             }),
@@ -327,6 +332,6 @@ impl RtsiClient {
 
     fn garbled(&self, what: &'static str) -> RtsiError {
         let address = self.address.clone();
-        RtsiError::Garbled { address, what }
+        RtsiError::UnexpectedReply { address, what }
     }
 }

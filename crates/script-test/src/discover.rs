@@ -50,7 +50,7 @@ pub enum DiscoverError {
     },
     /// Two tests of one file have the same name.
     #[error("{}:{line}: there are two tests called {name}; only the second would ever run", path.display())]
-    Twice {
+    DuplicateName {
         /// The file.
         path: PathBuf,
         /// Line of the second.
@@ -203,7 +203,7 @@ fn cases_of(path: PathBuf, root: &Path, among: &FileScope) -> Result<Vec<TestCas
             return Err(DiscoverError::Arguments { path, line, name });
         }
         if cases.iter().any(|case| case.name == name) {
-            return Err(DiscoverError::Twice { path, line, name });
+            return Err(DiscoverError::DuplicateName { path, line, name });
         }
         cases.push(TestCase {
             file: file.clone(),

@@ -6,7 +6,7 @@ use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 use crate::golden_path;
 use crate::near::near;
 use crate::test_context::{Invariant, InvariantCheck};
-use crate::test_object::{CallContext, failed, number, text, tidy, wrong};
+use crate::test_object::{CallContext, argument_error, failed, normalized_path, number, text};
 
 type NativeResult<T = Value> = Result<T, Raised>;
 
@@ -62,8 +62,8 @@ pub(crate) fn raises(_: &CallContext, call: &mut NativeCall<'_>) -> NativeResult
 pub(crate) fn path_near(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let file = site.bench.folder.join(text(call, 0, "golden_csv")?);
     let tolerance = number(call, 1, "tolerance", (0.0, f64::MAX), Some(1e-3))?;
-    let places = site.bench.trace.places();
-    let file = (&site.bench.files, &*tidy(&file));
+    let places = site.bench.trace.tcp_path();
+    let file = (&site.bench.files, &*normalized_path(&file));
     let checked = golden_path::check(&places, file, tolerance, site.bench.goldens);
     match checked {
         Ok(()) => Ok(Value::Bool(true)),
@@ -88,14 +88,14 @@ fn watch(site: &CallContext, call: &mut NativeCall<'_>, always: bool) -> NativeR
     match site.bench.watch(watched) {
         InvariantCheck::Kept => Ok(Value::None),
         InvariantCheck::Broken(sentence) => Err(failed(call, sentence)),
-        InvariantCheck::NoCondition(sentence) => Err(wrong(call, sentence)),
+        InvariantCheck::NoCondition(sentence) => Err(argument_error(call, sentence)),
     }
 }
 
 pub(crate) fn peak(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let name = text(call, 0, "name")?;
-    let value = site.bench.trace.peaks().get(&name);
+    let value = site.bench.trace.peaks().by_name(&name);
     value
         .map(Value::Float)
-        .map_err(|sentence| wrong(call, sentence))
+        .map_err(|sentence| argument_error(call, sentence))
 }

@@ -72,8 +72,8 @@ pub(crate) fn check(
             .map_err(|source| GoldenError::Unwritable { path, source });
     }
     let kept = read(files, file)?;
-    let (own, golden) = (even(places), even(&kept));
-    let pairs = couple(&own, &golden);
+    let (own, golden) = (resample(places), resample(&kept));
+    let pairs = frechet_coupling(&own, &golden);
     let worst = pairs
         .iter()
         .map(|(i, k)| distance(&own[*i], &golden[*k]))
@@ -148,7 +148,7 @@ fn pose(place: &PathSample) -> Pose {
 }
 
 /// Points at even steps along the way, the first and the last among them; standing still makes none.
-fn even(places: &[PathSample]) -> Vec<PathSample> {
+fn resample(places: &[PathSample]) -> Vec<PathSample> {
     let steps = places.windows(2).map(|pair| distance(&pair[0], &pair[1]));
     let steps: Vec<f64> = steps.collect();
     let length: f64 = steps.iter().sum();
@@ -167,7 +167,7 @@ fn even(places: &[PathSample]) -> Vec<PathSample> {
 }
 
 /// The best coupling of two rows of points: pairs that go on in one or both, whose largest distance is the smallest.
-fn couple(own: &[PathSample], golden: &[PathSample]) -> Vec<(usize, usize)> {
+fn frechet_coupling(own: &[PathSample], golden: &[PathSample]) -> Vec<(usize, usize)> {
     let (rows, columns) = (own.len(), golden.len());
     let mut reach = vec![f64::INFINITY; rows * columns];
     let at = |i: usize, k: usize| i * columns + k;

@@ -71,17 +71,17 @@ impl LockstepTimeline {
     }
 
     /// True while a program is there beside the test.
-    pub(crate) fn company(&self) -> &Arc<AtomicBool> {
+    pub(crate) fn program_flag(&self) -> &Arc<AtomicBool> {
         &self.has_company
     }
 
     /// How many programs have come so far.
-    pub(crate) fn arrivals(&self) -> u64 {
+    pub(crate) fn programs_joined(&self) -> u64 {
         self.state().arrivals
     }
 
     /// Waits until more programs have come than `before`; false when `patience` was over first.
-    pub(crate) fn another_has_arrived(&self, before: u64, patience: Duration) -> bool {
+    pub(crate) fn wait_for_program(&self, before: u64, patience: Duration) -> bool {
         let state = self.state();
         let (state, _) = self
             .changed
@@ -91,7 +91,7 @@ impl LockstepTimeline {
     }
 
     /// Waits until a program that was started waits for its turn, or is gone; false when `patience` was over first.
-    pub(crate) fn program_has_settled(&self, patience: Duration) -> bool {
+    pub(crate) fn wait_until_program_blocks(&self, patience: Duration) -> bool {
         let state = self.state();
         let (state, _) = self
             .changed
@@ -102,7 +102,7 @@ impl LockstepTimeline {
         state.program.is_none() || state.program_waits
     }
 
-    fn pass(&self) -> bool {
+    fn run_cycle(&self) -> bool {
         if let Some(before) = self.before.get() {
             before(self.cycles() + 1);
         }
@@ -121,7 +121,7 @@ impl LockstepTimeline {
             state = self.wait(state);
         }
         drop(state);
-        if !self.pass() {
+        if !self.run_cycle() {
             return false;
         }
         let mut state = self.state();
@@ -143,7 +143,7 @@ impl LockstepTimeline {
         let rests = state.turn == ActiveTask::Program && self.cycles() < state.rests_until;
         if state.test.is_none() || rests {
             drop(state);
-            return self.pass();
+            return self.run_cycle();
         }
         state.program_waits = true;
         state.turn = ActiveTask::Test;
@@ -155,7 +155,7 @@ impl LockstepTimeline {
         let is_alone = state.test.is_none();
         drop(state);
         // With the test gone nobody else passes the cycle that was waited for.
-        !is_alone || self.pass()
+        !is_alone || self.run_cycle()
     }
 
     fn wait<'s>(&self, state: MutexGuard<'s, LockstepState>) -> MutexGuard<'s, LockstepState> {

@@ -90,7 +90,7 @@ pub fn run(
                     return;
                 }
                 let result = match plan {
-                    Ok(plan) => one(case, plan),
+                    Ok(plan) => run_isolated(case, plan),
                     Err(sentence) => not_run(case, sentence.clone()),
                 };
                 if results.send(result).is_err() {
@@ -118,7 +118,7 @@ pub fn run(
 }
 
 /// A fault of ours is the error of the test, and not the end of the others.
-fn one(case: &TestCase, plan: &TestPlan) -> TestResult {
+fn run_isolated(case: &TestCase, plan: &TestPlan) -> TestResult {
     catch(|| runner::run(case, plan)).unwrap_or_else(|panicked| {
         let what = format!("a fault of the controller: {}", panicked.message);
         not_run(case, what)

@@ -160,10 +160,10 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         line_counts: plan.counts.clone(),
         debug: None,
     };
-    let prepared = PreparedController::new(&config, StartOptions::alone())
+    let prepared = PreparedController::new(&config, StartOptions::for_single_run())
         .map_err(|error| error.to_string())?;
     let mut turns = None;
-    let controller = prepared.start_through(said.clone(), extras, |inner| {
+    let controller = prepared.start_with_timeline(said.clone(), extras, |inner| {
         turns.insert(Arc::new(LockstepTimeline::new(inner))).clone()
     });
     let controller = controller.map_err(|error| error.to_string())?;
@@ -196,13 +196,13 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
     let attendant = TestTaskConfig {
         object: Some(crate::OBJECT),
         methods: Arc::new(move |attendance| functions(&own, attendance)),
-        has_company: turns.company().clone(),
+        has_company: turns.program_flag().clone(),
     };
     let told = Arc::new(ResultCollector::new(Arc::new(EndObserver(requests))));
     let tests = controller
         .supervisor()
         .test_supervisor(told.clone(), attendant);
-    bench.is_run_by(tests.clone());
+    bench.set_supervisor(tests.clone());
     let broken = Runner {
         bench: &bench,
         tests: &tests,
@@ -260,7 +260,7 @@ fn conclude(
     result.status = Status::Failed;
     let error = said.error.unwrap_or_else(|| format!("the test {end}"));
     let lines = case.file.text.lines().count() as u32;
-    if let Some(reason) = bench.given_up() {
+    if let Some(reason) = bench.abort_reason() {
         result.message = format!("timeout: {reason}");
         result.report.clone_from(&result.message);
         result.line = said.line.filter(|line| *line <= lines).unwrap_or(case.line);
@@ -362,7 +362,7 @@ impl Runner<'_> {
                     }
                     () = tokio::time::sleep(LOOK_EVERY) => {
                         if self.stop.load(Ordering::Relaxed) {
-                            self.bench.give_up("nobody waits for the test any more".to_owned());
+                            self.bench.abort("nobody waits for the test any more".to_owned());
                         }
                         let now = self.bench.turns.cycles();
                         if now != seen {
@@ -375,12 +375,12 @@ impl Runner<'_> {
             }
             Ok::<(), String>(())
         })?;
-        Ok(self.judge_the_rest())
+        Ok(self.check_remaining())
     }
 
     fn give_up_stuck(&self) {
         let wall = self.wall_timeout.as_secs_f64();
-        self.bench.give_up(format!(
+        self.bench.abort(format!(
             "no simulated time passed for {wall} s: something computes without waiting (--wall-timeout)"
         ));
     }
@@ -388,13 +388,13 @@ impl Runner<'_> {
     /// Starts a program; it has come to its first wait, or is gone, when the test hears of it.
     async fn start(&self, program: ProgramText, reply: &SyncSender<Result<(), String>>) {
         let turns = &self.bench.turns;
-        let before = turns.arrivals();
+        let before = turns.programs_joined();
         let started = self.bench.programs.submit(program, SENDER).await;
         if started.is_ok() {
             let since = Instant::now();
             // A secondary program is not waited for by who submits it; until it has come nobody would give it a turn.
-            while !turns.another_has_arrived(before, LOOK_EVERY) && since.elapsed() < ENDING_MAX {}
-            while !self.bench.turns.program_has_settled(LOOK_EVERY) {
+            while !turns.wait_for_program(before, LOOK_EVERY) && since.elapsed() < ENDING_MAX {}
+            while !self.bench.turns.wait_until_program_blocks(LOOK_EVERY) {
                 if since.elapsed() > self.wall_timeout {
                     self.give_up_stuck();
                     // What computes on without end cannot be waited for, either.
@@ -415,7 +415,7 @@ impl Runner<'_> {
             Err(error) => return InvariantCheck::NoCondition(error.to_string()),
         };
         let mut judged = 0;
-        match judge(&self.bench.trace, &watched, &condition, &mut judged) {
+        match check_invariant(&self.bench.trace, &watched, &condition, &mut judged) {
             Ok(None) => {
                 self.watched.push((watched, condition, judged));
                 InvariantCheck::Kept
@@ -426,11 +426,11 @@ impl Runner<'_> {
     }
 
     /// Judges what came after conditions were asked for.
-    fn judge_the_rest(&mut self) -> Option<(u32, String)> {
+    fn check_remaining(&mut self) -> Option<(u32, String)> {
         let trace = &self.bench.trace;
         let mut watched = self.watched.iter_mut();
         watched.find_map(|(watched, condition, judged)| {
-            match judge(trace, watched, condition, judged) {
+            match check_invariant(trace, watched, condition, judged) {
                 Ok(broken) => Some((watched.line, broken?)),
                 Err(sentence) => Some((watched.line, sentence)),
             }
@@ -439,7 +439,7 @@ impl Runner<'_> {
 }
 
 /// Looks at the cycles that a condition has not been judged by; what is wrong, if something is.
-fn judge(
+fn check_invariant(
     trace: &CycleTrace,
     watched: &Invariant,
     condition: &Condition,
@@ -457,7 +457,7 @@ fn judge(
         }
         for state in &states {
             let cycle = CycleMessage::from(state);
-            let holds = condition.holds(&cycle, &trace.doing(*judged));
+            let holds = condition.holds(&cycle, &trace.position_at(*judged));
             *judged += 1;
             if holds.map_err(|error| error.to_string())? != watched.always {
                 return Ok(Some(broken(watched, state, &cycle)));

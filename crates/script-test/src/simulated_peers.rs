@@ -126,7 +126,7 @@ impl PeerRegistry {
     }
 
     /// Whether the test has something to do in every cycle.
-    pub(crate) fn ask_the_test(&self) -> bool {
+    pub(crate) fn needs_test(&self) -> bool {
         self.ask_the_test.load(Ordering::Acquire)
     }
 

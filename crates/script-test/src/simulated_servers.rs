@@ -9,7 +9,7 @@ use io_bus::xmlrpc::codec::{RpcFault, RpcValue, decode_call, encode_response};
 use crate::simulated_peers::{
     ModbusDevice, ModbusRequest, ReceivedMessage, ReplySource, ServerKind, http_body,
 };
-use crate::test_object::{CallContext, wrong};
+use crate::test_object::{CallContext, argument_error};
 
 type NativeResult<T = Value> = Result<T, Raised>;
 
@@ -45,7 +45,7 @@ fn port(call: &NativeCall<'_>) -> NativeResult<u16> {
             let shown = call.repr(given)?;
             let text =
                 format!("port is {shown}; allowed are whole numbers from 0 to 65535, 0 is any");
-            Err(wrong(call, text))
+            Err(argument_error(call, text))
         }
     }
 }
@@ -64,7 +64,7 @@ fn opened(
     answers: ReplyTable,
 ) -> NativeResult {
     let opened = site.bench.peers.open(port, kind);
-    let (_, port) = opened.map_err(|sentence| wrong(call, sentence))?;
+    let (_, port) = opened.map_err(|sentence| argument_error(call, sentence))?;
     let received = Value::list(Vec::new());
     site.served.borrow_mut().push(SimulatedServer {
         received: received.clone(),
@@ -85,7 +85,7 @@ pub(crate) fn socket_server(site: &CallContext, call: &mut NativeCall<'_>) -> Na
     };
     if given.len() > ANSWERS_MAX {
         let text = format!("{} answers, at most {ANSWERS_MAX} are taken", given.len());
-        return Err(wrong(call, text));
+        return Err(argument_error(call, text));
     }
     let mut answers = Vec::new();
     for (number, answer) in given.iter().enumerate() {
@@ -194,7 +194,7 @@ fn table<T>(
             let text = format!(
                 "{name}[{address}] is {value}; addresses are whole numbers from 0 to 65535, a value is {allowed}"
             );
-            return Err(wrong(call, text));
+            return Err(argument_error(call, text));
         };
         table.insert(at, value);
     }

@@ -142,12 +142,12 @@ impl TestContext {
     }
 
     /// Says who starts and stops the test, once.
-    pub(crate) fn is_run_by(&self, tests: Supervisor) {
+    pub(crate) fn set_supervisor(&self, tests: Supervisor) {
         let _ = self.tests.set(tests);
     }
 
     /// Ends the test and the program beside it; only the first reason counts.
-    pub(crate) fn give_up(&self, reason: String) {
+    pub(crate) fn abort(&self, reason: String) {
         if self.given_up.set(reason).is_ok() {
             self.programs.stop();
             if let Some(tests) = self.tests.get() {
@@ -157,13 +157,13 @@ impl TestContext {
     }
 
     /// Why the test was given up.
-    pub(crate) fn given_up(&self) -> Option<&str> {
+    pub(crate) fn abort_reason(&self) -> Option<&str> {
         self.given_up.get().map(String::as_str)
     }
 
     /// Whether the program beside the test runs.
-    pub(crate) fn has_company(&self) -> bool {
-        self.turns.company().load(Ordering::Acquire)
+    pub(crate) fn program_is_running(&self) -> bool {
+        self.turns.program_flag().load(Ordering::Acquire)
     }
 
     /// The cycle that begins after so long; 0 is the next one.
@@ -177,7 +177,7 @@ impl TestContext {
     /// # Errors
     /// A sentence: one runs already, or it cannot be started.
     pub(crate) fn start(&self, program: ProgramText) -> Result<(), String> {
-        if self.has_company() {
+        if self.program_is_running() {
             return Err("a program runs already; wait for its end or stop it first".to_owned());
         }
         self.said.begin();
@@ -207,7 +207,7 @@ impl TestContext {
         }
     }
 
-    /// The result of the newest program, which has left its last turn; `given_up` says why it was ended. `None`: there
+    /// The result of the newest program, which has left its last turn; `abort_reason` says why it was ended. `None`: there
     /// was none.
     pub(crate) fn close(&self, given_up: Option<String>) -> Option<ProgramResult> {
         let mut waited = Duration::ZERO;
@@ -234,7 +234,7 @@ impl TestContext {
     ///
     /// # Errors
     /// Too much is waiting.
-    pub(crate) fn plan(&self, cycle: u64, act: TestAction) -> Result<(), String> {
+    pub(crate) fn schedule(&self, cycle: u64, act: TestAction) -> Result<(), String> {
         let mut acts = self.acts.lock().unwrap_or_else(PoisonError::into_inner);
         if acts.waiting.len() >= ACTS_MAX {
             return Err(format!("{ACTS_MAX} things wait for their time already"));
@@ -251,9 +251,9 @@ impl TestContext {
         self.fieldbus
             .modbus
             .poll_simulated_devices(Duration::from_secs_f64(cycle as f64 * step));
-        if cycle > self.last_cycle && self.given_up().is_none() {
+        if cycle > self.last_cycle && self.abort_reason().is_none() {
             let time = self.last_cycle as f64 * step;
-            self.give_up(format!(
+            self.abort(format!(
                 "the test had not ended after {time:.3} s of simulated time (--timeout)"
             ));
         }

@@ -111,7 +111,7 @@ pub(crate) fn functions(
     // The task keeps this as long as it keeps the site.
     let own = Rc::downgrade(&site);
     attendance.set_wait_hook(Rc::new(move |call| {
-        let Some(site) = own.upgrade().filter(|site| site.bench.peers.ask_the_test()) else {
+        let Some(site) = own.upgrade().filter(|site| site.bench.peers.needs_test()) else {
             return Ok(false);
         };
         simulated_servers::answer(&site, call)?;
@@ -132,7 +132,7 @@ pub(crate) fn functions(
     functions.collect()
 }
 
-pub(crate) fn wrong(call: &NativeCall<'_>, text: impl Into<String>) -> Raised {
+pub(crate) fn argument_error(call: &NativeCall<'_>, text: impl Into<String>) -> Raised {
     call.raise(ExceptionKind::ValueError, text)
 }
 
@@ -153,7 +153,7 @@ pub(crate) fn number(
         Some(number) => Ok(number),
         None => {
             let shown = call.repr(&given)?;
-            Err(wrong(
+            Err(argument_error(
                 call,
                 format!("{name} is {shown}; allowed are numbers from {least} to {most}"),
             ))
@@ -205,7 +205,7 @@ fn program(site: &CallContext, call: &NativeCall<'_>) -> NativeResult<ProgramTex
         Err(error) => error.to_string(),
     }) {
         Ok(text) => Ok(ProgramText {
-            name: tidy(&path).display().to_string(),
+            name: normalized_path(&path).display().to_string(),
             text,
         }),
         Err(why) => {
@@ -216,7 +216,7 @@ fn program(site: &CallContext, call: &NativeCall<'_>) -> NativeResult<ProgramTex
 }
 
 /// The path without `.` in it.
-pub(crate) fn tidy(path: &Path) -> PathBuf {
+pub(crate) fn normalized_path(path: &Path) -> PathBuf {
     path.components()
         .filter(|part| !matches!(part, std::path::Component::CurDir))
         .collect()
@@ -257,22 +257,22 @@ fn wait_for_end(
 ) -> NativeResult<bool> {
     let bench = &site.bench;
     let deadline = bench.cycle_after(timeout);
-    while bench.has_company() && bench.turns.cycles() < deadline {
-        step(site, call, deadline)?;
+    while bench.program_is_running() && bench.turns.cycles() < deadline {
+        advance_test(site, call, deadline)?;
     }
     // What came last is noted down before anybody looks.
     bench.peers.serve();
     simulated_servers::answer(site, call)?;
-    Ok(!bench.has_company())
+    Ok(!bench.program_is_running())
 }
 
 /// Lets time pass until `cycle`, or for a cycle where the test has something to do in each.
-fn step(site: &CallContext, call: &mut NativeCall<'_>, cycle: u64) -> NativeResult<()> {
+fn advance_test(site: &CallContext, call: &mut NativeCall<'_>, cycle: u64) -> NativeResult<()> {
     simulated_servers::answer(site, call)?;
     if let Some(refused) = site.bench.refused() {
         return Err(call.raise(ExceptionKind::RuntimeError, refused));
     }
-    match site.bench.peers.ask_the_test() {
+    match site.bench.peers.needs_test() {
         true => {
             let next = site.bench.turns.cycles() + 1;
             site.attendance.wait_until_cycle(call, next)
@@ -306,7 +306,7 @@ fn wait(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
 }
 
 fn stop(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
-    let result = match site.bench.has_company() {
+    let result = match site.bench.program_is_running() {
         true => end(site, call, None)?,
         false => site.bench.close(None),
     };
@@ -314,7 +314,7 @@ fn stop(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
 }
 
 fn result(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
-    let result = match site.bench.has_company() {
+    let result = match site.bench.program_is_running() {
         true => None,
         false => site.bench.close(None),
     };
@@ -371,7 +371,7 @@ fn advance(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let until = site.bench.cycle_after(time);
     while site.bench.turns.cycles() < until {
         simulated_servers::answer(site, call)?;
-        let next = match site.bench.peers.ask_the_test() {
+        let next = match site.bench.peers.needs_test() {
             true => site.bench.turns.cycles() + 1,
             false => until,
         };
@@ -385,7 +385,7 @@ fn advance(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
 fn act(site: &CallContext, call: &NativeCall<'_>, after: Seconds, act: TestAction) -> NativeResult {
     let done = match after.get() {
         0.0 => site.bench.act(act),
-        _ => site.bench.plan(site.bench.cycle_after(after), act),
+        _ => site.bench.schedule(site.bench.cycle_after(after), act),
     };
     match done {
         Ok(()) => Ok(Value::None),
@@ -405,7 +405,7 @@ fn set(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let after = seconds(call, 2, "after", Some(0.0))?;
     let config = site.bench.robot.state().io_config;
     let change = PointChange::of_input(&name, &value, &config);
-    let change = change.map_err(|error| wrong(call, error.to_string()))?;
+    let change = change.map_err(|error| argument_error(call, error.to_string()))?;
     act(site, call, after, TestAction::Set(change))
 }
 
@@ -425,7 +425,7 @@ fn get(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
                 Some(FieldValue::Number(x)) => Ok(Value::Float(x)),
                 Some(FieldValue::Numbers(values)) => Ok(Value::list_of_f64(values)),
                 Some(FieldValue::Text(text)) => Ok(Value::str(text)),
-                None => Err(wrong(
+                None => Err(argument_error(
                     call,
                     format!("{sentence}; columns of replay --csv /cycle can be read as well"),
                 )),
@@ -453,7 +453,7 @@ fn wrench(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let Some(wrench) = numbers else {
         let shown = call.repr(&given)?;
         let text = format!("w is {shown}; six numbers are needed: force in N, moment in Nm");
-        return Err(wrong(call, text));
+        return Err(argument_error(call, text));
     };
     let duration = seconds(call, 1, "duration", None)?;
     let in_tool_axes = match call.arg(2) {
@@ -463,7 +463,7 @@ fn wrench(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
             "tool" => true,
             other => {
                 let text = format!("frame is {other:?}; allowed are \"base\" and \"tool\"");
-                return Err(wrong(call, text));
+                return Err(argument_error(call, text));
             }
         },
     };
@@ -475,7 +475,7 @@ fn wrench(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
         replaces: false,
     };
     if let Err(refusal) = push.validate() {
-        return Err(wrong(call, refusal.to_string()));
+        return Err(argument_error(call, refusal.to_string()));
     }
     act(site, call, after, TestAction::Command(push))
 }
@@ -490,7 +490,7 @@ fn safety(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
             let text = format!(
                 "state is {other:?}; allowed are \"normal\", \"protective_stop\" and \"emergency_stop\""
             );
-            return Err(wrong(call, text));
+            return Err(argument_error(call, text));
         }
     };
     act(site, call, Seconds::default(), TestAction::Command(kind))?;

@@ -47,7 +47,7 @@ impl CycleTrace {
     }
 
     /// What the program did in the cycle with this number.
-    pub(crate) fn doing(&self, cycle: usize) -> ProgramPosition {
+    pub(crate) fn position_at(&self, cycle: usize) -> ProgramPosition {
         let kept = self.kept();
         let after = kept.doings.partition_point(|(from, _)| *from <= cycle);
         let before = after
@@ -57,7 +57,7 @@ impl CycleTrace {
     }
 
     /// Where the TCP has been.
-    pub(crate) fn places(&self) -> Vec<PathSample> {
+    pub(crate) fn tcp_path(&self) -> Vec<PathSample> {
         let kept = self.kept();
         let place = |state: &RobotState| PathSample {
             time: state.time,
@@ -73,7 +73,7 @@ impl CycleTrace {
 
     fn take(&self, state: &RobotState, doing: &ProgramPosition) {
         let mut kept = self.kept();
-        kept.peaks.take(state);
+        kept.peaks.update(state);
         let from = kept.states.len();
         if from < CYCLES_MAX && kept.doings.last().is_none_or(|(_, last)| last != doing) {
             kept.doings.push((from, doing.clone()));
@@ -107,6 +107,6 @@ impl Observer for TraceObserver {
     fn cycle_ended(&self, frame: &CycleFrame) {
         self.follower.cycle_ended(&frame.state);
         self.follower
-            .with(|doing| self.trace.take(&frame.state, doing));
+            .with_position(|doing| self.trace.take(&frame.state, doing));
     }
 }

@@ -564,7 +564,7 @@ fn a_program_in_a_test_is_the_run_that_it_is_by_itself() {
         record: RecordTarget::File(alone.clone()),
         ..ideal()
     };
-    let prepared = PreparedController::new(&config, StartOptions::alone()).unwrap();
+    let prepared = PreparedController::new(&config, StartOptions::for_single_run()).unwrap();
     let controller = prepared.start(Arc::new(NullObserver)).unwrap();
     let program = ProgramText {
         name: "moves.script".to_owned(),

@@ -192,7 +192,7 @@ pub struct LogConfig {
 }
 
 impl LogConfig {
-    fn taken(args: &mut ControllerArgs) -> Self {
+    fn from_args(args: &mut ControllerArgs) -> Self {
         Self {
             dir: args.log_dir.take(),
             format: args.log.log_format.take().unwrap_or_default(),
@@ -251,12 +251,12 @@ impl ServeConfig {
     /// [`ConfigError`]
     pub fn of_text(path: &Path, text: &str) -> Result<Self, ConfigError> {
         let mut args = ServeArgs::default();
-        fill(&mut args, path, text)?;
+        merge_file(&mut args, path, text)?;
         Self::of(args)
     }
 
     fn of(mut args: ServeArgs) -> Result<Self, ConfigError> {
-        let log = LogConfig::taken(&mut args.shared);
+        let log = LogConfig::from_args(&mut args.shared);
         let fixed =
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
         let (modbus, without_privilege) = MODBUS_PORTS;
@@ -280,14 +280,14 @@ impl ServeConfig {
             query: beside(args.query_port, QUERY_PORT),
             tool_serial: args.tool_serial_port.unwrap_or(PortSetting::Off),
         };
-        each_on_its_own(&ports)?;
+        check_distinct_ports(&ports)?;
         let recordings = RecordTarget::NewFileIn("recordings".into());
         Ok(Self {
             robot: ControllerConfig {
-                phase: args
+                cycle_phase: args
                     .cycle_phase_us
                     .map(|us| Duration::from_micros(us.into())),
-                ..robot(args.shared, ClockChoice::Realtime, recordings, None)?
+                ..robot_config(args.shared, ClockChoice::Realtime, recordings, None)?
             },
             until_stdin_closes: args.until_stdin_closes,
             log,
@@ -320,8 +320,8 @@ impl RunConfig {
         };
         let mut shared = with_file(args_of_serve, within)?.shared;
         Ok(Self {
-            log: LogConfig::taken(&mut shared),
-            robot: robot(shared, ClockChoice::Virtual, RecordTarget::Off, within)?,
+            log: LogConfig::from_args(&mut shared),
+            robot: robot_config(shared, ClockChoice::Virtual, RecordTarget::Off, within)?,
             file: args.file,
             presets: args.set,
         })
@@ -329,7 +329,7 @@ impl RunConfig {
 }
 
 /// The robot that tests run on, from their `test.toml` if there is one. Relative paths in it count from its folder;
-/// with `within` every file must be beneath those folders.
+/// with `sandbox` every file must be beneath those folders.
 ///
 /// # Errors
 /// [`ConfigError`]
@@ -359,10 +359,10 @@ pub fn robot_for_tests(
         *path = folder.join(&*path);
     }
     shared.seed = seed.or(shared.seed);
-    robot(shared, ClockChoice::Virtual, RecordTarget::Off, within)
+    robot_config(shared, ClockChoice::Virtual, RecordTarget::Off, within)
 }
 
-fn robot(
+fn robot_config(
     args: ControllerArgs,
     clock: ClockChoice,
     record: RecordTarget,
@@ -403,8 +403,8 @@ fn robot(
         allow: args
             .allow
             .map_or(BTreeSet::from([Permission::Net]), BTreeSet::from_iter),
-        within: within.cloned(),
-        phase: None,
+        sandbox: within.cloned(),
+        cycle_phase: None,
     })
 }
 
@@ -441,7 +441,7 @@ pub(crate) fn trusted_hosts(given: Option<Vec<TrustedHost>>) -> Vec<String> {
     given.into_iter().map(|TrustedHost(name)| name).collect()
 }
 
-pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
+pub(crate) fn check_distinct_ports(ports: &PortSettings) -> Result<(), ConfigError> {
     let mut taken = BTreeMap::new();
     for (_, option, setting) in ports.list() {
         if let PortSetting::Number(port) = setting
@@ -510,11 +510,11 @@ fn with_file(mut args: ServeArgs, within: Option<&SandboxRoots>) -> Result<Serve
         Ok(text) => text,
         Err(source) => return Err(ConfigError::Unreadable { path, source }),
     };
-    fill(&mut args, &path, &text)?;
+    merge_file(&mut args, &path, &text)?;
     Ok(args)
 }
 
-fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError> {
+fn merge_file(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError> {
     let table: toml::Table = text
         .parse()
         .map_err(|e: toml::de::Error| ConfigError::Syntax {

@@ -10,7 +10,7 @@ use elite_runtime::Instrumentation;
 use motion::ConfigError;
 use thiserror::Error;
 
-use crate::describe::describe;
+use crate::describe::robot_description;
 use crate::event_broadcast::{EventBroadcaster, PrintTarget};
 use crate::log_dir::InterpreterLog;
 use crate::ports::description::RobotDescription;
@@ -63,8 +63,8 @@ impl ControllerHost {
         debuggers: DebugHub,
     ) -> Result<Self, HostError> {
         let manner = match console {
-            PrintTarget::Log => StartOptions::served(powered_off),
-            PrintTarget::Stdout | PrintTarget::Stderr => StartOptions::alone(),
+            PrintTarget::Log => StartOptions::for_server(powered_off),
+            PrintTarget::Stdout | PrintTarget::Stderr => StartOptions::for_single_run(),
         };
         let prepared = PreparedController::new(config, manner)?;
         let interpreter_log = match log_dir {
@@ -88,9 +88,10 @@ impl ControllerHost {
             },
             PrintTarget::Stdout | PrintTarget::Stderr => Instrumentation::default(),
         };
-        let controller = prepared.start_through(announcer.clone(), extras, |timeline| timeline)?;
+        let controller =
+            prepared.start_with_timeline(announcer.clone(), extras, |timeline| timeline)?;
         feed.follow(controller.supervisor().watch());
-        let description = describe(controller.settings())?;
+        let description = robot_description(controller.settings())?;
         Ok(Self {
             controller,
             feed,

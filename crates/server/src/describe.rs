@@ -12,7 +12,7 @@ use crate::ports::description::RobotDescription;
 ///
 /// # Errors
 /// The configuration does not suit the arm.
-pub fn describe(config: &CycleConfig) -> Result<RobotDescription, ConfigError> {
+pub fn robot_description(config: &CycleConfig) -> Result<RobotDescription, ConfigError> {
     let model = config.limited_model()?;
     let limits = model.limits();
     let dh = model.modified_dh();
@@ -68,7 +68,7 @@ mod tests {
         };
         let cell = Cell::from_text(cell.to_owned(), Path::new("cell.toml")).unwrap();
         let model = RobotModel::built_in(model).unwrap();
-        describe(&cycle_config(&setup, model, Some(&cell)).unwrap()).unwrap()
+        robot_description(&cycle_config(&setup, model, Some(&cell)).unwrap()).unwrap()
     }
 
     #[test]

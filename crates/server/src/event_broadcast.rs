@@ -177,7 +177,7 @@ impl Observer for EventBroadcaster {
         let is_replacement =
             matches!(message, Message::Log { text, .. } if text.starts_with(REPLACED));
         let for_clients = if is_replacement { message } else { &*told };
-        let for_clients = for_port(for_clients, |program| self.name_of(program));
+        let for_clients = primary_message(for_clients, |program| self.name_of(program));
         let message = &*told;
         match message {
             Message::Print { text, .. } if self.console == PrintTarget::Stdout => {
@@ -293,7 +293,10 @@ impl Observer for EventBroadcaster {
 }
 
 /// What clients of port 30001 are told; the rest is for the log alone.
-fn for_port(message: &Message, name_of: impl Fn(ProgramId) -> Option<String>) -> Option<Message> {
+fn primary_message(
+    message: &Message,
+    name_of: impl Fn(ProgramId) -> Option<String>,
+) -> Option<Message> {
     let short = |text: &str| short(text, PORT_TEXT_BYTES);
     Some(match message {
         Message::Print { .. } => return None,
@@ -361,7 +364,7 @@ mod tests {
 
     #[test]
     fn what_waits_for_a_port_has_a_bound_and_says_what_went_wrong() {
-        let told = |message: &Message| for_port(message, |_| Some("pick.script".to_owned()));
+        let told = |message: &Message| primary_message(message, |_| Some("pick.script".to_owned()));
         let error = |length: usize| Message::ScriptError {
             program: ProgramId(1),
             line: 3,
@@ -398,7 +401,7 @@ mod tests {
         };
         let text = |line, name: Option<&str>| {
             let name = name.map(str::to_owned);
-            match for_port(&stop(line), |_| name.clone()) {
+            match primary_message(&stop(line), |_| name.clone()) {
                 Some(Message::Robot { text, .. }) => text,
                 other => panic!("{other:?}"),
             }

@@ -16,7 +16,7 @@ use tracing_subscriber::layer::SubscriberExt as _;
 
 use crate::log_rate_limit::LogLimit;
 use crate::options::LogFormat;
-use queue::{EventWriter, LogQueue, harmless, harmless_object};
+use queue::{EventWriter, LogQueue, harmless_object, sanitize};
 
 /// The way to stderr of this process.
 static STDERR: OnceLock<LogQueue> = OnceLock::new();
@@ -61,7 +61,7 @@ pub fn say(text: &str) {
     let text = text.trim_end_matches('\n');
     let shown = match IS_JSON.load(Ordering::Relaxed) {
         true => harmless_object(&serde_json::json!({ "message": text }).to_string()),
-        false => harmless(text, false, ""),
+        false => sanitize(text, false, ""),
     };
     match queue() {
         Ok(queue) => queue.push(shown.into_bytes()),

@@ -1,4 +1,4 @@
-//! The `eliteserver` binary: [`server::program`] with the command line of the process.
+//! The `eliteserver` binary: [`server::run_program`] with the command line of the process.
 
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
@@ -9,5 +9,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(server::program::program(std::env::args_os()))
+    ExitCode::from(server::program::run_program(std::env::args_os()))
 }

@@ -16,11 +16,11 @@ use crate::shutdown::FAULT_EXIT;
 use crate::{commands, language, logging, replay, wait};
 
 /// Standard error has this long to be read to its end.
-const LAST_LINES: Duration = Duration::from_secs(1);
+const STDERR_FLUSH_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Runs the program with these arguments, the name of the program first. What is wrong with them, and `--help`, end the
 /// process as clap does. It is the only thing its process does: it listens for signals and takes the children.
-pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+pub fn run_program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     supervision::install_panic_hook();
     supervision::injection::begin();
     // This process starts no others but those that programs ask for.
@@ -39,7 +39,7 @@ pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             FAULT_EXIT
         }
     };
-    logging::flush_within(LAST_LINES);
+    logging::flush_within(STDERR_FLUSH_TIMEOUT);
     status
 }
 

@@ -155,14 +155,14 @@ impl SampleFeed {
 
     /// Shows a cycle to whoever listens.
     pub fn cycle_ended(&self, frame: &CycleFrame) {
-        let is_beat = self.beats.begin_with(frame.state.time);
+        let is_beat = self.beats.is_due(frame.state.time);
         let is_followed = self.samples.receiver_count() > 0;
         if !is_beat && !is_followed {
             return;
         }
         let sample = Arc::new(self.sample(frame));
         if is_beat {
-            self.beats.show(sample.clone());
+            self.beats.publish(sample.clone());
         }
         if is_followed {
             // That the last listener has gone in between is fine.

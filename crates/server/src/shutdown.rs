@@ -7,7 +7,7 @@ use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
-use platform::signals::{self, exit_at_once};
+use platform::signals::{self, exit_immediately};
 use recorder::CloseHandle;
 use supervision::{ThreadRole, ThreadSupervisor};
 use tokio_util::sync::CancellationToken;
@@ -21,10 +21,10 @@ pub const FAULT_EXIT: u8 = 3;
 const IMPATIENT_EXIT: i32 = 130;
 
 /// The orderly way has this long; then the recording is closed without it.
-const ORDERLY: Duration = Duration::from_millis(1100);
+const ORDERLY_TIMEOUT: Duration = Duration::from_millis(1100);
 /// The recording has this long to be closed, standard error this long to be read.
 const CLOSING: Duration = Duration::from_millis(500);
-const LAST_LINES: Duration = Duration::from_millis(100);
+const STDERR_FLUSH_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// How the process ends. Clones share it.
 #[derive(Clone)]
@@ -53,7 +53,7 @@ impl Shutdown {
     /// # Errors
     /// The operating system gives no threads or no signals.
     pub fn start(status: u8) -> io::Result<Self> {
-        Self::start_within(status, ORDERLY)
+        Self::start_within(status, ORDERLY_TIMEOUT)
     }
 
     /// The same for a process whose orderly way takes longer: it stops a robot first.
@@ -80,12 +80,12 @@ impl Shutdown {
             }
             if ends.wait().is_some() {
                 // No word about it: words could wait.
-                exit_at_once(IMPATIENT_EXIT);
+                exit_immediately(IMPATIENT_EXIT);
             }
         })?;
         let at_deadline = shutdown.clone();
         faults.start(ThreadRole::Service, "deadline", move || {
-            at_deadline.keep_deadline(orderly)
+            at_deadline.run_deadline(orderly)
         })?;
         Ok(shutdown)
     }
@@ -107,7 +107,7 @@ impl Shutdown {
     }
 
     /// The recording that is to be closed even when nothing else can be.
-    pub fn close_in_any_case(&self, closer: Option<CloseHandle>) {
+    pub fn set_recording_closer(&self, closer: Option<CloseHandle>) {
         *self.closer() = closer;
     }
 
@@ -116,22 +116,22 @@ impl Shutdown {
         closer.unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn keep_deadline(&self, orderly: Duration) {
+    fn run_deadline(&self, orderly: Duration) {
         let status = self.shared.begun.wait();
         std::thread::sleep(orderly);
         let closer = self.closer().clone();
         let is_closed = closer.is_none_or(|closer| {
-            closer.ask();
-            let is_closed = closer.closed_within(CLOSING);
+            closer.request_close();
+            let is_closed = closer.wait_closed(CLOSING);
             if !is_closed {
-                tracing::error!("the recording is cut short: {}", closer.unwritten());
+                tracing::error!("the recording is cut short: {}", closer.describe_missing());
             }
             is_closed
         });
         tracing::warn!("the orderly way took too long; what still runs is cut off");
-        logging::flush_within(LAST_LINES);
+        logging::flush_within(STDERR_FLUSH_TIMEOUT);
         let flushed = if is_closed { status } else { status.max(1) };
-        exit_at_once(i32::from(flushed));
+        exit_immediately(i32::from(flushed));
     }
 }
 

@@ -60,7 +60,7 @@ impl fmt::Display for ThreadRole {
 
 /// A panic that was caught: a bug of ours.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("a fault of ours in {name} ({kind}): {}; please report it", self.what())]
+#[error("a fault of ours in {name} ({kind}): {}; please report it", self.describe())]
 pub struct Fault {
     /// What the thread was for.
     pub kind: ThreadRole,
@@ -69,7 +69,7 @@ pub struct Fault {
     /// What the panic said.
     pub message: String,
     /// Where, as `file:line`, when the hook is installed.
-    pub place: Option<String>,
+    pub location: Option<String>,
 }
 
 impl Fault {
@@ -79,13 +79,13 @@ impl Fault {
             kind,
             name: name.into(),
             message: panicked.message,
-            place: panicked.place,
+            location: panicked.place,
         }
     }
 
     /// What the panic said, and where.
-    pub fn what(&self) -> String {
-        match &self.place {
+    pub fn describe(&self) -> String {
+        match &self.location {
             Some(place) => format!("{} ({place})", self.message),
             None => self.message.clone(),
         }
@@ -107,8 +107,8 @@ struct SupervisorState {
 }
 
 /// First and longest pause before a service is started again.
-const PAUSE_MIN: Duration = Duration::from_millis(50);
-const PAUSE_MAX: Duration = Duration::from_secs(5);
+const MIN_RESTART_DELAY: Duration = Duration::from_millis(50);
+const MAX_RESTART_DELAY: Duration = Duration::from_secs(5);
 
 impl ThreadSupervisor {
     /// Counts and logs a fault. One of [`ThreadRole::Motion`] is fatal.
@@ -143,7 +143,7 @@ impl ThreadSupervisor {
     }
 
     /// Returns once there is a fault after which the process must end.
-    pub fn fatal_told(&self) -> impl Future<Output = ()> + Send + use<> {
+    pub fn wait_fatal(&self) -> impl Future<Output = ()> + Send + use<> {
         self.shared.is_fatal.wait_async()
     }
 
@@ -172,23 +172,23 @@ impl ThreadSupervisor {
     ) -> io::Result<ThreadHandle<()>> {
         let faults = self.clone();
         self.start(ThreadRole::Service, name, move || {
-            let mut pause = PAUSE_MIN;
+            let mut pause = MIN_RESTART_DELAY;
             while let Err(panicked) = catch(&mut body) {
                 faults.tell(&Fault::new(ThreadRole::Service, name, panicked));
                 std::thread::sleep(pause);
-                pause = next_pause(pause);
+                pause = next_restart_delay(pause);
             }
         })
     }
 }
 
 /// The pause after the next fault.
-pub(crate) fn next_pause(pause: Duration) -> Duration {
-    (2 * pause).min(PAUSE_MAX)
+pub(crate) fn next_restart_delay(pause: Duration) -> Duration {
+    (2 * pause).min(MAX_RESTART_DELAY)
 }
 
 #[cfg(feature = "tokio")]
-pub(crate) const FIRST_PAUSE: Duration = PAUSE_MIN;
+pub(crate) const FIRST_PAUSE: Duration = MIN_RESTART_DELAY;
 
 impl fmt::Debug for ThreadSupervisor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -196,7 +196,7 @@ impl fmt::Debug for ThreadSupervisor {
     }
 }
 
-/// The wait of [`ThreadSupervisor::fatal_told`] and [`EndSignal::wait_async`].
+/// The wait of [`ThreadSupervisor::wait_fatal`] and [`EndSignal::wait_async`].
 pub(crate) struct EndSignalFuture(pub(crate) EndSignal);
 
 impl Future for EndSignalFuture {

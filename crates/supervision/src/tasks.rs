@@ -4,12 +4,12 @@ use tokio::runtime::Handle as Runtime;
 use tokio::task::JoinHandle;
 
 use crate::contained::CatchPanic;
-use crate::faults::{FIRST_PAUSE, next_pause};
+use crate::faults::{FIRST_PAUSE, next_restart_delay};
 use crate::{Fault, ThreadRole, ThreadSupervisor};
 
 impl ThreadSupervisor {
     /// Makes a future whose panic is told here and becomes its result. For sets of tasks that others keep.
-    pub fn contain<F>(
+    pub fn catch_panics<F>(
         &self,
         kind: ThreadRole,
         name: &'static str,
@@ -57,7 +57,7 @@ impl ThreadSupervisor {
         F::Output: Send + 'static,
     {
         #[allow(clippy::disallowed_methods, reason = "the one place where tasks start")]
-        runtime.spawn(self.contain(kind, name, future))
+        runtime.spawn(self.catch_panics(kind, name, future))
     }
 
     /// A service of futures: `begin` is called again, after a growing pause, when what it made has panicked. Ends with
@@ -68,12 +68,12 @@ impl ThreadSupervisor {
     {
         let mut pause = FIRST_PAUSE;
         while self
-            .contain(ThreadRole::Service, name, begin())
+            .catch_panics(ThreadRole::Service, name, begin())
             .await
             .is_err()
         {
             tokio::time::sleep(pause).await;
-            pause = next_pause(pause);
+            pause = next_restart_delay(pause);
         }
     }
 }

@@ -71,7 +71,7 @@ impl<T> ThreadHandle<T> {
     /// The fault by which the thread ended.
     pub fn join(self) -> Result<T, Fault> {
         self.ended.wait();
-        self.given()
+        self.take_result()
     }
 
     /// Waits for the end, at most so long; gives the handle back when the thread still runs.
@@ -80,13 +80,13 @@ impl<T> ThreadHandle<T> {
     /// In the result: the fault by which the thread ended.
     pub fn join_within(self, patience: Duration) -> Result<Result<T, Fault>, Self> {
         if self.ended.wait_for(patience) {
-            Ok(self.given())
+            Ok(self.take_result())
         } else {
             Err(self)
         }
     }
 
-    fn given(&self) -> Result<T, Fault> {
+    fn take_result(&self) -> Result<T, Fault> {
         let given = self
             .result
             .lock()

@@ -68,7 +68,7 @@ pub struct TextMessage {
 
 /// Reads a client's text message: text and source, a length before each, then the level. Bytes that are no UTF-8 are
 /// replaced. `None` when lengths and bytes do not fit together.
-pub fn text_message(payload: &[u8]) -> Option<TextMessage> {
+pub fn decode_text_message(payload: &[u8]) -> Option<TextMessage> {
     let (text, rest) = read_length_prefixed(payload)?;
     let (source, rest) = read_length_prefixed(rest)?;
     let [level] = *rest else { return None };
@@ -138,7 +138,7 @@ impl RtsiType {
     ];
 
     /// The type of this name.
-    pub fn by_name(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
@@ -256,7 +256,7 @@ pub struct Packet<'a> {
 ///
 /// # Errors
 /// [`InvalidPacketLength`]
-pub fn packet(received: &[u8]) -> Result<Option<Packet<'_>>, InvalidPacketLength> {
+pub fn split_packet(received: &[u8]) -> Result<Option<Packet<'_>>, InvalidPacketLength> {
     let Some(&[high, low, letter]) = received.first_chunk::<HEADER_BYTES>() else {
         return Ok(None);
     };
@@ -294,7 +294,7 @@ pub fn append_text(out: &mut Vec<u8>, level: TextLevel, text: &str) {
 }
 
 /// The names of a recipe: separated by commas; one client ends its list with a comma.
-pub fn names(list: &[u8]) -> impl Iterator<Item = &str> {
+pub fn recipe_names(list: &[u8]) -> impl Iterator<Item = &str> {
     list.split(|byte| *byte == b',')
         .map(|name| core::str::from_utf8(name).unwrap_or("?").trim())
         .filter(|name| !name.is_empty())
@@ -310,9 +310,10 @@ pub struct RecipeReply {
 }
 
 /// Reads the answer to a recipe; `None` when there is no number in it.
-pub fn recipe_reply(payload: &[u8]) -> Option<RecipeReply> {
+pub fn decode_recipe_reply(payload: &[u8]) -> Option<RecipeReply> {
     let (id, list) = payload.split_first()?;
-    let kinds = names(list).map(|name| RtsiType::by_name(name).ok_or_else(|| name.to_owned()));
+    let kinds =
+        recipe_names(list).map(|name| RtsiType::from_name(name).ok_or_else(|| name.to_owned()));
     Some(RecipeReply {
         id: *id,
         kinds: kinds.collect(),
@@ -328,14 +329,14 @@ pub fn append_outputs_request(out: &mut Vec<u8>, frequency: f64, names: &[&str])
 }
 
 /// Reads the controller's version: major, minor, bug fix, build.
-pub fn version(payload: &[u8]) -> Option<[u32; 4]> {
+pub fn decode_version(payload: &[u8]) -> Option<[u32; 4]> {
     let (words, rest) = payload.as_chunks::<4>();
     let words: [[u8; 4]; 4] = words.try_into().ok()?;
     rest.is_empty().then(|| words.map(u32::from_be_bytes))
 }
 
 /// Reads a text message of the controller: level, then text.
-pub fn controller_text(payload: &[u8]) -> Option<(TextLevel, String)> {
+pub fn decode_controller_text(payload: &[u8]) -> Option<(TextLevel, String)> {
     let (level, text) = payload.split_first()?;
     let text = String::from_utf8_lossy(text).into_owned();
     Some((TextLevel::from_number(*level), text))
@@ -367,11 +368,14 @@ mod tests {
                 bytes,
             }))
         };
-        assert_eq!(packet(&[0, 5]), Ok(None));
-        assert_eq!(packet(&[0, 5, b'V', 0]), Ok(None));
-        assert_eq!(packet(&[0, 5, b'V', 0, 1, 9]), whole(b'V', &[0, 1], 5));
-        assert_eq!(packet(&[0, 3, b'S']), whole(b'S', &[], 3));
-        assert_eq!(packet(&[0, 2, b'S']), Err(InvalidPacketLength(2)));
+        assert_eq!(split_packet(&[0, 5]), Ok(None));
+        assert_eq!(split_packet(&[0, 5, b'V', 0]), Ok(None));
+        assert_eq!(
+            split_packet(&[0, 5, b'V', 0, 1, 9]),
+            whole(b'V', &[0, 1], 5)
+        );
+        assert_eq!(split_packet(&[0, 3, b'S']), whole(b'S', &[], 3));
+        assert_eq!(split_packet(&[0, 2, b'S']), Err(InvalidPacketLength(2)));
     }
 
     #[test]
@@ -399,7 +403,7 @@ mod tests {
             (b"\xffhi", None),
             (b"", None),
         ] {
-            assert_eq!(text_message(payload), wanted, "{payload:?}");
+            assert_eq!(decode_text_message(payload), wanted, "{payload:?}");
         }
     }
 
@@ -410,27 +414,27 @@ mod tests {
         let head = [0, 0x1f, b'O', 0x40, 0x6f, 0x40, 0, 0, 0, 0, 0];
         assert_eq!(out[..11], head);
         assert_eq!(out[11..], *b"timestamp,robot_mode");
-        let reply = recipe_reply(b"\x02DOUBLE,INT32,NOT_FOUND").expect("an answer");
+        let reply = decode_recipe_reply(b"\x02DOUBLE,INT32,NOT_FOUND").expect("an answer");
         let kinds = vec![
             Ok(RtsiType::F64),
             Ok(RtsiType::I32),
             Err("NOT_FOUND".to_owned()),
         ];
         assert_eq!(reply, RecipeReply { id: 2, kinds });
-        assert_eq!(recipe_reply(b""), None);
+        assert_eq!(decode_recipe_reply(b""), None);
         let bytes = [0, 0, 0, 2, 0, 0, 0, 15, 0, 0, 0, 0, 0, 0, 0, 1];
-        assert_eq!(version(&bytes), Some([2, 15, 0, 1]));
-        assert_eq!(version(&bytes[1..]), None);
-        let text = controller_text(b"\x02late");
+        assert_eq!(decode_version(&bytes), Some([2, 15, 0, 1]));
+        assert_eq!(decode_version(&bytes[1..]), None);
+        let text = decode_controller_text(b"\x02late");
         assert_eq!(text, Some((TextLevel::Warning, "late".to_owned())));
-        assert_eq!(controller_text(b""), None);
+        assert_eq!(decode_controller_text(b""), None);
     }
 
     #[test]
     fn the_last_name_may_be_empty() {
-        assert_eq!(names(b"a,b,a,").collect::<Vec<_>>(), ["a", "b", "a"]);
-        assert_eq!(names(b"").count(), 0);
-        assert_eq!(names(b"a,\xff").collect::<Vec<_>>(), ["a", "?"]);
+        assert_eq!(recipe_names(b"a,b,a,").collect::<Vec<_>>(), ["a", "b", "a"]);
+        assert_eq!(recipe_names(b"").count(), 0);
+        assert_eq!(recipe_names(b"a,\xff").collect::<Vec<_>>(), ["a", "?"]);
     }
 
     fn value() -> impl Strategy<Value = RtsiValue> {

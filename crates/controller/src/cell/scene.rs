@@ -9,7 +9,7 @@ use super::schema::ShapeName;
 
 impl Cell {
     /// `[[obstacle]]` as a recording and the live view show it.
-    pub fn drawn(&self) -> Vec<SceneObstacle> {
+    pub fn scene_obstacles(&self) -> Vec<SceneObstacle> {
         let obstacles = self.tables().obstacle.iter();
         obstacles
             .filter_map(|obstacle| {

@@ -37,7 +37,7 @@ thread_local! {
 }
 
 /// Limits what this process may take, so that an input that eats the machine is a death like any other.
-pub fn limited() {
+pub fn limit_resources() {
     // One that cannot be limited still tells what it finds.
     let _ = setrlimit(Resource::RLIMIT_AS, ADDRESS_SPACE, ADDRESS_SPACE);
     let _ = setrlimit(Resource::RLIMIT_CORE, 0, 0);
@@ -48,7 +48,7 @@ pub fn limited() {
 /// # Errors
 /// If the file of the progress cannot be written.
 pub fn run_cases(case: &Case<'_>) -> io::Result<()> {
-    limited();
+    limit_resources();
     set_hook(Box::new(|info| {
         let place = info
             .location()
@@ -74,7 +74,7 @@ pub fn run_cases(case: &Case<'_>) -> io::Result<()> {
     while number - case.from < case.count && begin.elapsed() < case.time {
         progress.write_all_at(&number.to_le_bytes(), 0)?;
         let input = case.target.input(&seeds, case.seed, number);
-        if catch_unwind(AssertUnwindSafe(|| (case.target.judge)(&input))).is_err() {
+        if catch_unwind(AssertUnwindSafe(|| (case.target.check)(&input))).is_err() {
             let place = PLACE.take();
             say(&format!("found {number} {place}"))?;
         }

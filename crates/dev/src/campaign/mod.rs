@@ -4,6 +4,6 @@ mod child;
 mod shrink;
 mod supervisor;
 
-pub use child::{Case, limited, run_cases};
-pub use shrink::smaller;
-pub use supervisor::{Defect, TargetReport, watched};
+pub use child::{Case, limit_resources, run_cases};
+pub use shrink::minimize;
+pub use supervisor::{Defect, TargetReport, run_target};

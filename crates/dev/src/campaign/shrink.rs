@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// How a target answers an input in a process of its own: the place of a panic, the signal of a death, or nothing.
-fn answer(name: &str, input: &[u8], scratch: &Path) -> io::Result<String> {
+fn crash_signature(name: &str, input: &[u8], scratch: &Path) -> io::Result<String> {
     fs::write(scratch, input)?;
     let mut command = Command::new(std::env::current_exe()?);
     command
@@ -29,9 +29,9 @@ fn answer(name: &str, input: &[u8], scratch: &Path) -> io::Result<String> {
 ///
 /// # Errors
 /// If a child cannot be started, or the input is no finding.
-pub fn smaller(name: &str, input: &[u8]) -> io::Result<(Vec<u8>, String)> {
+pub fn minimize(name: &str, input: &[u8]) -> io::Result<(Vec<u8>, String)> {
     let scratch = std::env::temp_dir().join(format!("campaign-shrink-{}", std::process::id()));
-    let wanted = answer(name, input, &scratch)?;
+    let wanted = crash_signature(name, input, &scratch)?;
     if wanted.is_empty() {
         return Err(io::Error::other("this input breaks no promise"));
     }
@@ -49,7 +49,7 @@ pub fn smaller(name: &str, input: &[u8]) -> io::Result<(Vec<u8>, String)> {
         while at < parts.len() {
             let end = (at + size).min(parts.len());
             let rest = [&parts[..at], &parts[end..]].concat();
-            if answer(name, &rest.concat(), &scratch)? == wanted {
+            if crash_signature(name, &rest.concat(), &scratch)? == wanted {
                 parts = rest;
             } else {
                 at = end;

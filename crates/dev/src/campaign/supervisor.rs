@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 const SILENCE_MAX: Duration = Duration::from_secs(if cfg!(debug_assertions) { 60 } else { 30 });
 
 /// Deaths after which a target is given up: each costs the start of a process.
-const DEATHS_MAX: usize = 500;
+const CRASHES_MAX: usize = 500;
 
 /// What one defect looks like from outside, and where it was seen.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ pub struct TargetReport {
 ///
 /// # Errors
 /// If a child cannot be started.
-pub fn watched(
+pub fn run_target(
     name: &str,
     seed: u64,
     from: u64,
@@ -57,10 +57,10 @@ pub fn watched(
     let progress = std::env::temp_dir().join(format!("campaign-{}-{name}", std::process::id()));
     let begin = Instant::now();
     let (mut next, mut deaths) = (from, 0);
-    while next - from < count && begin.elapsed() < time && deaths < DEATHS_MAX {
+    while next - from < count && begin.elapsed() < time && deaths < CRASHES_MAX {
         fs::write(&progress, next.to_le_bytes())?;
         let left = time.saturating_sub(begin.elapsed());
-        let mut child = started(name, seed, next, count - (next - from), left, &progress)?;
+        let mut child = spawn_child(name, seed, next, count - (next - from), left, &progress)?;
         let death = followed(&mut child, &progress, &mut report)?;
         let at = number_in(&progress).max(next);
         match death {
@@ -78,7 +78,7 @@ pub fn watched(
     Ok(report)
 }
 
-fn started(
+fn spawn_child(
     name: &str,
     seed: u64,
     from: u64,

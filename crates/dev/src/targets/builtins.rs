@@ -25,8 +25,8 @@ use crate::unstructured::Unstructured;
 pub(super) const TARGETS: &[Target] = &[Target {
     name: "builtins",
     about: "calls of every builtin of the robot with fitting and hostile arguments, on a whole controller",
-    judge,
-    shown: |data| program(data).into_bytes(),
+    check: judge,
+    render_input: |data| program(data).into_bytes(),
     seeds: Vec::new,
     words: &[],
     bytes_max: 600,

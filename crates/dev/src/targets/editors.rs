@@ -13,11 +13,11 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "lsp",
         about: "the stream of the language server: frames, JSON, methods",
-        judge: |data| {
+        check: |data| {
             let input = std::io::Cursor::new(data.to_vec());
             _ = serve(input, &mut Vec::new(), &ServerOptions::default());
         },
-        shown: as_they_are,
+        render_input: as_they_are,
         seeds: || vec![conversation()],
         words: &[
             b"Content-Length: ",
@@ -36,8 +36,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "lsp_edits",
         about: "texts that are edited at random answer as those that were opened just now",
-        judge: edits,
-        shown: as_they_are,
+        check: edits,
+        render_input: as_they_are,
         seeds: || {
             (0..64u8)
                 .map(|k| (0..120).map(|n| k.wrapping_mul(31) ^ n).collect())
@@ -49,8 +49,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "mcp",
         about: "a line of the server for assistants: JSON, JSON-RPC, methods",
-        judge: assistant_line,
-        shown: as_they_are,
+        check: assistant_line,
+        render_input: as_they_are,
         seeds: || {
             let arguments =
                 json!({ "program": "movej(q)\n", "time": 5.5, "home": [0, 1, 2, 3, 4, 5] });
@@ -231,7 +231,7 @@ fn edits(data: &[u8]) {
         } }));
         // Typing pauses now and then, and the text is read again with what it was.
         if material.below(2) == 0 {
-            session.settle();
+            session.flush_diagnostics();
         }
         let after: String = lines[line][column + gone..].iter().collect();
         let before: String = lines[line][..column].iter().collect();

@@ -20,8 +20,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "recording",
         about: "MCAP: summary, tables and entries of records that are damaged inside their chunk",
-        judge: |data| read_all(data),
-        shown: mcap_file::around,
+        check: |data| read_all(data),
+        render_input: mcap_file::wrap_records,
         seeds: mcap_file::seeds,
         words: &[
             b"/cycle",
@@ -40,12 +40,12 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "rerun",
         about: "MCAP: a recording with a damaged setup or commands is run again",
-        judge: |data| {
+        check: |data| {
             if let Ok(recording) = Recording::from_bytes(data, "fuzz.mcap") {
                 _ = rerun(&recording);
             }
         },
-        shown: mcap_file::around,
+        render_input: mcap_file::wrap_records,
         seeds: mcap_file::seeds,
         words: &[b"1e999", b"-1", b"\"urdf\"", b"MoveJ", b"movel", b"null"],
         bytes_max: 60_000,
@@ -53,18 +53,18 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "cell",
         about: "cell files",
-        judge: |data| {
+        check: |data| {
             let text = String::from_utf8_lossy(data).into_owned();
             match Cell::from_text(text, Path::new("fuzz.toml")) {
                 Ok(cell) => {
                     _ = (cell.io(), cell.safety_inputs(), cell.belts(), cell.loads());
-                    _ = (cell.surroundings(), cell.limits(), cell.drawn());
+                    _ = (cell.surroundings(), cell.limits(), cell.scene_obstacles());
                     _ = cell.fieldbus(&supervision::ThreadSupervisor::default(), None);
                 }
                 Err(error) => assert!(!error.to_string().is_empty()),
             }
         },
-        shown: as_they_are,
+        render_input: as_they_are,
         seeds: || {
             let mut seeds = files_of(&["crates/dev/seeds/cell", "tests", "docs"], ".toml");
             seeds.extend(blocks_of("docs/cell.md", "toml"));
@@ -100,7 +100,7 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "config",
         about: "configuration files",
-        judge: |data| {
+        check: |data| {
             let path = scratch();
             if std::fs::write(&path, data).is_err() {
                 return;
@@ -116,7 +116,7 @@ pub(super) const TARGETS: &[Target] = &[
                 assert!(!error.to_string().is_empty());
             }
         },
-        shown: as_they_are,
+        render_input: as_they_are,
         seeds: || {
             let lines = [
                 "model = \"cs66\"\nclock = \"virtual\"\nstep-ms = 2\nplant = \"ideal\"\n",
@@ -135,7 +135,7 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "urdf",
         about: "URDF models",
-        judge: |data| match RobotModel::from_urdf(&String::from_utf8_lossy(data)) {
+        check: |data| match RobotModel::from_urdf(&String::from_utf8_lossy(data)) {
             Ok(model) => {
                 let pose = model.flange_pose(&kinematics::JointPositions([0.3; 6]));
                 _ = (
@@ -145,7 +145,7 @@ pub(super) const TARGETS: &[Target] = &[
             }
             Err(error) => assert!(!error.to_string().is_empty()),
         },
-        shown: as_they_are,
+        render_input: as_they_are,
         seeds: || files_of(&["robots/cs66", "robots/cs620"], ".urdf"),
         words: &[
             b"<link ",
@@ -163,7 +163,7 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "calibration",
         about: "calibration files",
-        judge: |data| {
+        check: |data| {
             let text = String::from_utf8_lossy(data);
             let read = Calibration::from_text(&text, Path::new("arm.toml"));
             match read.and_then(|calibration| Ok((calibration.open()?, calibration))) {
@@ -180,7 +180,7 @@ pub(super) const TARGETS: &[Target] = &[
                 Err(error) => assert!(!error.to_string().is_empty()),
             }
         },
-        shown: as_they_are,
+        render_input: as_they_are,
         seeds: || files_of(&["robots/calibrations"], ".toml"),
         words: &[
             b"model",
@@ -199,7 +199,7 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "points",
         about: "files of points for micro lines, with as many points as a file may have",
-        judge: |data| {
+        check: |data| {
             let text = String::from_utf8_lossy(data);
             for (space, units) in [
                 (Space::Joint, Units::Si),
@@ -211,7 +211,7 @@ pub(super) const TARGETS: &[Target] = &[
                 }
             }
         },
-        shown: as_they_are,
+        render_input: as_they_are,
         seeds: || vec![b"# points\n0, 1, 2, 3, 4, 5\n0 1 2 3 4 5.5\n\n1e-3,0,0,0,0,0\n".to_vec()],
         words: &[
             b"\n",
@@ -230,7 +230,7 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "task_names",
         about: "names of tasks and files that a client gives: never outside of the folder",
-        judge: |data| {
+        check: |data| {
             let folder = TaskFolder::new("/nowhere/tasks");
             let name = String::from_utf8_lossy(data);
             assert!(
@@ -247,7 +247,7 @@ pub(super) const TARGETS: &[Target] = &[
                 assert_eq!(found, "inside", "{name:?} leaves the folder");
             }
         },
-        shown: as_they_are,
+        render_input: as_they_are,
         seeds: || {
             vec![
                 b"a.task".to_vec(),
@@ -288,7 +288,7 @@ fn read_all(data: &[u8]) {
     _ = Summary::summarize(&recording, None);
     if let Ok(run) = RecordedRun::read(&recording) {
         _ = (
-            run.lost(),
+            run.unrecorded_input(),
             run.programs().count(),
             run.repeat().programs().count(),
         );

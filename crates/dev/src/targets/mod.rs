@@ -12,7 +12,7 @@ mod ports;
 
 use fastrand::Rng;
 
-use crate::mutation::mutated;
+use crate::mutation::mutate;
 
 /// One decoder, or the evaluator, with what it is tried with.
 pub struct Target {
@@ -21,9 +21,9 @@ pub struct Target {
     /// What it reads.
     pub about: &'static str,
     /// Panics when a promise is broken; anything else is an answer.
-    pub judge: fn(&[u8]),
+    pub check: fn(&[u8]),
     /// The input of a case that is not made by changing seeds: from the bytes of a generator.
-    pub shown: fn(&[u8]) -> Vec<u8>,
+    pub render_input: fn(&[u8]) -> Vec<u8>,
     /// Inputs that are right.
     pub seeds: fn() -> Vec<Vec<u8>>,
     /// Words that mean something to it.
@@ -55,8 +55,8 @@ impl Target {
         // Neighbouring numbers must not give neighbouring inputs.
         let mixed = (seed ^ number.rotate_left(32)).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number;
         let mut rng = Rng::with_seed(mixed);
-        let bytes = mutated(&mut rng, seeds, self.words, self.bytes_max);
-        (self.shown)(&bytes)
+        let bytes = mutate(&mut rng, seeds, self.words, self.bytes_max);
+        (self.render_input)(&bytes)
     }
 }
 

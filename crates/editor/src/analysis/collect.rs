@@ -16,7 +16,7 @@ use super::scopes::{
     AttributeInfo, AttributeUse, ClassInfo, FunctionInfo, KeywordUse, Occurrence, ParameterInfo,
     Role, Scope, ScopeId, ScopeKind, Symbol, SymbolId, SymbolKind,
 };
-use super::type_ref::{docstring, shape_of};
+use super::type_ref::{docstring, type_ref_of};
 use super::types::TypeRef;
 
 /// Longest text of a default or annotation that is shown, in bytes.
@@ -53,7 +53,7 @@ pub(super) struct UnitNames {
 const OPEN: u32 = u32::MAX;
 
 /// Notes the names of some statements of the top level.
-pub(super) fn of_piece(body: &[Stmt], text: &str) -> UnitNames {
+pub(super) fn collect_unit(body: &[Stmt], text: &str) -> UnitNames {
     let mut collector = NameCollector {
         text,
         names: UnitNames::default(),
@@ -96,7 +96,7 @@ impl NameCollector<'_> {
         self.names.scopes.len() - 1
     }
 
-    fn within(
+    fn in_scope(
         &mut self,
         kind: ScopeKind,
         span: Span,
@@ -164,7 +164,7 @@ impl NameCollector<'_> {
     }
 
     fn shape(&self, expr: &Expr) -> TypeRef {
-        shape_of(expr, self.scope)
+        type_ref_of(expr, self.scope)
     }
 
     /// `limit` is where the text that follows the block begins.
@@ -348,7 +348,7 @@ impl NameCollector<'_> {
                 }
                 found.push(ParameterInfo {
                     name: parameter.name.name.clone(),
-                    written: written.into(),
+                    source_text: written.into(),
                     is_rest: !star.is_empty(),
                     is_keyword_only,
                     is_positional_only,
@@ -403,7 +403,7 @@ impl NameCollector<'_> {
         }
         let is_class_method = decorated("classmethod");
         let is_static = decorated("staticmethod");
-        self.within(ScopeKind::Function, span, limit, |inner, scope| {
+        self.in_scope(ScopeKind::Function, span, limit, |inner, scope| {
             for (position, parameter) in def.parameters.iter().enumerate() {
                 let shape = match (class, position) {
                     (Some(class), 0) if is_class_method => TypeRef::Class(class),
@@ -411,16 +411,16 @@ impl NameCollector<'_> {
                     _ => match (&parameter.annotation, &parameter.default) {
                         (Some(annotation), _) => {
                             let outer = inner.names.scopes[scope].parent.unwrap_or(0);
-                            TypeRef::Call(Box::new(shape_of(annotation, outer)))
+                            TypeRef::Call(Box::new(type_ref_of(annotation, outer)))
                         }
-                        (None, Some(default)) => shape_of(default, scope),
+                        (None, Some(default)) => type_ref_of(default, scope),
                         _ => TypeRef::Unknown,
                     },
                 };
                 inner.bind(&parameter.name, SymbolKind::Parameter, shape);
             }
             if let Some(returns) = &def.returns {
-                let shape = TypeRef::Call(Box::new(shape_of(returns, scope)));
+                let shape = TypeRef::Call(Box::new(type_ref_of(returns, scope)));
                 inner.names.functions[index].returns.push(shape);
             }
             inner.block(&def.body, limit);
@@ -477,7 +477,7 @@ impl NameCollector<'_> {
         let index = self.names.classes.len();
         self.names.classes.push(info);
         self.bind(&def.name, SymbolKind::Class, TypeRef::Class(index));
-        self.within(ScopeKind::Class, span, limit, |inner, _| {
+        self.in_scope(ScopeKind::Class, span, limit, |inner, _| {
             inner.block(&def.body, limit);
         });
     }
@@ -601,7 +601,7 @@ impl NameCollector<'_> {
                 parameters
                     .filter_map(|p| p.default.as_ref())
                     .for_each(|default| self.expr(default));
-                self.within(ScopeKind::Function, expr.span, 0, |inner, _| {
+                self.in_scope(ScopeKind::Function, expr.span, 0, |inner, _| {
                     for parameter in lambda.parameters.iter() {
                         inner.bind(&parameter.name, SymbolKind::Parameter, TypeRef::Unknown);
                     }
@@ -636,7 +636,7 @@ impl NameCollector<'_> {
         };
         self.expr(&first.iterable);
         let item = TypeRef::Item(Box::new(self.shape(&first.iterable)));
-        self.within(ScopeKind::Comprehension, span, 0, |inner, _| {
+        self.in_scope(ScopeKind::Comprehension, span, 0, |inner, _| {
             inner.target(&first.target, None, &item);
             inner.exprs(&first.conditions);
             for clause in rest {

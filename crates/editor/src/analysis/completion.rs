@@ -8,7 +8,7 @@ use elite_runtime::builtins::declare::ParameterType;
 use super::cursor::CursorContext;
 use super::scopes::SymbolKind;
 use super::signature::callable;
-use super::types::{Type, TypeRef, line};
+use super::types::{Type, TypeRef, class_and_ancestors};
 use super::words::Language;
 use super::{Analysis, describe, library};
 
@@ -144,7 +144,7 @@ impl CompletionBuilder<'_> {
         let names = &self.analysis.names;
         match self.analysis.infer(value) {
             Type::Instance(class) | Type::Class(class) => {
-                for (distance, class) in line(names, class).into_iter().enumerate() {
+                for (distance, class) in class_and_ancestors(names, class).into_iter().enumerate() {
                     for attribute in &names.classes[class].attributes {
                         let (kind, detail) = match attribute.function {
                             Some(function) => (
@@ -161,7 +161,7 @@ impl CompletionBuilder<'_> {
                     }
                 }
             }
-            Type::Value(owner) | Type::Of(owner, _) => {
+            Type::Value(owner) | Type::Container(owner, _) => {
                 self.members(library::members_of_type(&owner), true);
             }
             Type::Module(module) => {

@@ -203,7 +203,7 @@ pub fn class(analysis: &Analysis, index: usize) -> String {
     let init = super::types::attribute_of(&analysis.names, index, "__init__");
     let parameters = init.and_then(|(_, init)| init.function).map(|function| {
         let called = analysis.names.functions[function].called_with().iter();
-        let written: Vec<&str> = called.map(|parameter| &*parameter.written).collect();
+        let written: Vec<&str> = called.map(|parameter| &*parameter.source_text).collect();
         written.join(", ")
     });
     let text = code(&format!(

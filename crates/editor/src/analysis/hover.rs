@@ -26,7 +26,7 @@ pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hov
             span: used.span,
         });
     }
-    if let Some((occurrence, symbol)) = names.place_at(offset) {
+    if let Some((occurrence, symbol)) = names.occurrence_at(offset) {
         let name = analysis.file.slice(occurrence.span);
         let text = match symbol {
             Some(symbol) => describe::symbol(analysis, &names.symbols[symbol], language),

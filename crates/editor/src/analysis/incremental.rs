@@ -8,7 +8,7 @@ use std::vec::IntoIter;
 use elite_lang::Span;
 use elite_lang::syntax::ParsedDocument;
 
-use super::collect::{UnitNames, of_piece};
+use super::collect::{UnitNames, collect_unit};
 use super::scopes::{
     AttributeUse, ClassInfo, FunctionInfo, KeywordUse, NameTables, Occurrence, Role, Scope,
     ScopeId, ScopeKind, Symbol, SymbolId, SymbolKind,
@@ -102,7 +102,7 @@ impl Relocation {
     fn shape(self, shape: &mut TypeRef) {
         match shape {
             TypeRef::Unknown | TypeRef::Value(_) | TypeRef::Module(_) | TypeRef::Member(..) => {}
-            TypeRef::Of(_, inner)
+            TypeRef::Container(_, inner)
             | TypeRef::Call(inner)
             | TypeRef::Attribute(inner, _)
             | TypeRef::Item(inner) => self.shape(inner),
@@ -268,7 +268,7 @@ pub(super) fn names(reading: &ParsedDocument, before: Option<NameTables>) -> Nam
         let part = match kept {
             Some((old, part)) => names.keep(old, part, piece.start),
             None => {
-                let found = of_piece(&body[piece.statements.clone()], text);
+                let found = collect_unit(&body[piece.statements.clone()], text);
                 names.add(found, piece.start, column)
             }
         };
@@ -287,7 +287,7 @@ pub(super) fn names(reading: &ParsedDocument, before: Option<NameTables>) -> Nam
 
 impl NameTables {
     /// The next free numbers of all tables.
-    fn ends(&self) -> UnitTables {
+    fn next_ids(&self) -> UnitTables {
         let at = |table: usize| table..table;
         UnitTables {
             scopes: at(self.scopes.len()),
@@ -316,7 +316,7 @@ impl NameTables {
     }
 
     fn keep(&mut self, old: &mut PreviousTables, part: UnitTables, start: u32) -> UnitTables {
-        let mut now = self.ends();
+        let mut now = self.next_ids();
         let way = Relocation {
             bytes: start.wrapping_sub(part.start),
             scopes: now.scopes.start.wrapping_sub(part.scopes.start),
@@ -345,7 +345,7 @@ impl NameTables {
     }
 
     fn add(&mut self, found: UnitNames, start: u32, column: u32) -> UnitTables {
-        let mut now = self.ends();
+        let mut now = self.next_ids();
         // Numbers in a piece count from 0, those of its scopes from 1: the module's is 0.
         let way = Relocation {
             bytes: 0,

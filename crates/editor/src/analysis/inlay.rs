@@ -65,7 +65,7 @@ impl Hints<'_> {
     }
 
     fn is_builtin(&self, function: &Expr) -> bool {
-        let place = self.analysis.names.place_at(function.span.start);
+        let place = self.analysis.names.occurrence_at(function.span.start);
         matches!(place, Some((_, None)))
     }
 

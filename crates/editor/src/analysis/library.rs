@@ -83,17 +83,18 @@ pub fn returned(words: &str) -> Type {
     match first {
         "int" | "float" | "bool" | "str" => Type::Value(first.into()),
         "nothing" => Type::Value("NoneType".into()),
-        _ if words.starts_with("list of list") => {
-            Type::Of("list".into(), Box::new(Type::Of("list".into(), float())))
-        }
+        _ if words.starts_with("list of list") => Type::Container(
+            "list".into(),
+            Box::new(Type::Container("list".into(), float())),
+        ),
         _ if first.starts_with("list") && words.contains("float") => {
-            Type::Of("list".into(), float())
+            Type::Container("list".into(), float())
         }
         _ if first.starts_with("list") && words.contains("bool") => {
-            Type::Of("list".into(), Box::new(Type::Value("bool".into())))
+            Type::Container("list".into(), Box::new(Type::Value("bool".into())))
         }
         _ if first.starts_with("list[int]") && !words.contains("bytes") => {
-            Type::Of("list".into(), Box::new(Type::Value("int".into())))
+            Type::Container("list".into(), Box::new(Type::Value("int".into())))
         }
         _ if first.starts_with("list") && !words.contains("bytes") => Type::Value("list".into()),
         _ => Type::Unknown,
@@ -120,7 +121,7 @@ pub fn result_of(name: &str) -> Type {
 
 /// The type of what a method of a type of Python's own returns, where it is always the same.
 pub fn result_of_method(owner: &str, name: &str) -> Type {
-    let texts = || Type::Of("list".into(), Box::new(Type::Value("str".into())));
+    let texts = || Type::Container("list".into(), Box::new(Type::Value("str".into())));
     let result = match (owner, name) {
         ("str", "split" | "rsplit" | "splitlines") => return texts(),
         ("str", "encode") => "bytes",

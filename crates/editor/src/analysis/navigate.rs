@@ -28,13 +28,13 @@ pub enum NamedEntity {
 }
 
 /// What is named at `offset`, and where its name stands.
-pub fn named(analysis: &Analysis, offset: u32) -> Option<(NamedEntity, Span)> {
+pub fn entity_at(analysis: &Analysis, offset: u32) -> Option<(NamedEntity, Span)> {
     let names = &analysis.names;
     if let Some(used) = attribute_at(analysis, offset) {
         let class = owner_of(analysis, used)?;
         return Some((NamedEntity::Attribute(class, used.name.clone()), used.span));
     }
-    if let Some((occurrence, symbol)) = names.place_at(offset) {
+    if let Some((occurrence, symbol)) = names.occurrence_at(offset) {
         let written = analysis.file.slice(occurrence.span);
         let named = match symbol {
             Some(symbol) => {
@@ -162,7 +162,11 @@ fn parameter_of(analysis: &Analysis, function: usize, name: &str) -> KeywordOwne
     let symbol = own.and_then(|scope| scope.symbols.get(name)).copied();
     match symbol.filter(|symbol| names.symbols[*symbol].kind == SymbolKind::Parameter) {
         Some(symbol) => KeywordOwner::Known(NamedEntity::Symbol(symbol)),
-        None if info.parameters.iter().any(|p| p.written.starts_with("**")) => {
+        None if info
+            .parameters
+            .iter()
+            .any(|p| p.source_text.starts_with("**")) =>
+        {
             KeywordOwner::Unknown
         }
         None => KeywordOwner::Foreign,
@@ -180,7 +184,7 @@ fn field_of(analysis: &Analysis, class: usize, name: &str) -> KeywordOwner {
 /// Where the thing at `offset` is defined.
 pub fn definition(analysis: &Analysis, offset: u32) -> Vec<Span> {
     let names = &analysis.names;
-    match named(analysis, offset) {
+    match entity_at(analysis, offset) {
         Some((NamedEntity::Symbol(symbol), _)) => {
             let symbol = &names.symbols[symbol];
             let all = symbol.bindings().map(|o| o.span);
@@ -201,14 +205,14 @@ pub fn definition(analysis: &Analysis, offset: u32) -> Vec<Span> {
 
 /// Every place that names what is named at `offset`, in the order of the text.
 pub fn references(analysis: &Analysis, offset: u32) -> Vec<Reference> {
-    match named(analysis, offset) {
-        Some((named, _)) => places_of(analysis, &named),
+    match entity_at(analysis, offset) {
+        Some((named, _)) => references_of(analysis, &named),
         None => Vec::new(),
     }
 }
 
 /// Every place that names something, in the order of the text.
-pub fn places_of(analysis: &Analysis, named: &NamedEntity) -> Vec<Reference> {
+pub fn references_of(analysis: &Analysis, named: &NamedEntity) -> Vec<Reference> {
     let names = &analysis.names;
     let mut found = Vec::new();
     let mut put = |span: Span, is_bound: bool| {

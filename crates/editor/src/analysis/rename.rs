@@ -3,7 +3,7 @@
 use elite_lang::Span;
 use elite_lang::syntax::TokenKind;
 
-use super::navigate::{KeywordOwner, NamedEntity, keyword_of, named, places_of};
+use super::navigate::{KeywordOwner, NamedEntity, entity_at, keyword_of, references_of};
 use super::scopes::{KeywordUse, SymbolKind};
 use super::types::Type;
 use super::{Analysis, TextKind, library};
@@ -71,7 +71,7 @@ pub enum RenameError {
 /// # Errors
 /// Why it cannot.
 pub fn renamable(analysis: &Analysis, offset: u32) -> Result<Span, RenameError> {
-    let (named, span) = named(analysis, offset).ok_or(RenameError::NoName)?;
+    let (named, span) = entity_at(analysis, offset).ok_or(RenameError::NoName)?;
     let written = analysis.file.slice(span);
     check_old(analysis, &named, written)?;
     Ok(span)
@@ -82,11 +82,11 @@ pub fn renamable(analysis: &Analysis, offset: u32) -> Result<Span, RenameError> 
 /// # Errors
 /// Why it cannot be given.
 pub fn rename(analysis: &Analysis, offset: u32, new: &str) -> Result<Vec<Span>, RenameError> {
-    let (named, span) = named(analysis, offset).ok_or(RenameError::NoName)?;
+    let (named, span) = entity_at(analysis, offset).ok_or(RenameError::NoName)?;
     let written = analysis.file.slice(span);
     check_old(analysis, &named, written)?;
     check_new(analysis, &named, written, new)?;
-    let places = places_of(analysis, &named).into_iter();
+    let places = references_of(analysis, &named).into_iter();
     Ok(places.map(|place| place.span).collect())
 }
 
@@ -227,7 +227,7 @@ fn unknown_attribute(analysis: &Analysis, class: usize, name: &str) -> Result<()
     let mut unknown = uses.filter(|used| match analysis.infer(&used.value) {
         Type::Unknown => true,
         Type::Instance(of) | Type::Class(of) => {
-            let line = super::types::line(names, of);
+            let line = super::types::class_and_ancestors(names, of);
             let own = super::types::attribute_of(names, of, name).map(|(owner, _)| owner);
             // A class that has it anew, or one that nobody knows the ancestors of.
             (line.contains(&class) && own != Some(class)) || own.is_none()
@@ -240,9 +240,9 @@ fn unknown_attribute(analysis: &Analysis, class: usize, name: &str) -> Result<()
     let mut derived = classes.filter(|(index, info)| {
         *index != class
             && info.attribute(name).is_some()
-            && super::types::line(names, *index).contains(&class)
+            && super::types::class_and_ancestors(names, *index).contains(&class)
     });
-    let ancestors = super::types::line(names, class);
+    let ancestors = super::types::class_and_ancestors(names, class);
     let inherited = ancestors[1..]
         .iter()
         .any(|at| names.classes[*at].attribute(name).is_some());
@@ -320,7 +320,7 @@ fn check_new(
             Ok(())
         }
         NamedEntity::Attribute(class, _) if new != written => {
-            let others = super::types::line(names, *class);
+            let others = super::types::class_and_ancestors(names, *class);
             let known = others
                 .iter()
                 .find_map(|at| names.classes[*at].attribute(new));

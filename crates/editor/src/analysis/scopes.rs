@@ -155,7 +155,7 @@ pub struct ParameterInfo {
     /// Its name.
     pub name: Box<str>,
     /// How it is written: with star, annotation and default.
-    pub written: Box<str>,
+    pub source_text: Box<str>,
     /// `*args`, `**kwargs`.
     pub is_rest: bool,
     /// It cannot be given by position.
@@ -204,7 +204,7 @@ impl FunctionInfo {
 
     /// `name(a, b=1)` as callers see it.
     pub fn signature(&self) -> String {
-        let written: Vec<&str> = self.called_with().iter().map(|p| &*p.written).collect();
+        let written: Vec<&str> = self.called_with().iter().map(|p| &*p.source_text).collect();
         format!("{}({})", self.name, written.join(", "))
     }
 }
@@ -322,7 +322,7 @@ impl NameTables {
     }
 
     /// The place of a name at `offset`, its end included, and the symbol.
-    pub fn place_at(&self, offset: u32) -> Option<(Occurrence, Option<SymbolId>)> {
+    pub fn occurrence_at(&self, offset: u32) -> Option<(Occurrence, Option<SymbolId>)> {
         let after = self.places.partition_point(|(o, _)| o.span.start <= offset);
         let candidates = self.places[..after].iter().rev().take(4);
         let mut hits = candidates.filter(|(o, _)| offset <= o.span.end);

@@ -59,7 +59,7 @@ pub struct SemanticToken {
 }
 
 /// The words of a text that touch `within`, in its order, none over another.
-pub fn words(analysis: &Analysis, within: Span) -> Vec<SemanticToken> {
+pub fn semantic_tokens(analysis: &Analysis, within: Span) -> Vec<SemanticToken> {
     let mut found: Vec<SemanticToken> = Vec::new();
     let touches = |span: Span| span.start <= within.end && within.start <= span.end;
     names(analysis, within, &mut found);

@@ -136,7 +136,7 @@ fn of_function(analysis: &Analysis, index: usize, called: Option<&str>) -> Optio
         .map(|parameter| CallableParameter {
             name: (!parameter.is_rest && !parameter.is_positional_only)
                 .then(|| parameter.name.to_string()),
-            written: parameter.written.to_string(),
+            written: parameter.source_text.to_string(),
             text: String::new(),
             is_rest: parameter.is_rest,
         });

@@ -8,7 +8,7 @@ use super::scopes::ScopeId;
 use super::types::{SHAPE_DEPTH_MAX, TypeRef};
 
 /// The shape of an expression that stands in `scope`.
-pub(super) fn shape_of(expr: &Expr, scope: ScopeId) -> TypeRef {
+pub(super) fn type_ref_of(expr: &Expr, scope: ScopeId) -> TypeRef {
     within(expr, scope, SHAPE_DEPTH_MAX)
 }
 
@@ -29,7 +29,7 @@ fn within(expr: &Expr, scope: ScopeId, depth: u32) -> TypeRef {
     };
     let part = |expr: &Expr| within(expr, scope, depth);
     let of = |name, items: &[Expr]| match items.first() {
-        Some(first) => TypeRef::Of(name, Box::new(part(first))),
+        Some(first) => TypeRef::Container(name, Box::new(part(first))),
         None => TypeRef::Value(name),
     };
     match &expr.kind {
@@ -84,8 +84,8 @@ fn binary(op: BinaryOp, left: TypeRef, right: TypeRef) -> TypeRef {
         (BinaryOp::Mod, TypeRef::Value("str"), _) => left,
         (BinaryOp::Div, TypeRef::Value("int"), TypeRef::Value("int")) => TypeRef::Value("float"),
         (_, TypeRef::Value("int"), TypeRef::Value("float")) => right,
-        (_, TypeRef::Value(_) | TypeRef::Of(..), _) => left,
-        (BinaryOp::Mul, _, TypeRef::Of(..) | TypeRef::Value("str")) => right,
+        (_, TypeRef::Value(_) | TypeRef::Container(..), _) => left,
+        (BinaryOp::Mul, _, TypeRef::Container(..) | TypeRef::Value("str")) => right,
         (_, _, TypeRef::Value("float")) => right,
         _ => TypeRef::Unknown,
     }

@@ -22,7 +22,7 @@ pub enum TypeRef {
     /// A value of one of Python's own types.
     Value(&'static str),
     /// A list, tuple or set of such items.
-    Of(&'static str, Box<TypeRef>),
+    Container(&'static str, Box<TypeRef>),
     /// What a name stands for in a scope.
     Name(ScopeId, Box<str>),
     /// The result of calling it.
@@ -51,7 +51,7 @@ pub enum Type {
     /// A value of one of Python's own types.
     Value(Box<str>),
     /// A list, tuple or set of such items.
-    Of(Box<str>, Box<Type>),
+    Container(Box<str>, Box<Type>),
     /// A function of the program.
     Function(usize),
     /// A class of the program.
@@ -79,7 +79,7 @@ impl Type {
     pub fn describe(&self, names: &NameTables) -> Option<String> {
         Some(match self {
             Type::Value(name) => name.to_string(),
-            Type::Of(name, item) => match item.describe(names) {
+            Type::Container(name, item) => match item.describe(names) {
                 Some(item) => format!("{name}[{item}]"),
                 None => name.to_string(),
             },
@@ -102,13 +102,13 @@ pub fn attribute_of<'n>(
     class: usize,
     name: &str,
 ) -> Option<(usize, &'n AttributeInfo)> {
-    line(names, class)
+    class_and_ancestors(names, class)
         .into_iter()
         .find_map(|class| Some((class, names.classes[class].attribute(name)?)))
 }
 
 /// A class and those of the program it is derived from, itself first.
-pub fn line(names: &NameTables, class: usize) -> Vec<usize> {
+pub fn class_and_ancestors(names: &NameTables, class: usize) -> Vec<usize> {
     let mut found = vec![class];
     let mut at = 0;
     while let Some(class) = found.get(at).copied() {
@@ -141,12 +141,14 @@ impl Inference<'_> {
         match shape {
             TypeRef::Unknown => Type::Unknown,
             TypeRef::Value(name) => Type::Value((*name).into()),
-            TypeRef::Of(name, item) => Type::Of((*name).into(), Box::new(self.of(item, steps))),
+            TypeRef::Container(name, item) => {
+                Type::Container((*name).into(), Box::new(self.of(item, steps)))
+            }
             TypeRef::Name(scope, name) => self.name(*scope, name, steps),
             TypeRef::Call(function) => self.called(&self.of(function, steps), steps),
             TypeRef::Attribute(value, name) => self.attribute(&self.of(value, steps), name, steps),
             TypeRef::Item(value) => match self.of(value, steps) {
-                Type::Of(_, item) => *item,
+                Type::Container(_, item) => *item,
                 Type::Value(name) if &*name == "str" => Type::Value(name),
                 Type::Value(name) if matches!(&*name, "bytes" | "bytearray" | "range") => {
                     Type::Value("int".into())
@@ -220,7 +222,7 @@ impl Inference<'_> {
                     .find(|found| !matches!(found, Type::Unknown))
                     .unwrap_or(Type::Unknown)
             }
-            Type::Value(owner) | Type::Of(owner, _) => {
+            Type::Value(owner) | Type::Container(owner, _) => {
                 let known = library::members_of_type(owner);
                 match known.iter().any(|member| member.name == name) {
                     true => Type::Method(owner.clone(), name.into()),

@@ -104,7 +104,7 @@ impl AttachedSession {
         while !session.is_done {
             // The session itself holds a sender, so that this does not fail.
             match self.notes.recv() {
-                Ok(note) => session.take(note),
+                Ok(note) => session.handle_event(note),
                 Err(_) => break,
             }
         }
@@ -171,7 +171,7 @@ impl DapSession<'_> {
             | "setExpression" | "exceptionInfo" => {
                 return Some(self.ask_attached(request, arguments));
             }
-            "threads" if self.phase == ProgramPhase::Held => {
+            "threads" if self.phase == ProgramPhase::Suspended => {
                 return Some(self.ask_attached(request, arguments));
             }
             _ => return None,
@@ -250,7 +250,7 @@ impl DapSession<'_> {
         let name = begun.name.to_string();
         self.event("process", json!({"name": name, "startMethod": "attach"}));
         match begun.watched {
-            Some(watched) => self.run = Some(Run::of_another(watched.link, watched.orders)),
+            Some(watched) => self.run = Some(Run::attached(watched.link, watched.orders)),
             None => {
                 let text = self.not_watched();
                 self.output("important", &format!("{text}\n"), 0);
@@ -261,7 +261,7 @@ impl DapSession<'_> {
         self.bind_sources();
         self.changed();
         if let Some(attachment) = self.attachment.as_ref().filter(|a| a.drives()) {
-            attachment.hub.is_ready(self.generation);
+            attachment.hub.mark_ready(self.generation);
         }
         if let Some(held) = begun.held {
             self.threads = held.threads;
@@ -274,7 +274,7 @@ impl DapSession<'_> {
             return Err(self.not_watched());
         }
         self.must_be_held()?;
-        let go = self.way_of(command, arguments)?;
+        let go = self.resume_mode_of(command, arguments)?;
         let attachment = self
             .attachment
             .as_ref()

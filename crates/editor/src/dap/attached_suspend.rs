@@ -15,7 +15,7 @@ const FIRST_SECONDARY: u32 = 1 << 31;
 
 impl Probe {
     /// The program is held from now on.
-    pub(super) fn begin_holding(&self, thread: Option<ThreadId>) -> DebugAction {
+    pub(super) fn begin_suspension(&self, thread: Option<ThreadId>) -> DebugAction {
         self.holding.set(Some(thread));
         match thread {
             Some(_) => DebugAction::Yield,
@@ -24,7 +24,7 @@ impl Probe {
     }
 
     /// A thread is asked again, or another one comes while the program is held. None: nothing is held.
-    pub(super) fn goes_on_holding(
+    pub(super) fn poll_suspended_thread(
         &self,
         halt: &PausedProgram<'_>,
         number: ThreadNumber,
@@ -40,14 +40,14 @@ impl Probe {
         if held != Some(thread) {
             return Some(DebugAction::Yield);
         }
-        Some(match self.is_let_go(halt, held) {
+        Some(match self.poll_resume(halt, held) {
             true => DebugAction::Continue,
             false => DebugAction::Yield,
         })
     }
 
     /// Between two turns of the task: what holds the program while all its threads wait.
-    pub(super) fn attend(&self, halt: &PausedProgram<'_>) {
+    pub(super) fn poll_between_turns(&self, halt: &PausedProgram<'_>) {
         if !self.link.is_attached || self.state.borrow().threads.is_empty() {
             return;
         }
@@ -56,7 +56,7 @@ impl Probe {
             // A thread that is held finds it out itself.
             Some(Some(_)) => {}
             Some(None) => {
-                let _ = self.is_let_go(halt, None);
+                let _ = self.poll_resume(halt, None);
             }
             None if has_left => {}
             None => {
@@ -68,14 +68,14 @@ impl Probe {
                 self.state.borrow_mut().way.passes(&state);
                 if let Some(why) = why {
                     self.is_within.set(true);
-                    self.hold(halt, None, why);
+                    self.suspend_program(halt, None, why);
                 }
             }
         }
     }
 
     /// Takes what the clients say to a held program; true when it goes on.
-    fn is_let_go(&self, halt: &PausedProgram<'_>, thread: Option<ThreadId>) -> bool {
+    fn poll_resume(&self, halt: &PausedProgram<'_>, thread: Option<ThreadId>) -> bool {
         if self.is_abandoned() || !self.link.is_driven.load(Ordering::Acquire) {
             self.holding.set(None);
             self.table.borrow_mut().clear();
@@ -105,7 +105,7 @@ impl Probe {
                     }
                 }
                 RunCommand::Go(go) => {
-                    self.go(halt, go);
+                    self.resume(halt, go);
                     self.holding.set(None);
                     return true;
                 }

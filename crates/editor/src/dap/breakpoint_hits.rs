@@ -14,7 +14,7 @@ use super::run_channel::{RunEvent, SuspendReason};
 
 impl Probe {
     /// Whether a breakpoint that is met here counts, and how it is answered: `None` not at all, a message, or a stop.
-    pub(super) fn meets(
+    pub(super) fn breakpoint_hits(
         &self,
         halt: &PausedProgram<'_>,
         at: &StatementEvent<'_>,
@@ -52,7 +52,7 @@ impl Probe {
             None => true,
             Some(_) if is_quiet => false,
             Some(message) => {
-                let text = self.filled(halt, at.thread, message);
+                let text = self.format_log_message(halt, at.thread, message);
                 self.say("console", text + "\n", at.site.line);
                 false
             }
@@ -67,7 +67,7 @@ impl Probe {
     }
 
     /// The text of a message with its expressions evaluated.
-    pub(super) fn filled(
+    pub(super) fn format_log_message(
         &self,
         halt: &PausedProgram<'_>,
         thread: ThreadId,
@@ -140,7 +140,7 @@ impl Probe {
         };
         let places = breakpoints.places.get(&(at.site.line, at.site.column));
         for breakpoint in places.into_iter().flatten() {
-            if self.meets(halt, at, breakpoint, is_quiet) {
+            if self.breakpoint_hits(halt, at, breakpoint, is_quiet) {
                 add("breakpoint", breakpoint.id);
             }
         }
@@ -148,7 +148,7 @@ impl Probe {
             let (name, qualname) = (at.name(), at.qualname());
             for function in &breakpoints.functions {
                 let is_it = function.name == name || *function.name == *qualname;
-                if is_it && self.meets(halt, at, &function.at, is_quiet) {
+                if is_it && self.breakpoint_hits(halt, at, &function.at, is_quiet) {
                     add("function breakpoint", function.at.id);
                 }
             }

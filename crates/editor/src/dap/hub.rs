@@ -147,7 +147,7 @@ impl DebugHub {
         })
     }
 
-    fn is_changed(&self) {
+    fn bump_changes(&self) {
         self.changes.fetch_add(1, Ordering::AcqRel);
     }
 
@@ -180,7 +180,7 @@ impl DebugHub {
         }
         let begun = state.begun();
         drop(state);
-        self.is_changed();
+        self.bump_changes();
         Ok((number, begun))
     }
 
@@ -204,14 +204,14 @@ impl DebugHub {
                 link.changes.fetch_add(1, Ordering::AcqRel);
                 link.is_driven.store(false, Ordering::Release);
                 let note = SessionEvent::Run(state.generation, Box::new(RunEvent::Continued));
-                state.tell(number, &note);
+                state.notify_others(number, &note);
             }
             if is_last {
                 link.is_over.store(true, Ordering::Release);
             }
         }
         drop(state);
-        self.is_changed();
+        self.bump_changes();
     }
 
     /// What the driver wants programs to be held for.
@@ -223,11 +223,11 @@ impl DebugHub {
             watched.link.changes.fetch_add(1, Ordering::AcqRel);
         }
         drop(state);
-        self.is_changed();
+        self.bump_changes();
     }
 
     /// The driver has said where the program of this number is to be held.
-    pub(crate) fn is_ready(&self, generation: u64) {
+    pub(crate) fn mark_ready(&self, generation: u64) {
         lock(&self.state).ready = generation;
         self.readied.notify_all();
     }
@@ -247,14 +247,14 @@ impl DebugHub {
             .map_err(|_| "the program takes no orders just now")?;
         current.held = None;
         let note = SessionEvent::Run(state.generation, Box::new(RunEvent::Continued));
-        state.tell(number, &note);
+        state.notify_others(number, &note);
         drop(state);
-        self.is_changed();
+        self.bump_changes();
         Ok(())
     }
 
     /// Passes on what a program tells.
-    fn hear(&self, note: &SessionEvent) {
+    fn forward_event(&self, note: &SessionEvent) {
         let mut state = lock(&self.state);
         let SessionEvent::Run(generation, event) = note else {
             return;
@@ -294,9 +294,9 @@ impl DebugHub {
             }
             _ => {}
         }
-        state.tell(0, note);
+        state.notify_others(0, note);
         drop(state);
-        self.is_changed();
+        self.bump_changes();
     }
 }
 
@@ -317,7 +317,7 @@ impl HubState {
     }
 
     /// Tells everybody but one.
-    fn tell(&mut self, but: u32, note: &SessionEvent) {
+    fn notify_others(&mut self, but: u32, note: &SessionEvent) {
         let others: Vec<u32> = self.clients.keys().copied().filter(|n| *n != but).collect();
         for number in others {
             self.tell_one(number, note);
@@ -350,7 +350,7 @@ impl DebuggerHost for HubDebugger {
             held: None,
         });
         drop(state);
-        self.0.is_changed();
+        self.0.bump_changes();
     }
 
     fn attach(&self, task: DebuggedTask) -> Option<Rc<dyn TaskDebugger>> {
@@ -383,7 +383,7 @@ impl DebuggerHost for HubDebugger {
             line: AtomicU32::new(0),
             column: AtomicU32::new(0),
             events: Box::new(move |note| {
-                hub.hear(&note);
+                hub.forward_event(&note);
                 true
             }),
             orders: Some(receiver).into(),
@@ -395,7 +395,7 @@ impl DebuggerHost for HubDebugger {
             });
         }
         let begun = state.begun();
-        state.tell(0, &SessionEvent::Begun(begun.map(Box::new)));
+        state.notify_others(0, &SessionEvent::Begun(begun.map(Box::new)));
         // Breakpoints have their places before the first statement; a driver that is slow misses some.
         let waits = |state: &mut HubState| {
             let has_driver = state.clients.values().any(|client| client.drives);
@@ -406,7 +406,7 @@ impl DebuggerHost for HubDebugger {
             .readied
             .wait_timeout_while(state, READY_WITHIN, waits);
         drop(waited.unwrap_or_else(PoisonError::into_inner));
-        self.0.is_changed();
+        self.0.bump_changes();
         Some(Rc::new(Probe::new(link, task)))
     }
 
@@ -420,8 +420,8 @@ impl DebuggerHost for HubDebugger {
             return;
         }
         state.current = None;
-        state.tell(0, &SessionEvent::Begun(None));
+        state.notify_others(0, &SessionEvent::Begun(None));
         drop(state);
-        self.0.is_changed();
+        self.0.bump_changes();
     }
 }

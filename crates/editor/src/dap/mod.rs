@@ -88,7 +88,7 @@ pub fn serve_attaching(
     while !session.is_done {
         // The session itself holds a sender, so that this does not fail.
         match notes.recv() {
-            Ok(note) => session.take(note),
+            Ok(note) => session.handle_event(note),
             Err(_) => break,
         }
     }

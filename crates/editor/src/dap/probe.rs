@@ -230,7 +230,7 @@ impl Probe {
 
     /// A moment passes: counts it, does again what was done here, and says what the caller has to do instead of
     /// deciding.
-    pub(super) fn passes(
+    pub(super) fn advance_moment(
         &self,
         halt: &PausedProgram<'_>,
         thread: Option<ThreadId>,
@@ -249,7 +249,7 @@ impl Probe {
         }
         self.state.borrow_mut().moment += 1;
         self.refresh();
-        self.redo(halt, thread)
+        self.reapply_interventions(halt, thread)
     }
 
     /// While an evaluation waits, the program beside it is held. None: there is none.
@@ -282,9 +282,9 @@ impl Probe {
             Some(request) => {
                 let result = self.shown(halt, ended);
                 self.link.tell(RunEvent::Answer { request, result });
-                Some(self.stand(halt, thread))
+                Some(self.serve_while_suspended(halt, thread))
             }
-            None => Some(self.redo(halt, thread).unwrap_or_else(|| {
+            None => Some(self.reapply_interventions(halt, thread).unwrap_or_else(|| {
                 // The moment was counted before; the decision is still to be made.
                 self.decide_again(halt, thread)
             })),
@@ -297,14 +297,14 @@ impl Probe {
         halt: &PausedProgram<'_>,
         thread: Option<ThreadId>,
     ) -> DebugAction {
-        match self.sought(halt, false) {
-            Some(why) => self.hold(halt, thread, why),
+        match self.seek_reached(halt, false) {
+            Some(why) => self.suspend_program(halt, thread, why),
             None => DebugAction::Continue,
         }
     }
 
     /// Does again what the client did at this moment.
-    pub(super) fn redo(
+    pub(super) fn reapply_interventions(
         &self,
         halt: &PausedProgram<'_>,
         thread: Option<ThreadId>,
@@ -385,7 +385,11 @@ impl Probe {
     }
 
     /// Whether a run that seeks a place has come to it. `is_cycle`: between two cycles.
-    pub(super) fn sought(&self, halt: &PausedProgram<'_>, is_cycle: bool) -> Option<SuspendReason> {
+    pub(super) fn seek_reached(
+        &self,
+        halt: &PausedProgram<'_>,
+        is_cycle: bool,
+    ) -> Option<SuspendReason> {
         let mut state = self.state.borrow_mut();
         let (moment, cycle) = (state.moment, self.task.cycle());
         let StepState::Seek(target, why) = &state.mode else {
@@ -403,7 +407,7 @@ impl Probe {
     }
 
     /// Holds the program and serves the session until it goes on.
-    pub(super) fn hold(
+    pub(super) fn suspend_program(
         &self,
         halt: &PausedProgram<'_>,
         thread: Option<ThreadId>,
@@ -429,7 +433,7 @@ impl Probe {
         self.held.set(number);
         self.table.borrow_mut().clear();
         let position = self.position(halt);
-        let last = self.last_met(position);
+        let last = self.last_hit(position);
         let threads = self.threads().into_iter().map(|(n, _)| n).collect();
         self.link.tell(RunEvent::Stopped {
             thread: number,
@@ -439,13 +443,13 @@ impl Probe {
             last,
         });
         match self.link.is_attached {
-            true => self.begin_holding(thread),
-            false => self.stand(halt, thread),
+            true => self.begin_suspension(thread),
+            false => self.serve_while_suspended(halt, thread),
         }
     }
 
     /// A breakpoint holds here.
-    pub(super) fn note_met(&self, halt: &PausedProgram<'_>, why: Option<&SuspendReason>) {
+    pub(super) fn record_hit(&self, halt: &PausedProgram<'_>, why: Option<&SuspendReason>) {
         if let Some(why) = why {
             let position = self.position(halt);
             let mut state = self.state.borrow_mut();
@@ -455,7 +459,7 @@ impl Probe {
     }
 
     /// Where a breakpoint held last before this place; None: that is not known.
-    pub(super) fn last_met(&self, before: Position) -> Option<Option<(Position, SuspendReason)>> {
+    pub(super) fn last_hit(&self, before: Position) -> Option<Option<(Position, SuspendReason)>> {
         let state = self.state.borrow();
         if state.has_changed || self.link.changes.load(Ordering::Acquire) > 0 {
             return None;
@@ -464,7 +468,11 @@ impl Probe {
         Some(met.find(|(at, _)| at.moment < before.moment).cloned())
     }
 
-    pub(super) fn stand(&self, halt: &PausedProgram<'_>, thread: Option<ThreadId>) -> DebugAction {
+    pub(super) fn serve_while_suspended(
+        &self,
+        halt: &PausedProgram<'_>,
+        thread: Option<ThreadId>,
+    ) -> DebugAction {
         loop {
             let order = match &self.orders {
                 Some(orders) if !self.is_abandoned() => orders.recv().ok(),
@@ -489,7 +497,7 @@ impl Probe {
                     }
                 }
                 Some(RunCommand::Go(go)) => {
-                    self.go(halt, go);
+                    self.resume(halt, go);
                     return DebugAction::Continue;
                 }
                 Some(RunCommand::Stop) => return DebugAction::Stop,
@@ -497,7 +505,7 @@ impl Probe {
         }
     }
 
-    pub(super) fn go(&self, halt: &PausedProgram<'_>, go: ResumeMode) {
+    pub(super) fn resume(&self, halt: &PausedProgram<'_>, go: ResumeMode) {
         self.table.borrow_mut().clear();
         let depth = |number: u32| {
             let calls = self.thread(number).map(|thread| halt.calls(thread));
@@ -517,7 +525,12 @@ impl Probe {
     }
 
     /// Whether a step has come to its end.
-    pub(super) fn steps_to(&self, halt: &PausedProgram<'_>, number: u32, depth: u32) -> bool {
+    pub(super) fn step_is_complete(
+        &self,
+        halt: &PausedProgram<'_>,
+        number: u32,
+        depth: u32,
+    ) -> bool {
         match &self.state.borrow().mode {
             StepState::StepIn(thread) => *thread == number,
             StepState::Next(thread, most) => *thread == number && depth <= *most,
@@ -533,7 +546,7 @@ impl Probe {
     }
 
     /// A scan has met something, or come to its end.
-    pub(super) fn scans(
+    pub(super) fn scan_step(
         &self,
         halt: &PausedProgram<'_>,
         met: impl FnOnce() -> Option<SuspendReason>,

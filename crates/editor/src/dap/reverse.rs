@@ -59,7 +59,7 @@ impl DapSession<'_> {
                 description: Some("the beginning".to_owned()),
                 ..SuspendReason::only("entry")
             };
-            return self.hear(
+            return self.handle_run_event(
                 self.generation,
                 RunEvent::Stopped {
                     thread: self.thread,

@@ -126,7 +126,7 @@ impl Run {
     }
 
     /// A run that others have started.
-    pub(crate) fn of_another(link: Arc<RunChannel>, orders: SyncSender<RunCommand>) -> Self {
+    pub(crate) fn attached(link: Arc<RunChannel>, orders: SyncSender<RunCommand>) -> Self {
         Self {
             link,
             orders,
@@ -184,13 +184,13 @@ fn run(link: &Arc<RunChannel>, what: RunTarget) -> Result<(), Box<dyn std::error
     if let Some(recorded) = &what.recorded {
         return repeat(link, recorded);
     }
-    let prepared = PreparedController::new(&what.robot, StartOptions::alone())?;
+    let prepared = PreparedController::new(&what.robot, StartOptions::for_single_run())?;
     let teller = Arc::new(OutputObserver(link.clone()));
     let extras = Instrumentation {
         debug: Some(Arc::new(ProbeFactory(link.clone()))),
         ..Instrumentation::default()
     };
-    let controller = prepared.start_through(teller, extras, |timeline| timeline)?;
+    let controller = prepared.start_with_timeline(teller, extras, |timeline| timeline)?;
     controller.supervisor().set_presets(&what.presets);
     let end = controller.run_to_end(what.program, SENDER, std::future::pending());
     let fault = controller.faults().fatal().map(ToString::to_string);

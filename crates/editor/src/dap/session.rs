@@ -74,7 +74,7 @@ pub(super) enum ProgramPhase {
     /// A run is being repeated; the client believes that it runs.
     Repeating,
     /// It is held.
-    Held,
+    Suspended,
     /// It has ended.
     Over,
 }
@@ -175,9 +175,9 @@ impl<'s> DapSession<'s> {
     }
 
     /// Takes what has come in.
-    pub(crate) fn take(&mut self, note: SessionEvent) {
+    pub(crate) fn handle_event(&mut self, note: SessionEvent) {
         match note {
-            SessionEvent::Run(generation, event) => self.hear(generation, *event),
+            SessionEvent::Run(generation, event) => self.handle_run_event(generation, *event),
             SessionEvent::Begun(begun) => self.program_begun(begun.map(|begun| *begun)),
             SessionEvent::Remote(message) => self.take_remote(message),
             SessionEvent::Said(category, text) => self.output(category, &text, 0),
@@ -228,11 +228,11 @@ impl<'s> DapSession<'s> {
         if let Some(result) = self.request(&request, &arguments) {
             self.respond(&request, result);
         }
-        self.after(command);
+        self.after_response(command);
     }
 
     /// What follows a response.
-    fn after(&mut self, command: &str) {
+    fn after_response(&mut self, command: &str) {
         match command {
             "initialize" => self.event("initialized", json!({})),
             "disconnect" => self.is_done = true,
@@ -315,7 +315,7 @@ impl<'s> DapSession<'s> {
                 let sources: Vec<Json> = self.launched.iter().map(|_| self.source_body()).collect();
                 Ok(json!({ "sources": sources }))
             }
-            "threads" if self.phase != ProgramPhase::Held => {
+            "threads" if self.phase != ProgramPhase::Suspended => {
                 Ok(json!({"threads": [{"id": 1, "name": "main program"}]}))
             }
             "continue" | "next" | "stepIn" | "stepOut" | "nextNode" => {
@@ -328,7 +328,7 @@ impl<'s> DapSession<'s> {
             "restart" => self.restart(arguments),
             "terminate" if self.launched.is_none() => Err("no program was launched".to_owned()),
             "terminate"
-                if let (Some(run), ProgramPhase::Running | ProgramPhase::Held) =
+                if let (Some(run), ProgramPhase::Running | ProgramPhase::Suspended) =
                     (&self.run, self.phase) =>
             {
                 run.stop();
@@ -469,7 +469,7 @@ impl<'s> DapSession<'s> {
     /// Lets a held program go on.
     fn go(&mut self, command: &str, arguments: &Json) -> Result<Json, String> {
         self.must_be_held()?;
-        let go = self.way_of(command, arguments)?;
+        let go = self.resume_mode_of(command, arguments)?;
         if let Some(run) = &self.run {
             // A program that has ended meanwhile takes no order; its end is told.
             run.order(RunCommand::Go(go));
@@ -482,7 +482,11 @@ impl<'s> DapSession<'s> {
     }
 
     /// How a request lets the program go on.
-    pub(super) fn way_of(&self, command: &str, arguments: &Json) -> Result<ResumeMode, String> {
+    pub(super) fn resume_mode_of(
+        &self,
+        command: &str,
+        arguments: &Json,
+    ) -> Result<ResumeMode, String> {
         let thread = self.thread_of(arguments)?;
         Ok(match command {
             "next" => ResumeMode::Next(thread),
@@ -503,7 +507,7 @@ impl<'s> DapSession<'s> {
 
     pub(super) fn must_be_held(&self) -> Result<(), String> {
         match self.phase {
-            ProgramPhase::Held => Ok(()),
+            ProgramPhase::Suspended => Ok(()),
             ProgramPhase::Before => Err("no program was launched".to_owned()),
             ProgramPhase::Running | ProgramPhase::Repeating => {
                 Err("the program is running".to_owned())
@@ -518,7 +522,7 @@ impl<'s> DapSession<'s> {
                 run.pause();
                 Ok(json!({}))
             }
-            (ProgramPhase::Repeating | ProgramPhase::Held, _) => Ok(json!({})),
+            (ProgramPhase::Repeating | ProgramPhase::Suspended, _) => Ok(json!({})),
             _ => Err("no program is running".to_owned()),
         }
     }
@@ -556,7 +560,7 @@ impl<'s> DapSession<'s> {
     }
 
     /// Takes what the run tells.
-    pub(crate) fn hear(&mut self, generation: u64, event: RunEvent) {
+    pub(crate) fn handle_run_event(&mut self, generation: u64, event: RunEvent) {
         if generation != self.generation {
             return;
         }
@@ -610,7 +614,7 @@ impl<'s> DapSession<'s> {
     }
 
     pub(super) fn stopped(&mut self, thread: u32, why: SuspendReason, position: Position) {
-        self.phase = ProgramPhase::Held;
+        self.phase = ProgramPhase::Suspended;
         self.position = position;
         self.thread = thread;
         let mut body = json!({

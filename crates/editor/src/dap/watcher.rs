@@ -16,25 +16,25 @@ impl DebugHook for Probe {
     fn on_statement(&self, halt: &PausedProgram<'_>, at: &StatementEvent<'_>) -> DebugAction {
         let number = self.task.thread();
         self.note_thread(number, at.thread);
-        if let Some(onward) = self.goes_on_holding(halt, number, at.thread) {
+        if let Some(onward) = self.poll_suspended_thread(halt, number, at.thread) {
             return onward;
         }
         self.is_within.set(false);
-        if let Some(onward) = self.passes(halt, Some(at.thread)) {
+        if let Some(onward) = self.advance_moment(halt, Some(at.thread)) {
             return onward;
         }
         if !self.link.is_muted.load(Ordering::Relaxed) || !self.state.borrow().watches.is_empty() {
             self.link.line.store(at.site.line, Ordering::Relaxed);
             self.link.column.store(at.site.column, Ordering::Relaxed);
         }
-        if let Some(onward) = self.scans(halt, || self.breakpoints_at(halt, at, true)) {
+        if let Some(onward) = self.scan_step(halt, || self.breakpoints_at(halt, at, true)) {
             return onward;
         }
         let is_seeking = self.is_seeking();
         let why = self.breakpoints_at(halt, at, is_seeking);
-        self.note_met(halt, why.as_ref());
-        if let Some(why) = self.sought(halt, false) {
-            return self.hold(halt, Some(at.thread), why);
+        self.record_hit(halt, why.as_ref());
+        if let Some(why) = self.seek_reached(halt, false) {
+            return self.suspend_program(halt, Some(at.thread), why);
         }
         if is_seeking {
             return DebugAction::Continue;
@@ -47,11 +47,11 @@ impl DebugHook for Probe {
             if self.link.pause.load(Ordering::Acquire) {
                 return Some(SuspendReason::only("pause"));
             }
-            self.steps_to(halt, number.0, at.depth)
+            self.step_is_complete(halt, number.0, at.depth)
                 .then(|| SuspendReason::only("step"))
         });
         match why {
-            Some(why) => self.hold(halt, Some(at.thread), why),
+            Some(why) => self.suspend_program(halt, Some(at.thread), why),
             None => DebugAction::Continue,
         }
     }
@@ -62,11 +62,11 @@ impl DebugHook for Probe {
         at: &StatementEvent<'_>,
         exception: &Value,
     ) -> DebugAction {
-        if let Some(onward) = self.goes_on_holding(halt, self.task.thread(), at.thread) {
+        if let Some(onward) = self.poll_suspended_thread(halt, self.task.thread(), at.thread) {
             return onward;
         }
         self.is_within.set(true);
-        if let Some(onward) = self.passes(halt, Some(at.thread)) {
+        if let Some(onward) = self.advance_moment(halt, Some(at.thread)) {
             return onward;
         }
         let text = self
@@ -81,15 +81,15 @@ impl DebugHook for Probe {
         let moment = self.state.borrow().moment;
         self.state.borrow_mut().raised = Some((moment, why.clone()));
         let caught = self.state.borrow().breakpoints.caught;
-        if let Some(onward) = self.scans(halt, || caught.then(|| why.clone())) {
+        if let Some(onward) = self.scan_step(halt, || caught.then(|| why.clone())) {
             return onward;
         }
-        self.note_met(halt, caught.then_some(&why));
-        if let Some(why) = self.sought(halt, false) {
-            return self.hold(halt, Some(at.thread), why);
+        self.record_hit(halt, caught.then_some(&why));
+        if let Some(why) = self.seek_reached(halt, false) {
+            return self.suspend_program(halt, Some(at.thread), why);
         }
         match caught && !self.is_seeking() {
-            true => self.hold(halt, Some(at.thread), why),
+            true => self.suspend_program(halt, Some(at.thread), why),
             false => DebugAction::Continue,
         }
     }
@@ -97,7 +97,7 @@ impl DebugHook for Probe {
 
 impl TaskDebugger for Probe {
     fn between_turns(&self, halt: &PausedProgram<'_>) {
-        self.attend(halt);
+        self.poll_between_turns(halt);
     }
 
     fn suspend_state(&self) -> SuspendState {
@@ -115,19 +115,19 @@ impl TaskDebugger for Probe {
         self.is_within.set(true);
         let state = self.task.state();
         self.state.borrow_mut().way.passes(&state);
-        let onward = self.passes(halt, None).or_else(|| {
+        let onward = self.advance_moment(halt, None).or_else(|| {
             let met = self.data_breakpoints();
-            if let Some(onward) = self.scans(halt, || met.clone()) {
+            if let Some(onward) = self.scan_step(halt, || met.clone()) {
                 return Some(onward);
             }
-            self.note_met(halt, met.as_ref());
-            if let Some(why) = self.sought(halt, true) {
-                return Some(self.hold(halt, None, why));
+            self.record_hit(halt, met.as_ref());
+            if let Some(why) = self.seek_reached(halt, true) {
+                return Some(self.suspend_program(halt, None, why));
             }
             let pause = self.link.pause.load(Ordering::Acquire);
             let why = met.or_else(|| pause.then(|| SuspendReason::only("pause")));
             let why = why.filter(|_| !self.is_seeking())?;
-            Some(self.hold(halt, None, why))
+            Some(self.suspend_program(halt, None, why))
         });
         if onward == Some(DebugAction::End) {
             self.link.is_over.store(true, Ordering::Release);
@@ -147,7 +147,7 @@ impl TaskDebugger for Probe {
         };
         if is_scanning {
             self.state.borrow_mut().moment = u64::MAX;
-            self.scans(halt, || None);
+            self.scan_step(halt, || None);
             return;
         }
         let uncaught = self.state.borrow().breakpoints.uncaught;
@@ -165,7 +165,7 @@ impl TaskDebugger for Probe {
                     description: Some(lost.to_owned()),
                     ..SuspendReason::only("pause")
                 };
-                self.hold(halt, None, why);
+                self.suspend_program(halt, None, why);
             }
             (TaskEnd::Failed, Some((moment, why))) if uncaught && !self.was_shown(moment) => {
                 self.link.tell(RunEvent::Raised { moment, why });
@@ -177,14 +177,14 @@ impl TaskDebugger for Probe {
                     text: Some(reason.to_string()),
                     ids: Vec::new(),
                 };
-                self.hold(halt, None, why);
+                self.suspend_program(halt, None, why);
             }
             _ if self.link.stop_at_end => {
                 let why = SuspendReason {
                     description: Some("the end of the program".to_owned()),
                     ..SuspendReason::only("pause")
                 };
-                self.hold(halt, None, why);
+                self.suspend_program(halt, None, why);
             }
             _ => {}
         }

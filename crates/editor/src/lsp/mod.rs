@@ -81,7 +81,7 @@ impl LspSession {
     }
 
     /// The findings that wait for typing to pause, now.
-    pub fn settle(&mut self) -> Vec<serde_json::Value> {
+    pub fn flush_diagnostics(&mut self) -> Vec<serde_json::Value> {
         while let Some(due) = self.0.next_due() {
             self.0.tell_due(due);
         }

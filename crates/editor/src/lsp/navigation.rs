@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::documents::Document;
 use super::positions::Encoding;
-use super::requests::{looked_at, told};
+use super::requests::{document_and_analysis, to_response};
 use super::server::{LanguageServer, RequestError};
 use crate::analysis::outline::{FoldKind, OutlineEntry, OutlineKind, folds, outline};
 use crate::analysis::{navigate, rename};
@@ -38,11 +38,11 @@ pub(super) fn definition(
     params: TextDocumentPositionParams,
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);
     let found = navigate::definition(&analysis, offset).into_iter();
     let found = found.map(|span| location(document, span, encoding));
-    told(found.collect::<Vec<_>>())
+    to_response(found.collect::<Vec<_>>())
 }
 
 pub(super) fn references(
@@ -51,7 +51,7 @@ pub(super) fn references(
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
     let at = params.text_document_position;
-    let (document, analysis) = looked_at(server, &at.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &at.text_document.uri)?;
     let offset = document.offset(at.position, encoding);
     let with_declaration = params.context.include_declaration;
     let declared = navigate::definition(&analysis, offset);
@@ -59,7 +59,7 @@ pub(super) fn references(
     let found = found
         .filter(|place| with_declaration || !declared.contains(&place.span))
         .map(|place| location(document, place.span, encoding));
-    told(found.collect::<Vec<_>>())
+    to_response(found.collect::<Vec<_>>())
 }
 
 pub(super) fn highlight(
@@ -67,7 +67,7 @@ pub(super) fn highlight(
     params: TextDocumentPositionParams,
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);
     let found = navigate::references(&analysis, offset).into_iter();
     let found = found.map(|place| DocumentHighlight {
@@ -77,7 +77,7 @@ pub(super) fn highlight(
             false => DocumentHighlightKind::READ,
         }),
     });
-    told(found.collect::<Vec<_>>())
+    to_response(found.collect::<Vec<_>>())
 }
 
 pub(super) fn prepare_rename(
@@ -85,7 +85,7 @@ pub(super) fn prepare_rename(
     params: TextDocumentPositionParams,
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);
     let span = rename::renamable(&analysis, offset)
         .map_err(|error| RequestError::failed(error.to_string()))?;
@@ -101,7 +101,7 @@ pub(super) fn rename(
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
     let at = params.text_document_position;
-    let (document, analysis) = looked_at(server, &at.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &at.text_document.uri)?;
     let offset = document.offset(at.position, encoding);
     let places = rename::rename(&analysis, offset, &params.new_name)
         .map_err(|error| RequestError::failed(error.to_string()))?;
@@ -110,7 +110,7 @@ pub(super) fn rename(
         new_text: params.new_name.clone(),
     });
     let changes = HashMap::from([(document.uri.clone(), edits.collect())]);
-    told(WorkspaceEdit {
+    to_response(WorkspaceEdit {
         changes: Some(changes),
         ..WorkspaceEdit::default()
     })
@@ -121,9 +121,9 @@ pub(super) fn document_symbols(
     params: DocumentParams,
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let found = outline(&analysis).into_iter();
-    told(
+    to_response(
         found
             .map(|entry| symbol(document, entry, encoding))
             .collect::<Vec<_>>(),
@@ -164,7 +164,7 @@ pub(super) fn folding(
     server: &mut LanguageServer,
     params: DocumentParams,
 ) -> Result<Value, RequestError> {
-    let (_, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (_, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let found = folds(&analysis).into_iter().map(|fold| FoldingRange {
         start_line: fold.first - 1,
         end_line: fold.last - 1,
@@ -175,5 +175,5 @@ pub(super) fn folding(
         },
         ..FoldingRange::default()
     });
-    told(found.collect::<Vec<_>>())
+    to_response(found.collect::<Vec<_>>())
 }

@@ -13,12 +13,12 @@ use super::diagnostics;
 use super::documents::Document;
 use super::navigation::DocumentParams;
 use super::positions::Encoding;
-use super::requests::{looked_at, markdown, span_of, told};
+use super::requests::{document_and_analysis, markdown, span_of, to_response};
 use super::server::{LanguageServer, RequestError};
 use crate::analysis::fixes::{Edit, fixes};
 use crate::analysis::format::{Indent, format};
 use crate::analysis::inlay::hints;
-use crate::analysis::semantic::{SemanticToken, words};
+use crate::analysis::semantic::{SemanticToken, semantic_tokens};
 
 /// The parameters of requests about a part of a text.
 #[derive(Deserialize)]
@@ -35,9 +35,13 @@ pub(super) fn colours(
     params: DocumentParams,
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let all = elite_lang::Span::new(0, document.text.len());
-    Ok(encoded(document, &words(&analysis, all), encoding))
+    Ok(encoded(
+        document,
+        &semantic_tokens(&analysis, all),
+        encoding,
+    ))
 }
 
 pub(super) fn colours_in(
@@ -45,9 +49,13 @@ pub(super) fn colours_in(
     params: PartOfText,
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let within = span_of(document, params.range, encoding);
-    Ok(encoded(document, &words(&analysis, within), encoding))
+    Ok(encoded(
+        document,
+        &semantic_tokens(&analysis, within),
+        encoding,
+    ))
 }
 
 /// Five numbers a word, places counted from the word before.
@@ -79,7 +87,7 @@ pub(super) fn inlay_hints(
     params: InlayHintParams,
 ) -> Result<Value, RequestError> {
     let (encoding, language) = (server.documents.encoding, server.language);
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let within = span_of(document, params.range, encoding);
     let found = hints(&analysis, within, language).into_iter();
     let found = found
@@ -94,7 +102,7 @@ pub(super) fn inlay_hints(
             padding_right: None,
             data: None,
         });
-    told(found.collect::<Vec<_>>())
+    to_response(found.collect::<Vec<_>>())
 }
 
 fn text_edits(document: &Document, edits: Vec<Edit>, encoding: Encoding) -> Vec<TextEdit> {
@@ -112,14 +120,14 @@ pub(super) fn formatting(
     params: DocumentFormattingParams,
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let indent = Indent {
         blanks: params.options.tab_size,
         tabs: !params.options.insert_spaces,
     };
     let edits =
         format(&analysis, indent).map_err(|error| RequestError::failed(error.to_string()))?;
-    told(text_edits(document, edits, encoding))
+    to_response(text_edits(document, edits, encoding))
 }
 
 pub(super) fn code_actions(
@@ -129,7 +137,7 @@ pub(super) fn code_actions(
     let (encoding, language) = (server.documents.encoding, server.language);
     let wanted = params.context.only.unwrap_or_default();
     let takes_fixes = wanted.is_empty() || wanted.iter().any(|kind| kind.as_str() == "quickfix");
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let within = span_of(document, params.range, encoding);
     let mut actions = Vec::new();
     for finding in analysis.findings().iter().filter(|_| takes_fixes) {
@@ -140,7 +148,7 @@ pub(super) fn code_actions(
         for fix in fixes(&analysis, finding, language) {
             let edits = text_edits(document, fix.edits, encoding);
             let changes = HashMap::from([(document.uri.clone(), edits)]);
-            let edit = told(WorkspaceEdit {
+            let edit = to_response(WorkspaceEdit {
                 changes: Some(changes),
                 ..WorkspaceEdit::default()
             })?;

@@ -53,7 +53,7 @@ pub fn answer(server: &mut LanguageServer, request: Request) -> Result<Value, Re
 }
 
 /// A text that a request is about, with its analysis.
-pub(super) fn looked_at<'s>(
+pub(super) fn document_and_analysis<'s>(
     server: &'s mut LanguageServer,
     uri: &Uri,
 ) -> Result<(&'s mut Document, Arc<Analysis>), RequestError> {
@@ -66,7 +66,7 @@ pub(super) fn looked_at<'s>(
 }
 
 /// An answer in the protocol's form.
-pub(super) fn told(answer: impl Serialize) -> Result<Value, RequestError> {
+pub(super) fn to_response(answer: impl Serialize) -> Result<Value, RequestError> {
     serde_json::to_value(answer).map_err(|error| RequestError {
         code: ErrorCode::InternalError,
         message: format!("the answer has no JSON form: {error}"),
@@ -85,10 +85,10 @@ fn hover(
     params: TextDocumentPositionParams,
 ) -> Result<Value, RequestError> {
     let (encoding, language) = (server.documents.encoding, server.language);
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);
     let found = hover::hover(&analysis, offset, language);
-    told(found.map(|found| Hover {
+    to_response(found.map(|found| Hover {
         contents: HoverContents::Markup(markdown(found.text)),
         range: Some(document.range(found.span, encoding)),
     }))
@@ -99,7 +99,7 @@ fn completion(
     params: TextDocumentPositionParams,
 ) -> Result<Value, RequestError> {
     let (encoding, language) = (server.documents.encoding, server.language);
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);
     let found = completion::complete(&analysis, offset, language);
     let range = document.range(found.span, encoding);
@@ -114,7 +114,7 @@ fn completion(
         label: item.label,
         ..CompletionItem::default()
     });
-    told(CompletionList {
+    to_response(CompletionList {
         is_incomplete: false,
         items: items.collect(),
     })
@@ -143,7 +143,7 @@ fn resolve(server: &mut LanguageServer, mut item: CompletionItem) -> Result<Valu
         let text = completion::resolve(&item.label, server.language);
         item.documentation = text.map(|text| Documentation::MarkupContent(markdown(text)));
     }
-    told(item)
+    to_response(item)
 }
 
 fn signature_help(
@@ -151,7 +151,7 @@ fn signature_help(
     params: TextDocumentPositionParams,
 ) -> Result<Value, RequestError> {
     let (encoding, language) = (server.documents.encoding, server.language);
-    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);
     let Some(found) = signature::signature(&analysis, offset, language) else {
         return Ok(Value::Null);
@@ -164,7 +164,7 @@ fn signature_help(
             documentation: (!text.is_empty()).then(|| Documentation::MarkupContent(markdown(text))),
         });
     let active = found.active.map(|active| active as u32);
-    told(SignatureHelp {
+    to_response(SignatureHelp {
         signatures: vec![SignatureInformation {
             label: found.label,
             documentation: (!found.text.is_empty())

@@ -100,7 +100,7 @@ impl LanguageServer {
 
     /// Whether the process of the client does not exist any more.
     pub fn client_is_gone(&self) -> bool {
-        self.client.is_some_and(machine::is_gone)
+        self.client.is_some_and(machine::is_process_gone)
     }
 
     /// Answers requests that the client takes back further behind in the queue.

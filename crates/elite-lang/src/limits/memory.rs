@@ -72,7 +72,7 @@ fn cost(size: usize, align: usize) -> isize {
     let size = if size >= MMAP_MIN {
         size.saturating_add(PAGE - 1) & !(PAGE - 1)
     } else {
-        pages::rounded(size)
+        pages::rounded_size(size)
     };
     let padding = if align > ALIGN { align } else { 0 };
     size.saturating_add(padding) as isize

@@ -9,7 +9,7 @@ use std::alloc::{GlobalAlloc, Layout};
 use std::cell::Cell;
 use std::ptr::null_mut;
 
-use platform::memory::{System, rounded};
+use platform::memory::{System, rounded_size};
 
 /// Number of small sizes: 16, 32, 48 … bytes.
 const SIZES: usize = 16;
@@ -41,7 +41,7 @@ impl SizeClass {
     /// What a block costs.
     #[inline(always)]
     pub(super) fn cost(self) -> isize {
-        rounded(self.bytes()) as isize
+        rounded_size(self.bytes()) as isize
     }
 
     /// The layout of a block on the shelf.
@@ -202,7 +202,7 @@ mod tests {
                 size.bytes() >= bytes && size.bytes() < bytes + 16,
                 "{bytes}"
             );
-            assert_eq!(size.cost(), rounded(bytes) as isize);
+            assert_eq!(size.cost(), rounded_size(bytes) as isize);
         }
         assert!(SizeClass::of(Layout::from_size_align(16 * SIZES + 1, 8).unwrap()).is_none());
         assert!(SizeClass::of(Layout::from_size_align(32, 32).unwrap()).is_none());

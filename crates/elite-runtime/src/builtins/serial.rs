@@ -384,7 +384,7 @@ fn mode_name(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
 /// Ends the program with an alarm when the port belongs to a plug-in.
 pub(super) fn check_not_daemon(call: &mut Call<'_, '_>, port: Port) -> Result<(), Raised> {
     match port.line(call.context().fieldbus()).settings() {
-        Some(settings) if settings.for_daemon => Err(call.alarm(
+        Some(settings) if settings.is_daemon_owned => Err(call.alarm(
             USED_BY_DAEMON,
             "the serial port is in Daemon use (usage 1), scripts cannot access it",
         )),
@@ -429,7 +429,7 @@ fn config(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
             bits => bits,
         },
         modbus_rtu,
-        for_daemon: matches!(port, Port::Tool) && call.byte(6)? == 1,
+        is_daemon_owned: matches!(port, Port::Tool) && call.byte(6)? == 1,
     };
     let fieldbus = Arc::clone(call.context().fieldbus());
     let wanted = enable.then_some(settings);

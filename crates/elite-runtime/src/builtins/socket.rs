@@ -258,7 +258,9 @@ fn socket_open(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
     let opened = match call.context().stand_in(&address, port) {
-        Some(stream) => stream.and_then(PeerStream::local).map(ScriptSocket::over),
+        Some(stream) => stream
+            .and_then(PeerStream::local)
+            .map(ScriptSocket::from_stream),
         None => call.wait_for_future(async move { ScriptSocket::open(&address, port).await })?,
     };
     Ok(Value::Bool(match opened {

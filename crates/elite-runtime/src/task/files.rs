@@ -144,7 +144,7 @@ impl HostFiles for Files {
             if kind.is_dir() {
                 return Err(FileError::IsAFolder.into());
             }
-            if files::could_wait(kind) {
+            if files::may_block(kind) {
                 let text = "only regular files and character devices can be opened by scripts";
                 return Err(io::Error::new(io::ErrorKind::Unsupported, text));
             }
@@ -167,7 +167,7 @@ impl HostFiles for Files {
                 Err(_) => fs::metadata(self.target(path)?),
             },
         };
-        found.map(|found| files::details(&found))
+        found.map(|found| files::file_status(&found))
     }
 
     fn list(&self, path: &str) -> io::Result<Vec<String>> {
@@ -221,7 +221,7 @@ impl HostFiles for Files {
             .set_modified(moment(modified_ns));
         let mut options = OpenOptions::new();
         let path = self.target(path)?;
-        let open = |options: &mut OpenOptions| files::open_without_waiting(options, path.as_ref());
+        let open = |options: &mut OpenOptions| files::open_nonblocking(options, path.as_ref());
         let file = open(options.read(true));
         let file = file.or_else(|_| open(options.read(false).write(true)))?;
         file.set_times(times)
@@ -287,7 +287,7 @@ impl HostFile for OpenFile {
     }
 
     fn stat(&self) -> io::Result<FileStat> {
-        self.file.metadata().map(|found| files::details(&found))
+        self.file.metadata().map(|found| files::file_status(&found))
     }
 
     fn duplicate(&self) -> io::Result<File> {

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use platform::processes::{self, ProcessEntry, ProcessTable, SignalTarget, table};
+use platform::processes::{self, ProcessEntry, ProcessTable, SignalTarget, process_table};
 
 /// Whether this process has no other children than those of tasks.
 static ALL_CHILDREN: AtomicBool = AtomicBool::new(false);
@@ -39,7 +39,7 @@ impl ProcessTree {
         if self.started.is_empty() {
             processes::adopt_orphans();
         } else if self.started.len() >= STARTED_MAX {
-            let table = table();
+            let table = process_table();
             let used: BTreeSet<i32> = table
                 .iter()
                 .flat_map(|(number, entry)| [*number, entry.group, entry.session])
@@ -61,7 +61,7 @@ impl ProcessTree {
         }
         let own = own_number();
         for _ in 0..ROUNDS_MAX {
-            let table = table();
+            let table = process_table();
             let all = ALL_CHILDREN.load(Ordering::Relaxed);
             let members = descendants(&table, own, &self.started, all);
             for number in &members {

@@ -81,11 +81,11 @@ impl HostProcesses for Processes {
     }
 
     fn signal(&self, process: i32, signal: i32) -> io::Result<()> {
-        processes::send(SignalTarget::Process(process), signal)
+        processes::send_signal(SignalTarget::Process(process), signal)
     }
 
     fn signal_group(&self, group: i32, signal: i32) -> io::Result<()> {
-        processes::send(SignalTarget::Group(group), signal)
+        processes::send_signal(SignalTarget::Group(group), signal)
     }
 
     fn identity(&self) -> [u32; 6] {
@@ -306,7 +306,7 @@ async fn feed(mut pipe: ChildStdin, shared: Arc<ProcessShared>) {
 }
 
 async fn reap(mut child: Child, shared: Arc<ProcessShared>) {
-    let code = child.wait().await.map_or(-1, processes::code_of);
+    let code = child.wait().await.map_or(-1, processes::exit_code);
     shared.update_and_wake(|state| state.ended = Some(code));
 }
 
@@ -342,7 +342,7 @@ impl HostProcess for ChildProcess {
     fn signal(&self, signal: i32) -> io::Result<()> {
         match self.exit_status() {
             Some(_) => Ok(()),
-            None => processes::send(SignalTarget::Process(self.number), signal),
+            None => processes::send_signal(SignalTarget::Process(self.number), signal),
         }
     }
 

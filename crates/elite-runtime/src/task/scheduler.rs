@@ -356,7 +356,7 @@ impl Task {
         let number = self.context.origin(0).thread;
         let line = catch(|| Some(self.threads.get(&number)?.script.current_line()));
         let line = line.ok().flatten().unwrap_or(1).max(1);
-        let message = Message::internal_error(program, line, &fault.what());
+        let message = Message::internal_error(program, line, &fault.describe());
         self.settings.observer.message(&message);
         TaskEnd::Failed
     }

@@ -133,14 +133,14 @@ impl ModbusClient {
         self.ensure_device(&mut state, &address);
         let signal = Signal::new(spec, state.last_order, state.now_of(&address));
         state.signals.insert(name.to_owned(), signal);
-        self.open(state, address)
+        self.ensure_device_task(state, address)
     }
 
     /// True while there are signals of devices that nobody plays, so that time in the outside world matters.
     pub fn has_real_devices(&self) -> bool {
         let state = self.shared.state();
         let mut devices = state.signals.values().map(|signal| &signal.spec.device);
-        devices.any(|device| state.devices.get(device).is_none_or(|it| !it.is_played))
+        devices.any(|device| state.devices.get(device).is_none_or(|it| !it.is_simulated))
     }
 
     /// Before a cycle that begins at `time` of the simulated clock: devices that a test plays are asked what is due.
@@ -181,9 +181,9 @@ impl ModbusClient {
                 let is_played = state
                     .devices
                     .get(&signal.spec.device)
-                    .is_some_and(|device| device.is_played);
+                    .is_some_and(|device| device.is_simulated);
                 // Of a device that is played every cycle brings news.
-                (!is_played).then(|| signal.added + signal.watchdog + Duration::from_millis(1))
+                (!is_played).then(|| signal.added_at + signal.watchdog + Duration::from_millis(1))
             };
             // The sender lives as long as this client; whether time is over is decided above.
             let _ = match give_up {
@@ -294,7 +294,7 @@ impl ModbusClient {
         signal.period = (hertz > 0).then(|| Duration::from_secs(1) / hertz.max(1));
         let device = signal.spec.device.clone();
         let now = state.now_of(&device);
-        state.signal(name)?.due = now;
+        state.signal(name)?.due_at = now;
         state.wake(&device);
         Ok(())
     }
@@ -361,7 +361,7 @@ impl ModbusClient {
             repeats,
             due: now,
         });
-        self.open(state, device)
+        self.ensure_device_task(state, device)
     }
 
     /// Closes the connection to a device and opens it again; with `wait` until it stands, at most 3 s.
@@ -376,9 +376,9 @@ impl ModbusClient {
                 let DeviceAddress { host, port } = address.clone();
                 return Err(ModbusError::UnknownDevice { host, port });
             };
-            device.wants_reset = true;
+            device.is_reset_requested = true;
             device.custom.clear();
-            device.has_news = true;
+            device.has_changes = true;
             device.wake.notify_one();
             device.connections
         };
@@ -402,20 +402,20 @@ impl ModbusClient {
         let is_new = !state.devices.contains_key(address);
         let device = state.device(address);
         if is_new && let Some(stand_ins) = &self.shared.stand_ins {
-            device.is_played = stand_ins.simulates(&address.host, address.port);
-            device.is_connecting = device.is_played;
+            device.is_simulated = stand_ins.simulates(&address.host, address.port);
+            device.is_connecting = device.is_simulated;
         }
     }
 
     /// Makes sure that the device has a task, and wakes it. One that is played is asked when a cycle passes.
-    fn open(
+    fn ensure_device_task(
         &self,
         mut state: MutexGuard<'_, ModbusState>,
         address: DeviceAddress,
     ) -> Result<(), ModbusError> {
         let device = state.device(&address);
-        if device.is_played {
-            device.has_news = true;
+        if device.is_simulated {
+            device.has_changes = true;
             return Ok(());
         }
         let driver = match self.driver.get() {
@@ -428,13 +428,13 @@ impl ModbusClient {
             }
         };
         let device = state.device(&address);
-        device.has_news = true;
+        device.has_changes = true;
         device.wake.notify_one();
         if !device.has_task {
             device.has_task = true;
             device.is_connecting = true;
             let shared = self.shared.clone();
-            driver.spawn_restarting(move || device::run(shared.clone(), address.clone()));
+            driver.spawn_restarting(move || device::serve_device(shared.clone(), address.clone()));
         }
         Ok(())
     }

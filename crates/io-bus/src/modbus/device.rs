@@ -2,7 +2,7 @@
 //! pauses.
 //!
 //! One request is under way at a time while that keeps the rates, as the simplest devices need it. When signals come
-//! late, up to [`UNDER_WAY_MAX`] are (MODBUS Messaging on TCP/IP Implementation Guide V1.0b, 4.2.2), until the device
+//! late, up to [`MAX_PENDING`] are (MODBUS Messaging on TCP/IP Implementation Guide V1.0b, 4.2.2), until the device
 //! does not answer that once. Ends when no signal and no command uses the device any more.
 
 use std::collections::VecDeque;
@@ -27,11 +27,11 @@ const ANSWER_TIME: Duration = Duration::from_secs(1);
 /// How long an answer to a broadcast is waited for; usually there is none.
 const BROADCAST_TIME: Duration = Duration::from_millis(50);
 /// First and longest pause between two attempts to connect.
-const PAUSE_MIN: Duration = Duration::from_millis(100);
-const PAUSE_MAX: Duration = Duration::from_secs(2);
+const MIN_RECONNECT_DELAY: Duration = Duration::from_millis(100);
+const MAX_RECONNECT_DELAY: Duration = Duration::from_secs(2);
 /// Requests under way at most. Devices that take several take up to 16 (same guide); half of that is enough for
 /// thousands of requests a second.
-const UNDER_WAY_MAX: usize = 8;
+const MAX_PENDING: usize = 8;
 /// Transaction, protocol, length, unit.
 pub(super) const HEADER_BYTES: usize = 7;
 /// errno values of Linux for failures that carry none: ETIMEDOUT, ECONNRESET, EPROTO, EIO.
@@ -45,12 +45,12 @@ enum ConnectionEnd {
     /// It is to be opened anew.
     Reset,
     /// Nobody uses the device.
-    Left,
+    Unused,
 }
 
 /// The life of a device.
-pub(super) async fn run(shared: Arc<SharedModbusState>, address: DeviceAddress) {
-    let mut pause = PAUSE_MIN;
+pub(super) async fn serve_device(shared: Arc<SharedModbusState>, address: DeviceAddress) {
+    let mut pause = MIN_RECONNECT_DELAY;
     // Kept over connections: a device that does not answer several requests at once never will.
     let mut one_by_one = false;
     while let Some(wake) = begin_connecting(&shared, &address, false) {
@@ -61,12 +61,12 @@ pub(super) async fn run(shared: Arc<SharedModbusState>, address: DeviceAddress) 
         let failure = match connected {
             Ok(Ok(stream)) => {
                 note_connection(&shared, &address, false, true, 0);
-                pause = PAUSE_MIN;
+                pause = MIN_RECONNECT_DELAY;
                 let mut connection = Connection::new(stream, one_by_one);
                 let used = connection.serve(&shared, &address).await;
                 one_by_one |= used.is_err() && connection.under_way.len() > 1;
                 match used {
-                    Ok(ConnectionEnd::Left) => return,
+                    Ok(ConnectionEnd::Unused) => return,
                     Ok(ConnectionEnd::Reset) => {
                         note_connection(&shared, &address, false, false, 0);
                         continue;
@@ -83,11 +83,11 @@ pub(super) async fn run(shared: Arc<SharedModbusState>, address: DeviceAddress) 
         while timeout_at(until, wake.notified()).await.is_ok() {
             let state = shared.state();
             let device = state.devices.get(&address);
-            if device.is_none_or(|device| device.wants_reset || device.is_played) {
+            if device.is_none_or(|device| device.is_reset_requested || device.is_simulated) {
                 break;
             }
         }
-        pause = (2 * pause).min(PAUSE_MAX);
+        pause = (2 * pause).min(MAX_RECONNECT_DELAY);
     }
 }
 
@@ -98,7 +98,7 @@ pub(super) fn begin_connecting(
     is_played: bool,
 ) -> Option<Arc<tokio::sync::Notify>> {
     let mut state = shared.state();
-    if state.devices.get(address)?.is_played != is_played {
+    if state.devices.get(address)?.is_simulated != is_played {
         return None;
     }
     if !is_used(&state, address) {
@@ -106,7 +106,7 @@ pub(super) fn begin_connecting(
         return None;
     }
     let device = state.devices.get_mut(address)?;
-    device.wants_reset = false;
+    device.is_reset_requested = false;
     // A fault may have ended the connection before this one without saying so.
     device.is_connected = false;
     device.is_connecting = true;
@@ -128,7 +128,7 @@ pub(super) fn note_connection(
 ) {
     let mut state = shared.state();
     let device = state.devices.get(address);
-    if device.is_none_or(|device| device.is_played != is_played) {
+    if device.is_none_or(|device| device.is_simulated != is_played) {
         return;
     }
     if let Some(device) = state.devices.get_mut(address) {
@@ -161,7 +161,7 @@ struct Connection {
     stream: BufStream<PeerStream>,
     schedule: Schedule,
     under_way: VecDeque<PendingRequest>,
-    one_by_one: bool,
+    is_sequential: bool,
     transaction: u16,
 }
 
@@ -170,7 +170,7 @@ struct PendingRequest {
     transaction: u16,
     slave: u8,
     asked: ScheduledRequest,
-    give_up: Instant,
+    deadline: Instant,
 }
 
 impl Connection {
@@ -179,7 +179,7 @@ impl Connection {
             stream: BufStream::new(stream),
             schedule: Schedule::default(),
             under_way: VecDeque::new(),
-            one_by_one,
+            is_sequential: one_by_one,
             transaction: 0,
         }
     }
@@ -192,20 +192,20 @@ impl Connection {
     ) -> io::Result<ConnectionEnd> {
         let wake = match shared.state().devices.get(address) {
             Some(device) => device.wake.clone(),
-            None => return Ok(ConnectionEnd::Left),
+            None => return Ok(ConnectionEnd::Unused),
         };
         loop {
-            let sleep_until = match self.ask(shared, address).await? {
-                Some(PollAction::Reset) => return Ok(ConnectionEnd::Reset),
-                Some(PollAction::Leave) => return Ok(ConnectionEnd::Left),
-                Some(PollAction::Sleep(until)) => until,
+            let sleep_until = match self.send_due(shared, address).await? {
+                Some(PollAction::Reconnect) => return Ok(ConnectionEnd::Reset),
+                Some(PollAction::Close) => return Ok(ConnectionEnd::Unused),
+                Some(PollAction::WaitUntil(until)) => until,
                 _ => Instant::now(),
             };
             if let Some(oldest) = self.under_way.front() {
-                let answered = timeout_at(oldest.give_up, self.take_answer(shared, address)).await;
+                let answered = timeout_at(oldest.deadline, self.take_answer(shared, address)).await;
                 match answered {
                     Ok(answered) => answered?,
-                    Err(_elapsed) => self.give_up(shared, address)?,
+                    Err(_elapsed) => self.expire_oldest(shared, address)?,
                 }
                 continue;
             }
@@ -219,13 +219,13 @@ impl Connection {
     }
 
     /// Sends what is due, as much as may be under way. What else there is to do, if the schedule said it.
-    async fn ask(
+    async fn send_due(
         &mut self,
         shared: &SharedModbusState,
         address: &DeviceAddress,
     ) -> io::Result<Option<PollAction>> {
-        let most = match self.schedule.is_behind && !self.one_by_one {
-            true => UNDER_WAY_MAX,
+        let most = match self.schedule.is_behind && !self.is_sequential {
+            true => MAX_PENDING,
             false => 1,
         };
         // Refilled when half is answered, so that several go in one write.
@@ -235,7 +235,7 @@ impl Connection {
         let mut other = None;
         while self.under_way.len() < most && !self.waits_for_broadcast() {
             let next = self.schedule.next(&mut shared.state(), address);
-            let PollAction::Ask(slave, asked) = next else {
+            let PollAction::Send(slave, asked) = next else {
                 other = Some(next);
                 break;
             };
@@ -250,7 +250,7 @@ impl Connection {
                 transaction: self.transaction,
                 slave,
                 asked,
-                give_up: Instant::now() + patience,
+                deadline: Instant::now() + patience,
             });
         }
         timeout(ANSWER_TIME, self.stream.flush())
@@ -289,7 +289,11 @@ impl Connection {
     }
 
     /// The oldest request has no answer in time: for a broadcast that is how it should be.
-    fn give_up(&mut self, shared: &SharedModbusState, address: &DeviceAddress) -> io::Result<()> {
+    fn expire_oldest(
+        &mut self,
+        shared: &SharedModbusState,
+        address: &DeviceAddress,
+    ) -> io::Result<()> {
         match self.under_way.front() {
             Some(oldest) if oldest.slave == 0 => {
                 note_reply(

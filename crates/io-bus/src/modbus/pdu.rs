@@ -190,7 +190,7 @@ impl Request {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modbus_server::codec::answer;
+    use crate::modbus_server::codec::build_reply;
     use crate::modbus_server::tables::Store;
     use proptest::prelude::*;
 
@@ -202,7 +202,7 @@ mod tests {
         message.extend(length.to_be_bytes());
         message.push(255);
         message.extend(pdu);
-        request.decode(&answer(&message, store)[7..])
+        request.decode(&build_reply(&message, store)[7..])
     }
 
     #[test]

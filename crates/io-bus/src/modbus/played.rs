@@ -45,23 +45,26 @@ impl SimulatedDevices {
         };
         let (now, addresses): (Instant, Vec<DeviceAddress>) = {
             let mut state = shared.state();
-            let now = match &mut state.played {
+            let now = match &mut state.simulated_now {
                 Some(played) => played.set(time),
                 None => return,
             };
             for (address, device) in &mut state.devices {
                 // Signals of the cell are there before the test that plays their device.
-                if !device.is_played
+                if !device.is_simulated
                     && !device.is_connected
                     && stand_ins.simulates(&address.host, address.port)
                 {
-                    device.is_played = true;
+                    device.is_simulated = true;
                     device.is_connecting = true;
                     device.has_task = false;
                     device.wake.notify_one();
                 }
             }
-            let played = state.devices.iter().filter(|(_, device)| device.is_played);
+            let played = state
+                .devices
+                .iter()
+                .filter(|(_, device)| device.is_simulated);
             (now, played.map(|(address, _)| address.clone()).collect())
         };
         if addresses.is_empty() {
@@ -73,17 +76,17 @@ impl SimulatedDevices {
             let line = lines
                 .entry(address.clone())
                 .or_insert_with(|| SimulatedConnection {
-                    schedule: Schedule::of_played(),
+                    schedule: Schedule::for_simulated_device(),
                     ..SimulatedConnection::default()
                 });
-            line.ask_what_is_due(shared, address, stand_ins.as_ref(), now);
+            line.poll_device(shared, address, stand_ins.as_ref(), now);
         }
         shared.updates.send_modify(|count| *count += 1);
     }
 }
 
 impl SimulatedConnection {
-    fn ask_what_is_due(
+    fn poll_device(
         &mut self,
         shared: &SharedModbusState,
         address: &DeviceAddress,
@@ -105,7 +108,7 @@ impl SimulatedConnection {
             }
             let next = self.schedule.next(&mut shared.state(), address);
             match next {
-                PollAction::Ask(slave, asked) => match self.exchange(stand_ins, slave, &asked) {
+                PollAction::Send(slave, asked) => match self.exchange(stand_ins, slave, &asked) {
                     Ok(reply) => {
                         let reply = match reply {
                             Some(reply) => asked.request.decode(&reply),
@@ -115,11 +118,11 @@ impl SimulatedConnection {
                     }
                     Err(error) => return self.fail(shared, address, now, &error),
                 },
-                PollAction::Reset => {
+                PollAction::Reconnect => {
                     self.stream = None;
                     note_connection(shared, address, true, false, 0);
                 }
-                PollAction::Sleep(_) | PollAction::Leave => return,
+                PollAction::WaitUntil(_) | PollAction::Close => return,
             }
         }
     }

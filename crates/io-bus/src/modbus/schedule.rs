@@ -25,13 +25,13 @@ const REGISTERS_MAX: u16 = 125;
 #[derive(Debug)]
 pub(super) enum PollAction {
     /// Send this to the slave.
-    Ask(u8, ScheduledRequest),
+    Send(u8, ScheduledRequest),
     /// Nothing before then.
-    Sleep(Instant),
+    WaitUntil(Instant),
     /// The connection is to be opened anew.
-    Reset,
+    Reconnect,
     /// Nobody uses the device.
-    Leave,
+    Close,
 }
 
 /// A request, and whose answer it brings.
@@ -46,7 +46,7 @@ pub(super) struct ScheduledRequest {
 struct SignalRef {
     name: String,
     order: u64,
-    place: usize,
+    offset: usize,
 }
 
 /// Signals that are asked for with one request.
@@ -61,21 +61,21 @@ struct PollGroup {
 /// The rounds of one connection.
 #[derive(Debug, Default)]
 pub(super) struct Schedule {
-    round: VecDeque<PollGroup>,
+    poll_queue: VecDeque<PollGroup>,
     /// When the first signal that is not in the round is due.
-    due_later: Option<Instant>,
+    next_due: Option<Instant>,
     idle_since: Option<Instant>,
     /// Of a device that a test plays.
-    is_played: bool,
+    is_simulated: bool,
     /// Signals come late by more than half their period.
     pub(super) is_behind: bool,
 }
 
 impl Schedule {
     /// For a device that a test plays.
-    pub(super) fn of_played() -> Self {
+    pub(super) fn for_simulated_device() -> Self {
         Self {
-            is_played: true,
+            is_simulated: true,
             ..Self::default()
         }
     }
@@ -84,52 +84,52 @@ impl Schedule {
     pub(super) fn next(&mut self, state: &mut ModbusState, address: &DeviceAddress) -> PollAction {
         let now = state.now_of(address);
         let Some(device) = state.devices.get_mut(address) else {
-            return PollAction::Leave;
+            return PollAction::Close;
         };
-        if device.is_played != self.is_played {
+        if device.is_simulated != self.is_simulated {
             // Somebody else has taken the device over.
-            return PollAction::Leave;
+            return PollAction::Close;
         }
-        if device.wants_reset {
-            return PollAction::Reset;
+        if device.is_reset_requested {
+            return PollAction::Reconnect;
         }
         if let Some(place) = device.custom.iter().position(|custom| custom.due <= now) {
             return custom(device.custom.remove(place), &mut device.custom, now);
         }
         let next_custom = device.custom.iter().map(|custom| custom.due).min();
-        if core::mem::take(&mut device.has_news) {
-            self.round.clear();
+        if core::mem::take(&mut device.has_changes) {
+            self.poll_queue.clear();
         }
-        if self.round.is_empty() {
+        if self.poll_queue.is_empty() {
             self.begin_round(state, address, now);
         }
-        while let Some(job) = self.round.pop_front() {
-            if let Some(asked) = job.ask(state, now) {
+        while let Some(job) = self.poll_queue.pop_front() {
+            if let Some(asked) = job.prepare_request(state, now) {
                 self.idle_since = None;
-                return PollAction::Ask(job.slave, asked);
+                return PollAction::Send(job.slave, asked);
             }
         }
-        if let Some(due) = self.due_later.into_iter().chain(next_custom).min() {
+        if let Some(due) = self.next_due.into_iter().chain(next_custom).min() {
             self.idle_since = None;
-            return PollAction::Sleep(due);
+            return PollAction::WaitUntil(due);
         }
         if state.signals.values().any(|s| s.spec.device == *address) {
             // None of them has a rate.
             self.idle_since = None;
-            return PollAction::Sleep(now + CUSTOM_PERIOD);
+            return PollAction::WaitUntil(now + CUSTOM_PERIOD);
         }
         let since = *self.idle_since.get_or_insert(now);
         if now.duration_since(since) < IDLE_TIME {
-            return PollAction::Sleep(since + IDLE_TIME);
+            return PollAction::WaitUntil(since + IDLE_TIME);
         }
         state.devices.remove(address);
-        PollAction::Leave
+        PollAction::Close
     }
 
     /// Everything that is due, in the order in which it became due; sequential signals in the order in which they were
     /// added.
     fn begin_round(&mut self, state: &ModbusState, address: &DeviceAddress, now: Instant) {
-        self.due_later = None;
+        self.next_due = None;
         self.is_behind = false;
         let mut jobs: Vec<((Instant, u64), PollGroup)> = Vec::new();
         let mut shared: Vec<(&String, &Signal)> = Vec::new();
@@ -137,32 +137,32 @@ impl Schedule {
             let Some(period) = signal.period.filter(|_| signal.spec.device == *address) else {
                 continue;
             };
-            if signal.due > now {
-                let due = signal.due;
-                self.due_later = Some(self.due_later.map_or(due, |other| other.min(due)));
+            if signal.due_at > now {
+                let due = signal.due_at;
+                self.next_due = Some(self.next_due.map_or(due, |other| other.min(due)));
                 continue;
             }
             self.is_behind |= signal.lateness(now) > period / 2;
-            if signal.write().is_some() {
+            if signal.write_request().is_some() {
                 let job = PollGroup {
                     slave: signal.spec.slave,
                     read: None,
                     members: vec![SignalRef::new(name, signal, 0)],
                 };
-                jobs.push((key(signal, now), job));
-            } else if signal.alone || signal.spec.is_sequential {
-                jobs.push((key(signal, now), read(&[(name, signal)])));
+                jobs.push((due_order(signal, now), job));
+            } else if signal.is_polled_alone || signal.spec.is_sequential {
+                jobs.push((due_order(signal, now), read(&[(name, signal)])));
             } else {
                 shared.push((name, signal));
             }
         }
-        for run in runs(shared) {
+        for run in adjacent_groups(shared) {
             // A run is due when the first of its signals is.
-            let first = run.iter().map(|(_, signal)| key(signal, now)).min();
+            let first = run.iter().map(|(_, signal)| due_order(signal, now)).min();
             jobs.push((first.unwrap_or((now, 0)), read(&run)));
         }
         jobs.sort_by_key(|(key, _)| *key);
-        self.round = jobs.into_iter().map(|(_, job)| job).collect();
+        self.poll_queue = jobs.into_iter().map(|(_, job)| job).collect();
     }
 }
 
@@ -171,7 +171,7 @@ impl SignalRef {
         Self {
             name: name.to_owned(),
             order: signal.order,
-            place,
+            offset: place,
         }
     }
 
@@ -184,7 +184,7 @@ impl SignalRef {
 
 impl PollGroup {
     /// The request as it is now; `None` when nobody is left to ask for.
-    fn ask(&self, state: &mut ModbusState, now: Instant) -> Option<ScheduledRequest> {
+    fn prepare_request(&self, state: &mut ModbusState, now: Instant) -> Option<ScheduledRequest> {
         let mut request = self.read.clone();
         let mut is_wanted = false;
         for member in &self.members {
@@ -193,7 +193,7 @@ impl PollGroup {
             };
             is_wanted = true;
             signal.schedule_next(now);
-            request = request.or_else(|| signal.write());
+            request = request.or_else(|| signal.write_request());
         }
         Some(ScheduledRequest {
             request: request.filter(|_| is_wanted)?,
@@ -212,19 +212,21 @@ fn custom(command: CustomRequest, waiting: &mut Vec<CustomRequest>, now: Instant
         let due = now + CUSTOM_PERIOD;
         waiting.push(CustomRequest { due, ..command });
     }
-    PollAction::Ask(slave, asked)
+    PollAction::Send(slave, asked)
 }
 
 /// Sequential signals take their turns in the order in which they were added.
-fn key(signal: &Signal, now: Instant) -> (Instant, u64) {
+fn due_order(signal: &Signal, now: Instant) -> (Instant, u64) {
     match signal.spec.is_sequential {
         true => (now, signal.order),
-        false => (signal.due, signal.order),
+        false => (signal.due_at, signal.order),
     }
 }
 
 /// Signals of one table of one slave whose ranges touch, as far as one request reaches.
-fn runs<'s>(mut signals: Vec<(&'s String, &'s Signal)>) -> Vec<Vec<(&'s String, &'s Signal)>> {
+fn adjacent_groups<'s>(
+    mut signals: Vec<(&'s String, &'s Signal)>,
+) -> Vec<Vec<(&'s String, &'s Signal)>> {
     let table_of = |signal: &Signal| (signal.spec.slave, signal.spec.table());
     signals.sort_by_key(|(_, signal)| (table_of(signal), signal.spec.address, signal.order));
     let mut runs: Vec<Vec<(&String, &Signal)>> = Vec::new();
@@ -303,17 +305,17 @@ pub(super) fn note_reply(
                         || matches!(signal.spec.kind, SignalKind::ReadWrite { .. }))
                 {
                     let count = usize::from(signal.spec.count);
-                    let values = values.iter().skip(member.place).take(count);
+                    let values = values.iter().skip(member.offset).take(count);
                     signal.values = values.copied().collect();
                 }
-                signal.last_good = Some(now);
+                signal.last_reply_at = Some(now);
                 signal.device_error = 0;
                 signal.is_unheard = false;
             }
             Err(PduError::Exception(_)) if is_shared => {
                 // Perhaps the device does not give both at once: each is asked for alone from now on.
-                signal.alone = true;
-                signal.due = now;
+                signal.is_polled_alone = true;
+                signal.due_at = now;
                 has_news = true;
             }
             Err(PduError::Exception(code)) => signal.device_error = i32::from(*code),
@@ -363,7 +365,7 @@ mod tests {
     /// What is asked until nothing is due: slave, first address and count of each read, or the function written.
     fn round(schedule: &mut Schedule, state: &mut ModbusState) -> Vec<(u8, u16, u16)> {
         let mut asked = Vec::new();
-        while let PollAction::Ask(slave, ask) = schedule.next(state, &address()) {
+        while let PollAction::Send(slave, ask) = schedule.next(state, &address()) {
             asked.push(match ask.request {
                 Request::Read { address, count, .. } => (slave, address, count),
                 other => (slave, u16::from(other.function()), 0),
@@ -398,7 +400,7 @@ mod tests {
         let mut schedule = Schedule::default();
         if let Some(signal) = state.signals.get_mut("s1") {
             signal.period = Some(period);
-            signal.last_good = Some(Instant::now());
+            signal.last_reply_at = Some(Instant::now());
         }
         let begin = Instant::now();
         let mut times = Vec::new();
@@ -419,7 +421,7 @@ mod tests {
         let mut state = state(specs.collect());
         let mut schedule = Schedule::default();
         let first = schedule.next(&mut state, &address());
-        assert!(matches!(first, PollAction::Ask(255, _)), "{first:?}");
+        assert!(matches!(first, PollAction::Send(255, _)), "{first:?}");
         // In the middle of the round.
         if let Some(signal) = state.signals.get_mut("s5") {
             signal.set(&[7], Instant::now());
@@ -442,7 +444,7 @@ mod tests {
         let both = |n| spec(SignalKind::RegisterInput, n, 1);
         let mut state = state(vec![both(0), both(1)]);
         let mut schedule = Schedule::default();
-        let PollAction::Ask(_, asked) = schedule.next(&mut state, &address()) else {
+        let PollAction::Send(_, asked) = schedule.next(&mut state, &address()) else {
             panic!("nothing is due");
         };
         note_reply(&mut state, &address(), &asked, &Err(PduError::Exception(2)));
@@ -455,7 +457,7 @@ mod tests {
         let mut state = state(vec![spec(SignalKind::RegisterInput, 0, 1)]);
         let mut schedule = Schedule::default();
         let table = Table::InputRegisters;
-        let PollAction::Ask(_, asked) = schedule.next(&mut state, &address()) else {
+        let PollAction::Send(_, asked) = schedule.next(&mut state, &address()) else {
             panic!("nothing is due");
         };
         let (first, count) = (0, 1);
@@ -470,12 +472,12 @@ mod tests {
         note_reply(&mut state, &address(), &asked, &Ok(Reply::Values(vec![1])));
         assert!(matches!(
             schedule.next(&mut state, &address()),
-            PollAction::Sleep(_)
+            PollAction::WaitUntil(_)
         ));
         tokio::time::advance(IDLE_TIME).await;
         assert!(matches!(
             schedule.next(&mut state, &address()),
-            PollAction::Leave
+            PollAction::Close
         ));
         assert!(state.devices.is_empty());
     }

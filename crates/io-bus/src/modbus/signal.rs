@@ -80,16 +80,16 @@ pub(super) struct Signal {
     pub(super) period: Option<Duration>,
     pub(super) watchdog: Duration,
     pub(super) run_state: RunStateChoice,
-    pub(super) added: Instant,
-    pub(super) last_good: Option<Instant>,
+    pub(super) added_at: Instant,
+    pub(super) last_reply_at: Option<Instant>,
     pub(super) device_error: i32,
     /// The connection was lost, or nothing came: until the next good answer.
     pub(super) is_unheard: bool,
-    pub(super) due: Instant,
+    pub(super) due_at: Instant,
     /// In the order in which signals were added; new for a signal that replaces another.
     pub(super) order: u64,
     /// The device refused it together with its neighbours.
-    pub(super) alone: bool,
+    pub(super) is_polled_alone: bool,
     pub(super) missed: u64,
 }
 
@@ -102,13 +102,13 @@ impl Signal {
             period: Some(Duration::from_secs(1) / DEFAULT_RATE),
             watchdog: DEFAULT_WATCHDOG,
             run_state: RunStateChoice::Keep,
-            added: now,
-            last_good: None,
+            added_at: now,
+            last_reply_at: None,
             device_error: 0,
             is_unheard: false,
-            due: now,
+            due_at: now,
             order,
-            alone: false,
+            is_polled_alone: false,
             missed: 0,
             spec,
         }
@@ -125,7 +125,7 @@ impl Signal {
             self.values.resize(usize::from(self.spec.count), 0);
             self.values[..values.len()].copy_from_slice(values);
         }
-        self.due = now;
+        self.due_at = now;
     }
 
     /// True when the output is forced.
@@ -140,8 +140,8 @@ impl Signal {
 
     /// How late it is: zero for a signal that has never been heard of.
     pub(super) fn lateness(&self, now: Instant) -> Duration {
-        match self.last_good {
-            Some(_) => now.saturating_duration_since(self.due),
+        match self.last_reply_at {
+            Some(_) => now.saturating_duration_since(self.due_at),
             None => Duration::ZERO,
         }
     }
@@ -153,12 +153,12 @@ impl Signal {
         if self.lateness(now) > period {
             self.missed += 1;
         }
-        let is_lost = now.saturating_duration_since(self.due) > period;
-        self.due = if is_lost { now } else { self.due } + period;
+        let is_lost = now.saturating_duration_since(self.due_at) > period;
+        self.due_at = if is_lost { now } else { self.due_at } + period;
     }
 
     /// The request that sets it; `None` for a signal that is only read.
-    pub(super) fn write(&self) -> Option<Request> {
+    pub(super) fn write_request(&self) -> Option<Request> {
         let (address, output) = (self.spec.address, &self.output);
         let levels = || output.iter().map(|value| *value != 0).collect();
         Some(match (self.spec.kind, output.as_slice()) {

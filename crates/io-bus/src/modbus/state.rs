@@ -34,7 +34,7 @@ pub(super) struct ModbusState {
     pub(super) last_order: u64,
     pub(super) program_running: bool,
     /// The time of devices that a test plays: simulated.
-    pub(super) played: Option<SimulatedInstant>,
+    pub(super) simulated_now: Option<SimulatedInstant>,
 }
 
 /// Simulated time as an instant. It begins before any cycle has passed: until then, too, no signal may be due by the
@@ -63,15 +63,15 @@ impl SimulatedInstant {
 pub(super) struct DeviceState {
     pub(super) wake: Arc<Notify>,
     /// Something has changed since the device's task last looked.
-    pub(super) has_news: bool,
+    pub(super) has_changes: bool,
     pub(super) custom: Vec<CustomRequest>,
     pub(super) has_task: bool,
     /// A test plays it: it has no task, and simulated time.
-    pub(super) is_played: bool,
+    pub(super) is_simulated: bool,
     pub(super) is_connected: bool,
     pub(super) is_connecting: bool,
     pub(super) errno: i32,
-    pub(super) wants_reset: bool,
+    pub(super) is_reset_requested: bool,
     pub(super) connections: u64,
 }
 
@@ -87,7 +87,7 @@ impl SharedModbusState {
     /// Without signals; stand-ins are asked before the network is.
     pub(super) fn with_simulated_peers(stand_ins: Option<Arc<dyn SimulatedPeers>>) -> Self {
         let state = ModbusState {
-            played: stand_ins.as_ref().map(|_| SimulatedInstant::begin()),
+            simulated_now: stand_ins.as_ref().map(|_| SimulatedInstant::begin()),
             ..ModbusState::default()
         };
         Self {
@@ -113,8 +113,8 @@ impl ModbusState {
 
     /// What time it is for a device.
     pub(super) fn now_of(&self, address: &DeviceAddress) -> Instant {
-        let is_played = self.devices.get(address).is_some_and(|it| it.is_played);
-        match self.played.filter(|_| is_played) {
+        let is_played = self.devices.get(address).is_some_and(|it| it.is_simulated);
+        match self.simulated_now.filter(|_| is_played) {
             Some(played) => played.now,
             None => Instant::now(),
         }
@@ -123,7 +123,7 @@ impl ModbusState {
     /// Tells the device's task that something has changed.
     pub(super) fn wake(&mut self, address: &DeviceAddress) {
         if let Some(device) = self.devices.get_mut(address) {
-            device.has_news = true;
+            device.has_changes = true;
             device.wake.notify_one();
         }
     }
@@ -145,11 +145,11 @@ impl ModbusState {
     /// Time without a good answer; zero for a valid signal. Once invalid, a signal stays so until the next good answer,
     /// however often the device is connected again meanwhile.
     pub(super) fn invalid_for(&self, signal: &Signal) -> Duration {
-        match (self.errors(signal), signal.last_good) {
+        match (self.errors(signal), signal.last_reply_at) {
             ([0, _], Some(_)) if !signal.is_unheard => Duration::ZERO,
             (_, since) => {
                 let now = self.now_of(&signal.spec.device);
-                now.saturating_duration_since(since.unwrap_or(signal.added))
+                now.saturating_duration_since(since.unwrap_or(signal.added_at))
             }
         }
     }
@@ -184,14 +184,14 @@ impl ModbusState {
             .entry(address.clone())
             .or_insert_with(|| DeviceState {
                 wake: Arc::default(),
-                has_news: false,
+                has_changes: false,
                 custom: Vec::new(),
                 has_task: false,
-                is_played: false,
+                is_simulated: false,
                 is_connected: false,
                 is_connecting: false,
                 errno: 0,
-                wants_reset: false,
+                is_reset_requested: false,
                 connections: 0,
             })
     }

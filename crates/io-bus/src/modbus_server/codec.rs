@@ -53,7 +53,7 @@ pub fn message_bytes(received: &[u8]) -> Result<Option<usize>, ModbusFrameError>
 }
 
 /// The reply to one whole message, as long as [`message_bytes`] said.
-pub fn answer(message: &[u8], tables: &dyn Tables) -> Vec<u8> {
+pub fn build_reply(message: &[u8], tables: &dyn Tables) -> Vec<u8> {
     let (header, request) = message.split_at(HEADER_BYTES.min(message.len()));
     let reply = reply_to(request, tables);
     // A reply is never longer than a request proper may be.

@@ -14,7 +14,7 @@ use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::time::timeout;
 
-use codec::{ADU_BYTES_MAX, ModbusFrameError, answer, message_bytes};
+use codec::{ADU_BYTES_MAX, ModbusFrameError, build_reply, message_bytes};
 use tables::Tables;
 
 /// A request that has begun has to be complete, and a reply taken, within this time.
@@ -26,7 +26,7 @@ pub const MESSAGE_TIME: Duration = Duration::from_secs(5);
 pub enum ModbusSessionError {
     /// The connection broke.
     #[error("the connection broke: {0}")]
-    Broken(#[from] io::Error),
+    Io(#[from] io::Error),
     /// What was sent is not Modbus TCP.
     #[error("not Modbus TCP: {0}")]
     NotModbus(#[from] ModbusFrameError),
@@ -50,7 +50,7 @@ pub async fn serve(
         if let Some(length) = message_bytes(&buffer[..filled])?
             && filled >= length
         {
-            let reply = answer(&buffer[..length], tables);
+            let reply = build_reply(&buffer[..length], tables);
             match timeout(MESSAGE_TIME, stream.write_all(&reply)).await {
                 Ok(written) => written?,
                 Err(_elapsed) => return Err(ModbusSessionError::Stalled),

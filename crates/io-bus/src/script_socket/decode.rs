@@ -13,17 +13,17 @@ const FRAME_BYTES_MAX: usize = 4096;
 #[derive(Debug, PartialEq)]
 pub enum ParseOutcome<T> {
     /// The result; its bytes are gone from the buffer.
-    Result(T),
+    Done(T),
     /// More bytes are needed.
-    NotYet,
+    NeedMoreBytes,
 }
 
 /// There is nothing to be found: for good, or not yet.
-fn nothing<T: Default>(is_last: bool) -> ParseOutcome<T> {
+fn empty_result<T: Default>(is_last: bool) -> ParseOutcome<T> {
     if is_last {
-        ParseOutcome::Result(T::default())
+        ParseOutcome::Done(T::default())
     } else {
-        ParseOutcome::NotYet
+        ParseOutcome::NeedMoreBytes
     }
 }
 
@@ -35,7 +35,7 @@ fn find(bytes: &[u8], wanted: &[u8]) -> Option<usize> {
 }
 
 /// Drops what stands before the first parenthesis.
-fn drop_noise(unread: &mut Vec<u8>) {
+fn skip_to_frame(unread: &mut Vec<u8>) {
     let begin = unread.iter().position(|byte| *byte == b'(');
     unread.drain(..begin.unwrap_or(unread.len()));
 }
@@ -43,13 +43,13 @@ fn drop_noise(unread: &mut Vec<u8>) {
 /// Up to `count` numbers of the first frame `(1.5, 2, 3)`; none when what stands in it are no numbers. What stands
 /// before the frame is dropped.
 pub fn floats(unread: &mut Vec<u8>, count: usize, is_last: bool) -> ParseOutcome<Vec<f64>> {
-    drop_noise(unread);
+    skip_to_frame(unread);
     let Some(end) = unread.iter().position(|byte| *byte == b')') else {
         // No frame is longer: what began earlier is none.
         let excess = unread.len().saturating_sub(FRAME_BYTES_MAX);
         unread.drain(..excess);
-        drop_noise(unread);
-        return nothing(is_last);
+        skip_to_frame(unread);
+        return empty_result(is_last);
     };
     let frame: Vec<u8> = unread.drain(..=end).collect();
     let frame = String::from_utf8_lossy(&frame[1..end]);
@@ -59,7 +59,7 @@ pub fn floats(unread: &mut Vec<u8>, count: usize, is_last: bool) -> ParseOutcome
         .take(count)
         .map(str::parse)
         .collect();
-    ParseOutcome::Result(numbers.unwrap_or_default())
+    ParseOutcome::Done(numbers.unwrap_or_default())
 }
 
 /// The text after `prefix` and before `suffix`, either may be empty. At most [`TEXT_BYTES_MAX`] bytes; the rest stays.
@@ -75,7 +75,7 @@ pub fn text(
         if unread.len() > TEXT_BYTES_MAX {
             unread.drain(..unread.len() - keep);
         }
-        return nothing(is_last);
+        return empty_result(is_last);
     };
     let begin = at + prefix.len();
     let rest = &unread[begin..];
@@ -87,11 +87,11 @@ pub fn text(
             Some(length) if length <= TEXT_BYTES_MAX => (length, length + suffix.len()),
             // Longer than one read gives: the first part now, the rest with the next read.
             _ if rest.len() >= TEXT_BYTES_MAX + suffix.len() => (TEXT_BYTES_MAX, TEXT_BYTES_MAX),
-            _ => return nothing(is_last),
+            _ => return empty_result(is_last),
         }
     };
     if length == 0 && suffix.is_empty() {
-        return nothing(is_last);
+        return empty_result(is_last);
     }
     // A character that was cut in two stays whole for the next read.
     let (length, taken) = match std::str::from_utf8(&rest[..length]) {
@@ -102,11 +102,11 @@ pub fn text(
     };
     let found = String::from_utf8_lossy(&rest[..length]).into_owned();
     unread.drain(..begin + taken);
-    ParseOutcome::Result(found)
+    ParseOutcome::Done(found)
 }
 
 /// A decimal integer, cut to 32 bits at the ends; `None` when it is none.
-pub fn saturated(text: &str) -> Option<i32> {
+pub fn parse_saturating_i32(text: &str) -> Option<i32> {
     let text = text.trim();
     let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
     if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
@@ -127,13 +127,13 @@ mod tests {
     #[test]
     fn of_parentheses_without_an_end_the_last_few_are_kept() {
         let mut unread = vec![b'('; 60_000];
-        assert_eq!(floats(&mut unread, 3, false), ParseOutcome::NotYet);
+        assert_eq!(floats(&mut unread, 3, false), ParseOutcome::NeedMoreBytes);
         assert_eq!(unread.len(), FRAME_BYTES_MAX);
         unread.extend(b"(((1, 2) (3, 4)");
-        assert_eq!(floats(&mut unread, 3, false), ParseOutcome::Result(vec![]));
+        assert_eq!(floats(&mut unread, 3, false), ParseOutcome::Done(vec![]));
         assert_eq!(
             floats(&mut unread, 3, false),
-            ParseOutcome::Result(vec![3.0, 4.0])
+            ParseOutcome::Done(vec![3.0, 4.0])
         );
     }
 }

@@ -15,7 +15,7 @@ fn settings(modbus_rtu: bool) -> SerialSettings {
         stop_bits: 1,
         data_bits: 8,
         modbus_rtu,
-        for_daemon: false,
+        is_daemon_owned: false,
     }
 }
 

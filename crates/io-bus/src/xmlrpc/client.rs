@@ -162,7 +162,7 @@ enum SendFailure {
 
 impl HttpConnection {
     /// Whether the server still holds its end, and has said nothing unasked.
-    fn is_quiet(&self) -> bool {
+    fn is_reusable(&self) -> bool {
         let seen = self.socket.peek(&mut [MaybeUninit::uninit()]);
         !self.sender.is_closed() && seen.is_err_and(|error| error.kind() == ErrorKind::WouldBlock)
     }
@@ -223,14 +223,16 @@ impl RpcClient {
         let mut kept = self.connection.lock().await;
         let request = self.request(body).map_err(|reason| self.not_sent(reason))?;
         // Taken out: a call that is given up half-way leaves no connection with an answer on its way.
-        let (connection, response) = match kept.take().filter(HttpConnection::is_quiet) {
+        let (connection, response) = match kept.take().filter(HttpConnection::is_reusable) {
             Some(mut connection) => match connection.send(request).await {
                 Ok(response) => (connection, response),
                 // The server has closed it just now, and none of the call has left.
-                Err(SendFailure::NotSent(request, _)) => self.send_on_a_new_one(*request).await?,
+                Err(SendFailure::NotSent(request, _)) => {
+                    self.send_on_new_connection(*request).await?
+                }
                 Err(SendFailure::Unanswered(reason)) => return Err(unanswered(reason)),
             },
-            None => self.send_on_a_new_one(request).await?,
+            None => self.send_on_new_connection(request).await?,
         };
         let status = response.status();
         let answer = Limited::new(response.into_body(), ANSWER_BYTES_MAX)
@@ -247,7 +249,7 @@ impl RpcClient {
         Ok(String::from_utf8_lossy(&answer).into_owned())
     }
 
-    async fn send_on_a_new_one(
+    async fn send_on_new_connection(
         &self,
         request: Request<Full<Bytes>>,
     ) -> Result<(HttpConnection, Response<Incoming>), RpcError> {

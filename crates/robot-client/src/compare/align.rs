@@ -3,13 +3,13 @@
 use super::track::{RunTrace, TraceCursor};
 
 /// A joint that is so far from where it began has moved, rad: well above what a standing arm's sensors say.
-const MOVED: f64 = 0.002;
+const MOTION_THRESHOLD: f64 = 0.002;
 /// The best shift is looked for so far around that of the first motions, s.
 const REACH: f64 = 0.5;
 /// Steps of the first search, s.
 const STEP: f64 = 0.004;
 /// Samples that a shift is judged by at most.
-const JUDGED_BY: usize = 3000;
+const MAX_COST_SAMPLES: usize = 3000;
 /// Steps of the last search; each makes the interval 0.618 of what it was.
 const REFINEMENTS: usize = 30;
 
@@ -63,7 +63,7 @@ fn motion_of(track: &RunTrace) -> Option<f64> {
     let start = track
         .samples()
         .find(|sample| sample.q.iter().all(|q| q.is_finite()))?;
-    let moved = |q: &[f64; 6]| (0..6).any(|i| (q[i] - start.q[i]).abs() > MOVED);
+    let moved = |q: &[f64; 6]| (0..6).any(|i| (q[i] - start.q[i]).abs() > MOTION_THRESHOLD);
     let sample = track.samples().find(|sample| moved(&sample.q))?;
     Some(sample.time)
 }
@@ -83,7 +83,7 @@ impl<'t> ShiftCost<'t> {
         let known: Vec<_> = known
             .filter(|sample| sample.q.iter().all(|q| q.is_finite()))
             .collect();
-        let every = known.len().div_ceil(JUDGED_BY).max(1);
+        let every = known.len().div_ceil(MAX_COST_SAMPLES).max(1);
         let samples = known
             .iter()
             .step_by(every)

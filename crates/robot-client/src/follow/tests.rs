@@ -35,7 +35,7 @@ fn told(messages: &[(u64, Message)]) -> Vec<ProgramEvent> {
     let told: Vec<ProgramEvent> = news.collect();
     let ends = told
         .iter()
-        .filter(|news| matches!(news, ProgramEvent::Over(_)));
+        .filter(|news| matches!(news, ProgramEvent::Finished(_)));
     assert!(ends.count() <= 1);
     told
 }
@@ -58,7 +58,7 @@ fn a_program_begins_pauses_goes_on_and_ends() {
         ProgramEvent::Began,
         ProgramEvent::Paused,
         ProgramEvent::Resumed,
-        ProgramEvent::Over(MonitorOutcome::Ended),
+        ProgramEvent::Finished(MonitorOutcome::Completed),
     ];
     assert_eq!(told(&messages), wanted);
 }
@@ -67,7 +67,10 @@ fn a_program_begins_pauses_goes_on_and_ends() {
 fn a_program_that_is_never_seen_running_has_ended_once_nobody_can_complain() {
     let idle = state(false, false);
     let messages: Vec<_> = (0..12).map(|tenths| (tenths, idle.clone())).collect();
-    assert_eq!(told(&messages), [ProgramEvent::Over(MonitorOutcome::Ended)]);
+    assert_eq!(
+        told(&messages),
+        [ProgramEvent::Finished(MonitorOutcome::Completed)]
+    );
     assert_eq!(told(&messages[..9]), []);
 }
 
@@ -83,7 +86,7 @@ fn errors_before_and_shortly_after_the_end_make_it_a_failure() {
     ];
     assert_eq!(
         told(&late).last(),
-        Some(&ProgramEvent::Over(MonitorOutcome::Failed))
+        Some(&ProgramEvent::Finished(MonitorOutcome::Failed))
     );
     let at_once = [
         (0, idle.clone()),
@@ -93,14 +96,14 @@ fn errors_before_and_shortly_after_the_end_make_it_a_failure() {
     ];
     assert_eq!(
         told(&at_once).last(),
-        Some(&ProgramEvent::Over(MonitorOutcome::Failed))
+        Some(&ProgramEvent::Finished(MonitorOutcome::Failed))
     );
     // What is wrong in a secondary program is not the program's failure.
     let secondary = script_error("[SEC] Exception: NameError");
     let beside = [(1, runs), (2, secondary), (3, idle.clone()), (6, idle)];
     assert_eq!(
         told(&beside).last(),
-        Some(&ProgramEvent::Over(MonitorOutcome::Ended))
+        Some(&ProgramEvent::Finished(MonitorOutcome::Completed))
     );
 }
 
@@ -120,7 +123,7 @@ fn a_program_that_takes_the_place_of_another_is_followed_to_its_own_end() {
         told(&messages),
         [
             ProgramEvent::Began,
-            ProgramEvent::Over(MonitorOutcome::Ended)
+            ProgramEvent::Finished(MonitorOutcome::Completed)
         ]
     );
 }
@@ -143,8 +146,8 @@ fn alarms_fail_and_warnings_do_not() {
     for (level, outcome) in [
         (ExceptionLevel::Error, MonitorOutcome::Failed),
         (ExceptionLevel::Fatal, MonitorOutcome::Failed),
-        (ExceptionLevel::Warning, MonitorOutcome::Ended),
-        (ExceptionLevel::Info, MonitorOutcome::Ended),
+        (ExceptionLevel::Warning, MonitorOutcome::Completed),
+        (ExceptionLevel::Info, MonitorOutcome::Completed),
     ] {
         let messages = [
             (1, runs.clone()),
@@ -152,6 +155,9 @@ fn alarms_fail_and_warnings_do_not() {
             (3, idle.clone()),
             (6, idle.clone()),
         ];
-        assert_eq!(told(&messages).last(), Some(&ProgramEvent::Over(outcome)));
+        assert_eq!(
+            told(&messages).last(),
+            Some(&ProgramEvent::Finished(outcome))
+        );
     }
 }

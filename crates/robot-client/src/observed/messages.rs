@@ -24,7 +24,7 @@ impl Serialize for OutputsMessage<'_> {
         let mut map = serializer.serialize_map(None)?;
         let named = self.offered.iter().zip(self.values).enumerate();
         for (index, ((name, _), value)) in named {
-            if !self.observer.is_told_apart(index) {
+            if !self.observer.has_own_message(index) {
                 continue;
             }
             match value {
@@ -61,7 +61,7 @@ pub fn outputs_message(
 /// The JSON Schema of [`outputs_message`].
 pub fn outputs_schema(observer: &RtsiStateMapper, offered: &[(String, RtsiType)]) -> String {
     let named = offered.iter().enumerate();
-    let told = named.filter(|(index, _)| observer.is_told_apart(*index));
+    let told = named.filter(|(index, _)| observer.has_own_message(*index));
     let properties: Map<String, Json> = told
         .map(|(_, (name, kind))| (name.clone(), schema_of_kind(*kind)))
         .collect();

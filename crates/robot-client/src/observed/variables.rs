@@ -18,7 +18,7 @@ pub(super) enum VariableTarget {
     /// Into the state, which holds all of it.
     State(StateSetter),
     /// Into the state, which holds a part of it.
-    StateToo(StateSetter),
+    StateAndMessage(StateSetter),
     /// The robot's clock.
     Timestamp,
     /// Into the registers.
@@ -191,7 +191,7 @@ taken! {
     "payload_mass" State F64(s, x) => s.payload.mass = x;
     "payload_cog" State Vector3(s, x) => s.payload.cog = x.into();
     // The state knows whole volts.
-    "tool_output_voltage" StateToo F64(s, x) => s.io_config.tool_voltage = x.round() as u8;
+    "tool_output_voltage" StateAndMessage F64(s, x) => s.io_config.tool_voltage = x.round() as u8;
 }
 
 /// Every variable that is known, those of a cycle first.
@@ -206,7 +206,7 @@ pub static KNOWN_VARIABLES: LazyLock<Vec<String>> = LazyLock::new(|| {
 });
 
 /// Where the variable of this name belongs.
-pub(super) fn place_of(name: &str) -> VariableTarget {
+pub(super) fn target_of(name: &str) -> VariableTarget {
     if let Some((_, place)) = TAKEN.iter().find(|(taken, _)| *taken == name) {
         return *place;
     }

@@ -93,18 +93,23 @@ impl DashboardBackend for PortBackend {
 
     async fn order(&self, order: DashboardOrder) {
         match order {
-            DashboardOrder::PowerOn => self.take(CommandKind::PowerOn).await,
+            DashboardOrder::PowerOn => self.send_and_wait_taken(CommandKind::PowerOn).await,
             DashboardOrder::PowerOff => {
                 self.supervisor.stop();
-                self.take(CommandKind::PowerOff).await;
+                self.send_and_wait_taken(CommandKind::PowerOff).await;
             }
             DashboardOrder::ReleaseBrakes => self.release_brakes().await,
             DashboardOrder::UnlockProtectiveStop => {
-                self.take(CommandKind::UnlockProtectiveStop).await
+                self.send_and_wait_taken(CommandKind::UnlockProtectiveStop)
+                    .await
             }
-            DashboardOrder::RestartSafetyBoard => self.take(CommandKind::RestartSafetyBoard).await,
+            DashboardOrder::RestartSafetyBoard => {
+                self.send_and_wait_taken(CommandKind::RestartSafetyBoard)
+                    .await
+            }
             DashboardOrder::SetSpeed(fraction) => {
-                self.take(CommandKind::SetSpeedFraction(fraction)).await
+                self.send_and_wait_taken(CommandKind::SetSpeedFraction(fraction))
+                    .await
             }
             DashboardOrder::Control(mode) => self.set_control(mode),
             DashboardOrder::Log(text) => {
@@ -151,7 +156,7 @@ impl DashboardBackend for PortBackend {
         };
         if let Some(tcp) = configuration.tcp {
             let tcp = RpyPose::from_array(tcp);
-            self.take(CommandKind::SetTcp(tcp)).await;
+            self.send_and_wait_taken(CommandKind::SetTcp(tcp)).await;
         }
         if let Some([mass, cog @ ..]) = configuration.payload {
             let payload = Payload {
@@ -159,10 +164,12 @@ impl DashboardBackend for PortBackend {
                 cog: cog.into(),
                 ..Payload::default()
             };
-            self.take(CommandKind::SetPayload(payload)).await;
+            self.send_and_wait_taken(CommandKind::SetPayload(payload))
+                .await;
         }
         if let Some(fraction) = configuration.speed {
-            self.take(CommandKind::SetSpeedFraction(fraction)).await;
+            self.send_and_wait_taken(CommandKind::SetSpeedFraction(fraction))
+                .await;
         }
         locked(&self.loaded).configuration = Some(path.to_owned());
         Ok(())
@@ -171,7 +178,7 @@ impl DashboardBackend for PortBackend {
     fn plays_loaded_task(&self) -> bool {
         let status = self.supervisor.status();
         let loaded = self.loaded_task();
-        let played = locked(&self.played);
+        let played = locked(&self.last_played);
         let is_it = |(id, name): &(ProgramId, String)| {
             *id == status.program && Some(name) == loaded.as_ref()
         };
@@ -199,7 +206,7 @@ impl DashboardBackend for PortBackend {
         locked(&self.variables).runs(id);
         // It may be over already.
         self.take_variables();
-        *locked(&self.played) = Some((id, name));
+        *locked(&self.last_played) = Some((id, name));
         Ok(())
     }
 
@@ -256,9 +263,9 @@ impl PortBackend {
     /// mode.
     pub(super) async fn release_brakes(&self) {
         if self.robot.state().robot_mode != RobotMode::PowerOff {
-            return self.take(CommandKind::ReleaseBrakes).await;
+            return self.send_and_wait_taken(CommandKind::ReleaseBrakes).await;
         }
-        self.take(CommandKind::PowerOn).await;
+        self.send_and_wait_taken(CommandKind::PowerOn).await;
         let (robot, ends) = (self.robot.clone(), self.lifetime.token().clone());
         self.faults
             .spawn(ThreadRole::Service, "brakes", async move {
@@ -287,9 +294,9 @@ impl PortBackend {
 
     /// Gives the robot a command and returns when a cycle has taken it, so that what a client asks next, in the next
     /// line or on another port, is already answered by a state with it.
-    async fn take(&self, command: CommandKind) {
+    async fn send_and_wait_taken(&self, command: CommandKind) {
         let before = self.robot.state().cycle;
-        self.give(command).await;
+        self.send_when_room(command).await;
         let patience = tokio::time::Instant::now() + TAKEN_WITHIN;
         // The cycle that runs now may have looked at its commands already.
         while self.robot.state().cycle < before + 2 && tokio::time::Instant::now() < patience {

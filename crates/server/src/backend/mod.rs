@@ -80,7 +80,7 @@ pub struct PortBackend {
     loaded: Mutex<LoadedFiles>,
     variables: Mutex<ConfigurationVariables>,
     /// What `play` has started last: its number and its name in the folder.
-    played: Mutex<Option<(ProgramId, String)>>,
+    last_played: Mutex<Option<(ProgramId, String)>>,
     /// Who has sent the newest programs, the newest first.
     sent: Mutex<Vec<(ProgramId, primary::Sender)>>,
     log_pace: Mutex<LogRateLimit>,
@@ -123,7 +123,7 @@ impl PortBackend {
             },
             loaded: Mutex::default(),
             variables: Mutex::default(),
-            played: Mutex::default(),
+            last_played: Mutex::default(),
             sent: Mutex::default(),
             log_pace: Mutex::default(),
             lifetime,
@@ -158,7 +158,7 @@ impl PortBackend {
     }
 
     /// Gives the robot a command; while others flood it, a moment later. What finds no room is told to everybody.
-    async fn give(&self, command: CommandKind) {
+    async fn send_when_room(&self, command: CommandKind) {
         let patience = tokio::time::Instant::now() + ROOM_WITHIN;
         while self.robot.send(Origin::default(), command).is_err() {
             if tokio::time::Instant::now() >= patience {
@@ -342,9 +342,9 @@ impl interpreter::InterpreterBackend for PortBackend {
         let interpreter = self.supervisor.interpreter();
         match command {
             InterpreterCommand::SkipBuffer => interpreter.skip(),
-            InterpreterCommand::Abort if moves_by_plan(self.robot.state().motion_mode) => {
+            InterpreterCommand::Abort if is_planned_motion(self.robot.state().motion_mode) => {
                 let only = CommandId::NONE;
-                self.give(CommandKind::Stop { only }).await;
+                self.send_when_room(CommandKind::Stop { only }).await;
             }
             _ => {}
         }
@@ -361,7 +361,7 @@ impl interpreter::InterpreterBackend for PortBackend {
 }
 
 /// The motions that `abort` ends (manual 2.6).
-const fn moves_by_plan(mode: MotionMode) -> bool {
+const fn is_planned_motion(mode: MotionMode) -> bool {
     matches!(mode, MotionMode::MoveJ | MotionMode::MoveL)
 }
 

@@ -75,7 +75,7 @@ impl PageBackend for PortBackend {
         self.feed.program(number)
     }
 
-    fn told(
+    fn subscribe_messages(
         &self,
     ) -> (
         broadcast::Receiver<controller::LogLine>,
@@ -88,19 +88,24 @@ impl PageBackend for PortBackend {
     async fn order(&self, order: PageOrder) -> Result<Value, String> {
         tracing::debug!(?order, "page");
         match order {
-            PageOrder::PowerOn => self.ask(CommandKind::PowerOn).await,
+            PageOrder::PowerOn => self.request_outcome(CommandKind::PowerOn).await,
             PageOrder::PowerOff => {
                 self.supervisor.stop();
-                self.ask(CommandKind::PowerOff).await
+                self.request_outcome(CommandKind::PowerOff).await
             }
-            PageOrder::BrakeRelease => self.ask(CommandKind::ReleaseBrakes).await,
-            PageOrder::Unlock => self.ask(CommandKind::UnlockProtectiveStop).await,
-            PageOrder::RestartSafety => self.ask(CommandKind::RestartSafetyBoard).await,
+            PageOrder::BrakeRelease => self.request_outcome(CommandKind::ReleaseBrakes).await,
+            PageOrder::Unlock => {
+                self.request_outcome(CommandKind::UnlockProtectiveStop)
+                    .await
+            }
+            PageOrder::RestartSafety => self.request_outcome(CommandKind::RestartSafetyBoard).await,
             PageOrder::EmergencyStop { pressed } => {
-                self.ask(CommandKind::EmergencyStop { pressed }).await
+                self.request_outcome(CommandKind::EmergencyStop { pressed })
+                    .await
             }
             PageOrder::Speed { fraction } => {
-                self.ask(CommandKind::SetSpeedFraction(fraction)).await
+                self.request_outcome(CommandKind::SetSpeedFraction(fraction))
+                    .await
             }
             PageOrder::Push {
                 wrench,
@@ -113,7 +118,7 @@ impl PageBackend for PortBackend {
                     duration,
                     replaces: true,
                 };
-                self.ask(push).await
+                self.request_outcome(push).await
             }
             PageOrder::Play => self.play().await.map(|()| Value::Null),
             PageOrder::Pause => {
@@ -167,12 +172,12 @@ impl PageBackend for PortBackend {
         self.robot.sentence(about)
     }
 
-    fn begin(&self, command: CommandKind) -> Result<CommandId, String> {
+    fn begin_hold(&self, command: CommandKind) -> Result<CommandId, String> {
         let asked = self.robot.request(Origin::default(), command);
         asked.map_err(|full| format!("{} was not begun: {full}", command.name()))
     }
 
-    fn end(&self, command: CommandKind) {
+    fn end_hold(&self, command: CommandKind) {
         self.supervisor.command(command);
     }
 
@@ -198,7 +203,7 @@ impl PageBackend for PortBackend {
             .ok_or_else(|| "the pose is out of reach".to_owned())
     }
 
-    fn may_stand(&self, joints: [f64; 6]) -> Result<[f64; 6], String> {
+    fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], String> {
         let limits = self.description.position_limits.iter().enumerate();
         for ((joint, (min, max)), q) in limits.zip(joints) {
             if !(*min..=*max).contains(&q) {
@@ -251,8 +256,8 @@ impl PortBackend {
     }
 
     /// Asks the arm for something and says how that went, as far as it is known soon.
-    async fn ask(&self, command: CommandKind) -> Result<Value, String> {
-        let id = self.begin(command)?;
+    async fn request_outcome(&self, command: CommandKind) -> Result<Value, String> {
+        let id = self.begin_hold(command)?;
         let patience = tokio::time::Instant::now() + ANSWERED_WITHIN;
         loop {
             match self.robot.take_outcome(id) {

@@ -46,7 +46,7 @@ impl primary::PrimaryBackend for PortBackend {
             parity: settings.parity.into(),
             stop_bits: settings.stop_bits.into(),
             modbus_rtu: settings.modbus_rtu,
-            for_daemon: settings.for_daemon,
+            for_daemon: settings.is_daemon_owned,
         })
     }
 
@@ -102,7 +102,7 @@ impl primary::PrimaryBackend for PortBackend {
         }
     }
 
-    fn hurry(&self, phrase: ControlPhrase) {
+    fn preempt(&self, phrase: ControlPhrase) {
         if !self.takes_programs() && phrase != ControlPhrase::PowerOff {
             return;
         }
@@ -140,18 +140,21 @@ impl primary::PrimaryBackend for PortBackend {
                     tracing::info!(%client, "close popup: none is open");
                 }
             }
-            ControlPhrase::PowerOn => self.give(CommandKind::PowerOn).await,
+            ControlPhrase::PowerOn => self.send_when_room(CommandKind::PowerOn).await,
             ControlPhrase::PowerOff => {
                 self.supervisor.stop();
-                self.give(CommandKind::PowerOff).await;
+                self.send_when_room(CommandKind::PowerOff).await;
             }
             ControlPhrase::ReleaseBrakes => self.release_brakes().await,
             ControlPhrase::UnlockProtectiveStop => {
-                self.give(CommandKind::UnlockProtectiveStop).await
+                self.send_when_room(CommandKind::UnlockProtectiveStop).await
             }
-            ControlPhrase::RestartSafetyBoard => self.give(CommandKind::RestartSafetyBoard).await,
+            ControlPhrase::RestartSafetyBoard => {
+                self.send_when_room(CommandKind::RestartSafetyBoard).await
+            }
             ControlPhrase::SetSpeed(fraction) => {
-                self.give(CommandKind::SetSpeedFraction(fraction)).await;
+                self.send_when_room(CommandKind::SetSpeedFraction(fraction))
+                    .await;
             }
         }
     }

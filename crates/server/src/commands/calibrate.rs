@@ -35,7 +35,7 @@ fn written(args: &CalibrateArgs) -> Result<String, String> {
     let out = args.out.display();
     ready_file::replace(&args.out, &reading.calibration.to_toml())
         .map_err(|error| format!("cannot write the calibration file {out}: {error}"))?;
-    if let Some(unexplained) = reading.unexplained.filter(|by| *by > UNEXPLAINED_MAX) {
+    if let Some(unexplained) = reading.tcp_residual.filter(|by| *by > UNEXPLAINED_MAX) {
         logging::say(&format!(
             "the robot has its TCP {:.3} mm from where these numbers put it: it counts with something that it does not send, such as offsets of its joints",
             unexplained * 1e3

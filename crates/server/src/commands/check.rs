@@ -23,7 +23,7 @@ pub fn check(args: &CheckArgs) -> u8 {
         match read_script(path) {
             Ok(ProgramText { name, text }) => {
                 let file = SourceFile::new(name, text);
-                let findings = findings_of(&file, script_test::is_test_file(path));
+                let findings = diagnostics_of(&file, script_test::is_test_file(path));
                 for finding in &findings {
                     // Whoever reads may have seen enough; the status still tells.
                     let shown = render(finding, &file, args.format);
@@ -50,7 +50,7 @@ pub fn check(args: &CheckArgs) -> u8 {
 }
 
 /// What is to be said about a program, or a test of programs.
-pub(crate) fn findings_of(file: &Arc<SourceFile>, is_test: bool) -> Vec<Diagnostic> {
+pub(crate) fn diagnostics_of(file: &Arc<SourceFile>, is_test: bool) -> Vec<Diagnostic> {
     let known = elite_runtime::builtins::known_names();
     let known = match is_test {
         true => known.with_object(script_test::OBJECT, script_test::function_names()),
@@ -60,7 +60,7 @@ pub(crate) fn findings_of(file: &Arc<SourceFile>, is_test: bool) -> Vec<Diagnost
 }
 
 /// A finding with the source line and a caret, for people.
-pub(crate) fn picture(finding: &Diagnostic, file: &SourceFile) -> String {
+pub(crate) fn render_text(finding: &Diagnostic, file: &SourceFile) -> String {
     let picture = elite_lang::render_human(finding, file, false);
     let picture = picture.trim_end_matches('\n');
     picture
@@ -87,7 +87,7 @@ pub(crate) fn row(finding: &Diagnostic, file: &SourceFile) -> Json {
 fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> String {
     let finding = &*language::finding(finding);
     match format {
-        FindingFormat::Human => picture(finding, file),
+        FindingFormat::Human => render_text(finding, file),
         FindingFormat::Json => format!("{}\n", row(finding, file)),
     }
 }

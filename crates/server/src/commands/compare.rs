@@ -48,7 +48,7 @@ enum CompareError {
 
 /// Exit status: 0 within the bound, or no bound; 1 beyond; 2 unreadable.
 pub fn compare(args: &CompareArgs) -> u8 {
-    match told(args) {
+    match run_compare(args) {
         Ok(status) => status,
         Err(error) => {
             logging::say(&format!("eliteserver: {error}"));
@@ -57,7 +57,7 @@ pub fn compare(args: &CompareArgs) -> u8 {
     }
 }
 
-fn told(args: &CompareArgs) -> Result<u8, CompareError> {
+fn run_compare(args: &CompareArgs) -> Result<u8, CompareError> {
     let recording = Recording::open(&args.first)?;
     let first = RunTrace::read(&recording)?;
     let ran = match &args.run {
@@ -92,8 +92,8 @@ fn told(args: &CompareArgs) -> Result<u8, CompareError> {
         .largest_joint()
         .ok_or(CompareError::NothingInCommon)?;
     let text = match args.format {
-        CompareFormat::Human => human(&names, &comparison),
-        CompareFormat::Json => machine(&names, args.within, &comparison),
+        CompareFormat::Human => to_text(&names, &comparison),
+        CompareFormat::Json => to_json(&names, args.within, &comparison),
     };
     // Whoever reads may have seen enough; the status still tells.
     let _ = std::io::stdout().write_all(text.as_bytes());
@@ -140,7 +140,7 @@ fn rows(comparison: &Comparison) -> Vec<(String, Option<Deviation>, f64, &'stati
     rows
 }
 
-fn human(names: &RecordingNames, comparison: &Comparison) -> String {
+fn to_text(names: &RecordingNames, comparison: &Comparison) -> String {
     let mut out = String::new();
     let (begin, end) = comparison.overlap;
     let Alignment {
@@ -183,7 +183,7 @@ fn human(names: &RecordingNames, comparison: &Comparison) -> String {
     out
 }
 
-fn machine(names: &RecordingNames, within: Option<f64>, comparison: &Comparison) -> String {
+fn to_json(names: &RecordingNames, within: Option<f64>, comparison: &Comparison) -> String {
     let shown = |deviation: &Option<Deviation>| match deviation {
         Some(found) => json!({
             "rms": found.rms,

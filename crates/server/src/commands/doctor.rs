@@ -26,7 +26,7 @@ const TIMER_TRIED: Duration = Duration::from_secs(2);
 /// Waking up later than that, one time in a hundred, is felt on an arm that a client leads cycle by cycle.
 const LATE: Duration = Duration::from_micros(500);
 /// Clocks that are read without leaving the processor, as Linux names them.
-const QUICK_CLOCKS: [&str; 5] = [
+const FAST_CLOCK_SOURCES: [&str; 5] = [
     "tsc",
     "kvm-clock",
     "arch_sys_counter",
@@ -102,13 +102,13 @@ pub fn doctor(config: &ServeConfig, format: FindingFormat) -> (String, u8) {
     findings.extend(disk::look(&config.robot));
     let worst = findings.iter().map(|f| f.grade).max();
     let report = match format {
-        FindingFormat::Human => for_people(&findings),
-        FindingFormat::Json => for_machines(&findings),
+        FindingFormat::Human => to_text(&findings),
+        FindingFormat::Json => to_json(&findings),
     };
     (report, u8::from(worst == Some(CheckResult::Bad)))
 }
 
-fn for_people(findings: &[HealthCheck]) -> String {
+fn to_text(findings: &[HealthCheck]) -> String {
     let width = findings.iter().map(|f| f.subject.len()).max().unwrap_or(0);
     let mut out = String::new();
     for finding in findings {
@@ -137,7 +137,7 @@ fn for_people(findings: &[HealthCheck]) -> String {
 }
 
 /// One JSON object a line.
-fn for_machines(findings: &[HealthCheck]) -> String {
+fn to_json(findings: &[HealthCheck]) -> String {
     let row = |finding: &HealthCheck| -> Value {
         json!({
             "subject": finding.subject,
@@ -166,7 +166,7 @@ fn timing(config: &ServeConfig) -> Vec<HealthCheck> {
     let step = Duration::from_secs_f64(config.robot.step.as_secs());
     let cycles = (TIMER_TRIED.as_secs_f64() / step.as_secs_f64()).ceil() as usize;
     match run_latency_test(RealtimeOptions::default(), step, cycles) {
-        Ok(rehearsal) => judged(&rehearsal, step),
+        Ok(rehearsal) => timing_checks(&rehearsal, step),
         Err(error) => vec![HealthCheck::bad(
             "threads",
             format!("the operating system gives none: {error}"),
@@ -175,7 +175,7 @@ fn timing(config: &ServeConfig) -> Vec<HealthCheck> {
     }
 }
 
-fn judged(rehearsal: &LatencyTest, step: Duration) -> Vec<HealthCheck> {
+fn timing_checks(rehearsal: &LatencyTest, step: Duration) -> Vec<HealthCheck> {
     let mut priority = HealthCheck::good("priority", "real-time priority is given");
     let mut memory = HealthCheck::good("memory", "it can be locked");
     for warning in &rehearsal.warnings {
@@ -224,7 +224,7 @@ fn judged(rehearsal: &LatencyTest, step: Duration) -> Vec<HealthCheck> {
 /// Linux tells which clock it reads; others do not.
 fn clock_source() -> Option<HealthCheck> {
     let name = machine::clock_source()?;
-    Some(match QUICK_CLOCKS.contains(&&*name) {
+    Some(match FAST_CLOCK_SOURCES.contains(&&*name) {
         true => HealthCheck::good("clock", format!("{name}, read in nanoseconds")),
         false => HealthCheck::poor(
             "clock",
@@ -236,7 +236,7 @@ fn clock_source() -> Option<HealthCheck> {
 
 /// Where the processors' frequency is governed, how.
 fn governor() -> Option<HealthCheck> {
-    let governors = machine::governors();
+    let governors = machine::cpu_governors();
     if governors.is_empty() {
         return None;
     }
@@ -316,7 +316,7 @@ mod tests {
     fn late_timers_and_refused_priorities_come_with_advice() {
         let step = Duration::from_millis(4);
         let grades = |found: &[HealthCheck]| found.iter().map(|f| f.grade).collect::<Vec<_>>();
-        let good = judged(&rehearsal(&[10; 500], Vec::new()), step);
+        let good = timing_checks(&rehearsal(&[10; 500], Vec::new()), step);
         assert_eq!(grades(&good), [CheckResult::Good; 3]);
         assert!(good.iter().all(|f| f.advice.is_empty()));
 
@@ -331,14 +331,14 @@ mod tests {
                 reason: "too little".to_owned(),
             },
         ];
-        let poor = judged(&rehearsal(&latencies, refused), step);
+        let poor = timing_checks(&rehearsal(&latencies, refused), step);
         assert_eq!(grades(&poor), [CheckResult::Poor; 3]);
         assert!(poor[0].found.contains("not permitted") && poor[0].advice.contains("LimitRTPRIO"));
         assert!(poor[1].advice.contains("LimitMEMLOCK"));
         assert!(poor[2].found.contains("900 µs in 99 of 100"));
 
         latencies[499] = 5000;
-        let missed = judged(&rehearsal(&latencies, Vec::new()), step);
+        let missed = timing_checks(&rehearsal(&latencies, Vec::new()), step);
         assert!(missed[2].found.ends_with("cycles would be missed"));
     }
 
@@ -349,11 +349,11 @@ mod tests {
             HealthCheck::bad("ports", "30001 is taken", "end it"),
         ];
         assert_eq!(
-            for_people(&findings),
+            to_text(&findings),
             "good  timer  on time\nbad   ports  30001 is taken\n             -> end it\n\
              the controller does not start like this: 1 to mend\n"
         );
-        let lines = for_machines(&findings);
+        let lines = to_json(&findings);
         let row: Value = serde_json::from_str(lines.lines().nth(1).unwrap()).unwrap();
         assert_eq!(
             (&row["grade"], &row["advice"]),

@@ -98,7 +98,7 @@ async fn run(
         let (in_task, program, token) = (robot.clone(), program.clone(), shutdown.clone());
         running.push(
             ThreadSupervisor::default().spawn(ThreadRole::Service, "robot", async move {
-                in_task.keep(&program, inbox, &token).await;
+                in_task.supervise(&program, inbox, &token).await;
             }),
         );
         kept.push(FleetMember { robot, orders });
@@ -107,8 +107,11 @@ async fn run(
     if let Some(listener) = listener {
         let address = listener.local_addr()?;
         tracing::info!("{} robots, page on http://{address}/", kept.len());
-        let callers =
-            AllowedHosts::of(fleet.bind, machine::name().as_deref(), &fleet.trusted_hosts);
+        let callers = AllowedHosts::of(
+            fleet.bind,
+            machine::host_name().as_deref(),
+            &fleet.trusted_hosts,
+        );
         let (meter, token) = (PortMeter::new("http"), shutdown.clone());
         let one = meter.clone();
         start_port(&mut services, listener, &meter, move |listener| {
@@ -122,7 +125,7 @@ async fn run(
             Some(()) = hangups.wait() => {
                 tokio::select! {
                     () = shutdown.cancelled() => break,
-                    () = renew_all(path, &kept) => {}
+                    () = restart_all(path, &kept) => {}
                 }
             }
         }
@@ -138,7 +141,7 @@ async fn run(
 
 /// Reads the file again and starts one robot after the other anew; the next only when the one before is ready. Where
 /// the file is wrong, or one does not come up, the others stay as they are.
-async fn renew_all(path: &Path, kept: &[FleetMember]) {
+async fn restart_all(path: &Path, kept: &[FleetMember]) {
     let fleet = match FleetConfig::load(path) {
         Ok(fleet) => fleet,
         Err(error) => return tracing::error!("nothing is restarted: {error}"),

@@ -17,8 +17,8 @@ use recorder::{
 };
 use robot_client::calibrate::{self, CalibrateError};
 use robot_client::observed::{
-    KNOWN_VARIABLES, PacketExtras, RtsiStateMapper, observe_state, outputs_message, outputs_schema,
-    state_message, state_schema, unknown_state,
+    KNOWN_VARIABLES, PacketExtras, RtsiStateMapper, apply_primary_state, outputs_message,
+    outputs_schema, state_message, state_schema, unknown_state,
 };
 use robot_client::{RobotAddress, RtsiClient, RtsiError, RtsiMessage};
 use thiserror::Error;
@@ -111,7 +111,7 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
 
     // The first values say where the arm is and what its clock shows.
     let mut state = unknown_state(step_time);
-    observe_state(&mut state, &reading.state);
+    apply_primary_state(&mut state, &reading.state);
     let (first, values) = loop {
         if let RtsiMessage::Data(values) = rtsi.next().await? {
             break (observer.apply_packet(&mut state, &values), values);
@@ -153,7 +153,7 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         .records
         .ok_or_else(|| RecordingError::Failed(path.clone()))?;
     let (recorder, handle) = Recorder::start(config, records)?;
-    shutdown.close_in_any_case(recorder.closer());
+    shutdown.set_recording_closer(recorder.closer());
     let [major, minor, fix, _] = rtsi.version();
     let offered = rtsi.offered().len();
     logging::say(&format!(
@@ -311,7 +311,7 @@ impl RecordingSession {
         match told {
             Message::Exception(exception) => tell(&self.handle, self.clock.now, exception),
             Message::State(told) => {
-                observe_state(&mut self.state, told);
+                apply_primary_state(&mut self.state, told);
                 let message = state_message(told);
                 self.handle.extra(self.clock.now, STATES, message);
             }

@@ -34,7 +34,7 @@ pub(super) enum ConsentError {
 
 /// Whoever sits at a terminal is asked before a robot that is not this machine moves; nothing goes to one in local
 /// mode. `address` is that of port 30001. `what` is the beginning of the question: `Send it to`.
-pub(super) async fn allowed(
+pub(super) async fn ask_consent(
     args: &RemoteRobotArgs,
     address: &RobotAddress,
     what: &str,

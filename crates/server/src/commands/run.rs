@@ -41,7 +41,7 @@ pub fn run(config: &RunConfig) -> Result<u8, HostError> {
         DebugHub::default(),
     )?;
     let controller = host.controller();
-    shutdown.close_in_any_case(controller.closer());
+    shutdown.set_recording_closer(controller.closer());
     controller.supervisor().set_presets(&config.presets);
     let started = Instant::now();
     let end = controller.run_to_end(program, SENDER, shutdown.token().cancelled())?;

@@ -1,7 +1,7 @@
 //! `eliteserver send`: a program to a controller's port 30001, followed to its end.
 //!
 //! Owns the conversation and what a person sees of it. How a file becomes what is sent, and where places of the one are
-//! in the other, is `program`'s business; what the stream means is `robot_consent-client`'s.
+//! in the other, is `program`'s business; what the stream means is `robot-client`'s.
 
 mod program;
 mod rtsi_progress;
@@ -78,7 +78,7 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, SendEr
     let (file, mut outgoing) = prepared(args, &settings)?;
     let address = RobotAddress::new(&args.robot.robot, args.robot.primary_port);
     let what = format!("Send {} to", EscapedText(file.name()));
-    robot_consent::allowed(&args.robot, &address, &what).await?;
+    robot_consent::ask_consent(&args.robot, &address, &what).await?;
     if dashboard::is_simulated(&address.with_port(args.robot.dashboard_port)).await {
         outgoing.name_the_file(file.name(), &settings);
     }
@@ -193,10 +193,10 @@ impl FollowedProgram {
                     ProgramEvent::Paused => self.screen.line("the program is paused"),
                     ProgramEvent::Resumed => self.screen.line("the program goes on"),
                     ProgramEvent::Exception(exception) => self.tell(&exception),
-                    ProgramEvent::Over(outcome) => {
+                    ProgramEvent::Finished(outcome) => {
                         self.screen.end();
                         return Ok(match outcome {
-                            MonitorOutcome::Ended => 0,
+                            MonitorOutcome::Completed => 0,
                             MonitorOutcome::Failed => FAILED,
                         });
                     }

@@ -156,7 +156,7 @@ fn live(
     let (robot, powered_off) = (&config.robot, config.powered_off);
     let host = ControllerHost::start(robot, log_dir, PrintTarget::Log, powered_off, debuggers)?;
     let controller = host.controller();
-    shutdown.close_in_any_case(controller.closer());
+    shutdown.set_recording_closer(controller.closer());
     let served = runtime.block_on(serve_ports(config, &host, listeners, shutdown));
     // Whoever starts something when the file is there must not find a server that is gone.
     if let Some(path) = &config.ready_file
@@ -179,7 +179,7 @@ fn live(
     });
     let fault = controller.faults().fatal().is_some();
     let flushed = host.shut_down();
-    shutdown.close_in_any_case(None);
+    shutdown.set_recording_closer(None);
     let reboots = served?;
     if let RecordTarget::File(path) = &config.robot.record {
         // The next life must not write over the recording of this one.
@@ -308,7 +308,7 @@ async fn serve_ports(
     let fieldbus = controller.fieldbus().clone();
     let callers = AllowedHosts::of(
         config.bind,
-        platform::machine::name().as_deref(),
+        platform::machine::host_name().as_deref(),
         &config.trusted_hosts,
     );
     let mut services = tokio::task::JoinSet::new();
@@ -316,7 +316,7 @@ async fn serve_ports(
     let meters: Vec<PortMeter> = listeners
         .iter()
         .filter(|(_, l)| l.is_some())
-        .map(|(name, _)| PortMeter::new(name).told_to(faults.clone()))
+        .map(|(name, _)| PortMeter::new(name).with_faults(faults.clone()))
         .collect();
     for (name, listener) in listeners {
         let (Some(listener), Some(meter)) =
@@ -406,7 +406,7 @@ async fn serve_ports(
     tokio::select! {
         () = shutdown.token().cancelled() => {}
         () = token.cancelled() => {}
-        () = faults.fatal_told() => {
+        () = faults.wait_fatal() => {
             if let Some(fault) = faults.fatal() {
                 controller.announce_fault(fault);
             }

@@ -92,7 +92,7 @@ fn shelled(args: &ShellArgs) -> Result<u8, ShellError> {
     let names: CompletionNames = Rc::new(RefCell::new(names));
     let is_terminal = stdin().is_terminal() && stdout().is_terminal();
     let mut lines = LineSource::open(is_terminal, &names);
-    session.speak_with(lines.voice());
+    session.set_notifier(lines.voice());
     if lines.is_terminal() {
         // Before the first prompt.
         logging::flush_within(SAID);
@@ -116,7 +116,7 @@ async fn opened(
 ) -> Result<ShellSession, ShellError> {
     let robot = &args.robot;
     let address = RobotAddress::new(&robot.robot, robot.primary_port);
-    robot_consent::allowed(robot, &address, "Open a shell on").await?;
+    robot_consent::ask_consent(robot, &address, "Open a shell on").await?;
     let mut body = String::new();
     for setting in settings {
         body.push_str(&format!("\tglobal {}\n", setting.name()));

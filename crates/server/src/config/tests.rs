@@ -21,7 +21,7 @@ fn typed(line: &str) -> ServeArgs {
 
 fn serve(line: &str, toml: &str) -> Result<ServeConfig, ConfigError> {
     let mut args = typed(line);
-    fill(&mut args, Path::new("e.toml"), toml)?;
+    merge_file(&mut args, Path::new("e.toml"), toml)?;
     ServeConfig::load(args)
 }
 

@@ -20,7 +20,7 @@ const WAITING_BYTES_MAX: usize = 4 << 20;
 const EVENT_BYTES_MAX: usize = 64 << 10;
 
 /// What stands before the second and every further line of an event: an event of its own begins with its time.
-const GOES_ON: &str = "    ";
+const CONTINUATION_INDENT: &str = "    ";
 
 /// The queue. Clones share it.
 #[derive(Clone)]
@@ -140,7 +140,7 @@ impl Write for EventWriter {
         let text = String::from_utf8_lossy(event);
         let text = text.trim_end_matches('\n');
         let shown = match self.format {
-            LogFormat::Text => harmless(text, self.coloured, GOES_ON),
+            LogFormat::Text => sanitize(text, self.coloured, CONTINUATION_INDENT),
             LogFormat::Json => harmless_object(text),
         };
         self.queue.push(shown.into_bytes());
@@ -154,7 +154,7 @@ impl Write for EventWriter {
 
 /// The text with a line end, cut to its bound, without a character that a terminal would obey. Lines after the first
 /// begin with `goes_on`.
-pub fn harmless(text: &str, keeps_escapes: bool, goes_on: &str) -> String {
+pub fn sanitize(text: &str, keeps_escapes: bool, goes_on: &str) -> String {
     let end = text.floor_char_boundary(EVENT_BYTES_MAX);
     let mut shown = String::with_capacity(end + 1);
     for letter in text[..end].chars() {
@@ -300,15 +300,15 @@ mod tests {
         let forged =
             "bad name: a\r\n2026-01-01T00:00:00Z  INFO all is well\x1b[2J\u{9b}1m\u{202e}\0";
         assert_eq!(
-            harmless(forged, false, GOES_ON),
+            sanitize(forged, false, CONTINUATION_INDENT),
             "bad name: a\\r\n    2026-01-01T00:00:00Z  INFO all is well\\u{1b}[2J\\u{9b}1m\\u{202e}\\u{0}\n"
         );
         assert_eq!(
-            harmless("\x1b[31mERROR\x1b[0m ü\t1", true, ""),
+            sanitize("\x1b[31mERROR\x1b[0m ü\t1", true, ""),
             "\x1b[31mERROR\x1b[0m ü\t1\n"
         );
         let long = "é".repeat(EVENT_BYTES_MAX);
-        let cut = harmless(&long, false, "");
+        let cut = sanitize(&long, false, "");
         assert!(
             cut.ends_with(" ... (65536 bytes more)\n"),
             "{}",

@@ -73,7 +73,7 @@ async fn say_something() {
     let end = shutdown.clone();
     let port = serve_port(
         listener,
-        PortProtocol::Its,
+        PortProtocol::Native,
         PortMeter::new("primary"),
         shutdown,
         move |_stream, _, _| {

@@ -21,7 +21,7 @@ use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 use tracing::Instrument as _;
 
-use super::peer::{DEAFNESS_MAX, Peer, PortProtocol};
+use super::peer::{Peer, PortProtocol, WRITE_STALL_TIMEOUT};
 use crate::options::PortSetting;
 
 /// Clients of one port; one more is closed at once.
@@ -66,7 +66,7 @@ impl PortMeter {
     }
 
     /// The same port; `faults` hears of those in its sessions.
-    pub fn told_to(self, faults: ThreadSupervisor) -> Self {
+    pub fn with_faults(self, faults: ThreadSupervisor) -> Self {
         Self { faults, ..self }
     }
 
@@ -214,14 +214,14 @@ pub async fn serve_port<S>(
         let until_it_gives_up = async move {
             injection::point(name);
             tokio::select! {
-                reason = watch.gives_up() => tracing::warn!("closed: {reason}"),
+                reason = watch.disconnect_reason() => tracing::warn!("closed: {reason}"),
                 () = session => {}
             }
         };
         // A fault ends this client only; it has been told when it happened.
         let contained = meter
             .faults
-            .contain(ThreadRole::Port, name, until_it_gives_up);
+            .catch_panics(ThreadRole::Port, name, until_it_gives_up);
         #[allow(
             clippy::disallowed_methods,
             reason = "the one place where sessions start, each contained"
@@ -260,7 +260,14 @@ pub async fn serve_sessions<T, S, E>(
             }
         }
     };
-    serve_port(listener, PortProtocol::Its, meter, shutdown, until_the_end).await;
+    serve_port(
+        listener,
+        PortProtocol::Native,
+        meter,
+        shutdown,
+        until_the_end,
+    )
+    .await;
 }
 
 /// Starts the service of a port. After a fault that no session has contained it is begun again on the same port.
@@ -306,7 +313,7 @@ fn prepare(stream: &TcpStream) -> io::Result<()> {
     let socket = SockRef::from(stream);
     socket.set_tcp_keepalive(&keepalive)?;
     socket.set_send_buffer_size(SEND_BUFFER_BYTES)?;
-    break_when_deaf_for(socket, DEAFNESS_MAX)
+    break_when_deaf_for(socket, WRITE_STALL_TIMEOUT)
 }
 
 #[cfg(test)]
@@ -357,7 +364,7 @@ mod tests {
         let (meter, shutdown) = (PortMeter::new("x"), CancellationToken::new());
         let port = tokio::spawn(serve_port(
             listener,
-            PortProtocol::Its,
+            PortProtocol::Native,
             meter.clone(),
             shutdown.clone(),
             greet,
@@ -397,7 +404,7 @@ mod tests {
         };
         let port = tokio::spawn(serve_port(
             listener,
-            PortProtocol::Its,
+            PortProtocol::Native,
             PortMeter::new("x"),
             shutdown.clone(),
             session,
@@ -421,7 +428,7 @@ mod tests {
         };
         let port = tokio::spawn(serve_port(
             listener,
-            PortProtocol::Its,
+            PortProtocol::Native,
             PortMeter::new("x"),
             shutdown.clone(),
             session,

@@ -1,7 +1,7 @@
 //! The stream of one client, whatever the port: browsers are turned away, and who is silent or deaf gives its place up.
 //!
 //! Owns what is the same on every port. A session reads and writes a [`Peer`] like any other stream; beside it the port
-//! waits for [`PeerWatchdog::gives_up`] and ends the session then, whatever that is waiting for.
+//! waits for [`PeerWatchdog::disconnect_reason`] and ends the session then, whatever that is waiting for.
 
 use core::fmt;
 use std::io;
@@ -20,10 +20,10 @@ use super::protocol_sniffer::{ForeignProtocol, ProtocolSniffer, SniffResult};
 
 /// A client that neither sends nor takes anything for so long gives its place up. (One that only listens takes what it
 /// is sent; a program that asks nothing of a port that only answers has no use for it.)
-pub const SILENCE_MAX: Duration = Duration::from_secs(3600);
+pub const IDLE_TIMEOUT: Duration = Duration::from_secs(3600);
 
 /// A client to which something is to be sent and that takes nothing for so long gives its place up.
-pub const DEAFNESS_MAX: Duration = Duration::from_secs(30);
+pub const WRITE_STALL_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// What is read at once while it is not clear yet whether a browser connects.
 const OPENING_BYTES: usize = 4096;
@@ -34,7 +34,7 @@ pub enum PortProtocol {
     /// HTTP, and what begins as HTTP: who comes from where is looked at with each request.
     Http,
     /// A protocol of its own: browsers are turned away.
-    Its,
+    Native,
 }
 
 /// Why a client gives its place up.
@@ -42,21 +42,21 @@ pub enum PortProtocol {
 pub enum DisconnectReason {
     /// It belongs on another port.
     Intruder(ForeignProtocol),
-    /// Nothing was sent or taken for [`SILENCE_MAX`].
-    Silent,
-    /// Nothing was taken for [`DEAFNESS_MAX`].
-    Deaf,
+    /// Nothing was sent or taken for [`IDLE_TIMEOUT`].
+    Idle,
+    /// Nothing was taken for [`WRITE_STALL_TIMEOUT`].
+    WriteStalled,
 }
 
 impl fmt::Display for DisconnectReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Intruder(intruder) => write!(f, "{intruder}"),
-            Self::Silent => write!(f, "the client was silent for {} s", SILENCE_MAX.as_secs()),
-            Self::Deaf => write!(
+            Self::Idle => write!(f, "the client was silent for {} s", IDLE_TIMEOUT.as_secs()),
+            Self::WriteStalled => write!(
                 f,
                 "the client took nothing for {} s",
-                DEAFNESS_MAX.as_secs()
+                WRITE_STALL_TIMEOUT.as_secs()
             ),
         }
     }
@@ -132,7 +132,7 @@ impl<S> Peer<S> {
         });
         let peer = Self {
             stream,
-            opening: (speaks == PortProtocol::Its).then(ProtocolSniffer::default),
+            opening: (speaks == PortProtocol::Native).then(ProtocolSniffer::default),
             received: Vec::new(),
             local_ip,
             address: None,
@@ -158,7 +158,7 @@ impl<S> Peer<S> {
     }
 
     /// Hands out what was received while it was not clear who connects. False when there is nothing.
-    fn hand_out(&mut self, into: &mut ReadBuf<'_>) -> bool {
+    fn drain_held(&mut self, into: &mut ReadBuf<'_>) -> bool {
         let count = self.received.len().min(into.remaining());
         into.put_slice(&self.received[..count]);
         self.received.drain(..count);
@@ -203,12 +203,12 @@ impl<S: AsyncRead + Unpin> AsyncRead for Peer<S> {
         into: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
         let this = &mut *self;
-        if into.remaining() == 0 || this.hand_out(into) {
+        if into.remaining() == 0 || this.drain_held(into) {
             return Poll::Ready(Ok(()));
         }
         if this.opening.is_some() {
             ready!(this.poll_opening(context))?;
-            if this.hand_out(into) {
+            if this.drain_held(into) {
                 return Poll::Ready(Ok(()));
             }
         }
@@ -253,7 +253,7 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Peer<S> {
 
 impl PeerWatchdog {
     /// Returns when the client has to give its place up.
-    pub async fn gives_up(&self) -> DisconnectReason {
+    pub async fn disconnect_reason(&self) -> DisconnectReason {
         loop {
             let due = match self.look() {
                 Ok(due) => due,
@@ -273,15 +273,15 @@ impl PeerWatchdog {
             return Err(DisconnectReason::Intruder(intruder));
         }
         let now = Instant::now();
-        let silent_at = times.moved + SILENCE_MAX;
+        let silent_at = times.moved + IDLE_TIMEOUT;
         // Deafness that begins after this look is seen in the next one, before it is due.
-        let deaf_at = times.deaf_since.map(|since| since + DEAFNESS_MAX);
+        let deaf_at = times.deaf_since.map(|since| since + WRITE_STALL_TIMEOUT);
         if deaf_at.is_some_and(|at| at <= now) {
-            Err(DisconnectReason::Deaf)
+            Err(DisconnectReason::WriteStalled)
         } else if silent_at <= now {
-            Err(DisconnectReason::Silent)
+            Err(DisconnectReason::Idle)
         } else {
-            Ok(silent_at.min(deaf_at.unwrap_or(now + DEAFNESS_MAX)))
+            Ok(silent_at.min(deaf_at.unwrap_or(now + WRITE_STALL_TIMEOUT)))
         }
     }
 }

@@ -55,14 +55,14 @@ impl SampleDecimator {
     }
 
     /// Whether the cycle that ended at `time`, s, is a beat. Asked once for every cycle, in order.
-    pub fn begin_with(&self, time: f64) -> bool {
+    pub fn is_due(&self, time: f64) -> bool {
         // A millionth of slack: ten times a sum of steps is rarely a whole number.
         let beat = (time * BEATS_PER_SECOND + 1e-6) as u64;
         self.last.swap(beat, Ordering::Relaxed) != beat
     }
 
     /// Shows the sample of a beat.
-    pub fn show(&self, sample: Arc<Sample>) {
+    pub fn publish(&self, sample: Arc<Sample>) {
         self.latest.send_replace(Some(sample));
     }
 }
@@ -78,7 +78,7 @@ mod tests {
             let times = (1..).map(|cycle| f64::from(cycle) * step);
             let found: Vec<f64> = times
                 .take_while(|time| *time < 20.0 - step / 2.0)
-                .filter(|time| beats.begin_with(*time))
+                .filter(|time| beats.is_due(*time))
                 .collect();
             assert_eq!(found.len(), 200, "{step}");
             // Right after the start, then never late by more than a cycle.

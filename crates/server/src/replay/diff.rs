@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use recorder::{CycleMessage, Difference, Recording, RecordingEntry, Topic, difference_but};
+use recorder::{CycleMessage, Difference, Recording, RecordingEntry, Topic, difference_ignoring};
 
 use super::ReplayError;
 
@@ -36,7 +36,7 @@ impl DiffReport {
 
     fn take(&mut self, a: &CycleMessage, b: &CycleMessage) {
         self.compared += 1;
-        let Some(found) = difference_but(a, b, &self.missing) else {
+        let Some(found) = difference_ignoring(a, b, &self.missing) else {
             return;
         };
         self.different += 1;

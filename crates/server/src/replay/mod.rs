@@ -146,9 +146,9 @@ fn answer_noting(
     let status = answer_about(&recording, other.as_ref(), args, out)?;
     for recording in [Some(&recording), other.as_ref()].into_iter().flatten() {
         let path = recording.name().to_owned();
-        match recording.trouble() {
+        match recording.abnormal_end() {
             None | Some(FileEnd::Complete) => {}
-            Some(FileEnd::Cut) => notes.push(format!(
+            Some(FileEnd::Truncated) => notes.push(format!(
                 "{path} ends in the middle, its writer was killed or is still writing; the answer is about what is there"
             )),
             Some(FileEnd::Damaged(reason)) => {

@@ -83,7 +83,7 @@ impl fmt::Display for ProgramsComparison {
 /// [`ProgramsError`] says why they cannot be.
 pub fn rerun_programs(recording: &Recording) -> Result<ProgramsComparison, ProgramsError> {
     let run = RecordedRun::read(recording)?;
-    if let Some(lost) = run.lost() {
+    if let Some(lost) = run.unrecorded_input() {
         return Err(ProgramsError::Lost(lost));
     }
     let programs = run.programs().count();

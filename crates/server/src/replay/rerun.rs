@@ -7,14 +7,15 @@ use std::fmt;
 
 use controller::command_replay::{CommandReplayError, CommandReplayer};
 use controller::recorded_run::{
-    InitialSetupError, RecordedModelError, beginning_of, cell_of, model_of,
+    InitialSetupError, RecordedModelError, cell_of, initial_setup, model_of,
 };
 use controller::register_write::RegisterWrite;
 use controller::start_configuration::cycle_config;
 use motion::{ConfigError, ControlLoop, CycleConfig, CycleTiming};
 use motion_api::{RingCapacities, ScriptEndpoint, motion_channel};
 use recorder::{
-    CommandMessage, Difference, ReadError, Recording, RecordingEntry, Setup, Topic, difference_but,
+    CommandMessage, Difference, ReadError, Recording, RecordingEntry, Setup, Topic,
+    difference_ignoring,
 };
 use thiserror::Error;
 
@@ -107,7 +108,7 @@ impl fmt::Display for Comparison {
 /// # Errors
 /// [`RerunError`] when the recording does not tell enough to do so.
 pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
-    let mut controller = RerunCycle::new(started_with(beginning_of(recording)?)?)?;
+    let mut controller = RerunCycle::new(started_with(initial_setup(recording)?)?)?;
     let mut commands = Vec::new();
     let mut writes = Vec::new();
     let mut compared = 0;
@@ -120,12 +121,12 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
                 return Err(RerunError::TooManyCommands { cycle });
             }
             RecordingEntry::Command(command) => commands.push(command),
-            RecordingEntry::Io(change) => writes.extend(RegisterWrite::of(&change)),
+            RecordingEntry::Io(change) => writes.extend(RegisterWrite::from_message(&change)),
             RecordingEntry::Cycle(recorded) => {
                 controller.run_to(recorded.cycle, &mut commands, &mut writes)?;
                 let fresh = recorder::CycleMessage::from(&controller.script.snapshot.read());
                 let missing = recording.missing_fields();
-                if let Some(difference) = difference_but(&recorded, &fresh, missing) {
+                if let Some(difference) = difference_ignoring(&recorded, &fresh, missing) {
                     return Ok(Comparison::Different(difference));
                 }
                 compared += 1;

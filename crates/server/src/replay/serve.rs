@@ -25,7 +25,7 @@ use super::rerun::RerunError;
 use crate::cli::ReplayPortArgs;
 use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
-use crate::describe::describe;
+use crate::describe::robot_description;
 use crate::options::PortSetting;
 use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::foxglove::FoxgloveSource;
@@ -93,11 +93,11 @@ pub(super) fn serve(
     let name = std::path::Path::new("the recorded cell file");
     let cell = setup.cell.clone();
     let cell = cell.map(|text| Cell::from_text(text, name)).transpose()?;
-    let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
+    let obstacles = cell.as_ref().map(Cell::scene_obstacles).unwrap_or_default();
     let viewer = ViewerMessages::new(model.clone(), obstacles, setup.epoch_ns);
     let config = cycle_config(setup, model.clone(), cell.as_ref()).map_err(InitialSetupError::from);
     let config = config.map_err(RerunError::from)?;
-    let description = describe(&config).map_err(RerunError::Config)?;
+    let description = robot_description(&config).map_err(RerunError::Config)?;
     let mut scene = pendant::scene::describe(&model, cell.as_ref());
     scene["home"] = serde_json::json!(setup.home.0);
     let shown = Arc::new(PageContent {
@@ -126,7 +126,7 @@ pub(super) fn serve(
         query: PortSetting::Off,
         tool_serial: PortSetting::Off,
     };
-    crate::config::each_on_its_own(&ports)?;
+    crate::config::check_distinct_ports(&ports)?;
     let bind = args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
@@ -144,7 +144,7 @@ pub(super) fn serve(
             tracing::info!("{name} on {bind}:{port}");
         }
         let trusted = crate::config::trusted_hosts(args.trust_host.clone());
-        let callers = AllowedHosts::of(bind, platform::machine::name().as_deref(), &trusted);
+        let callers = AllowedHosts::of(bind, platform::machine::host_name().as_deref(), &trusted);
         let services = open_services(listeners, &playback, &page, viewer, &callers, &stop)?;
         if let Some(path) = &args.ready_file {
             ready_file::write(path, std::process::id(), &bound).map_err(|source| {

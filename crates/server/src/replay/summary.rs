@@ -92,11 +92,11 @@ pub(super) fn print(
         )
     })?;
     writeln!(out, "overruns: {}", summary.overruns)?;
-    if summary.longest_step_us > 0.0 || summary.latest_wakeup_us > 0.0 {
+    if summary.longest_step_us > 0.0 || summary.max_wakeup_latency_us > 0.0 {
         writeln!(
             out,
             "longest cycle: {:.0} µs, latest wake-up: {:.0} µs",
-            summary.longest_step_us, summary.latest_wakeup_us
+            summary.longest_step_us, summary.max_wakeup_latency_us
         )?;
     }
     writeln!(
@@ -113,16 +113,16 @@ pub(super) fn print(
     writeln!(out, "peak TCP force: {:.1} N", summary.peak_tcp_force)?;
     match &summary.ending {
         Some(FileEnd::Complete) | None => writeln!(out, "ending: complete"),
-        Some(FileEnd::Cut) => writeln!(
+        Some(FileEnd::Truncated) => writeln!(
             out,
             "ending: cut, the recorder was killed or is still writing; readable up to {:.3} s, the last complete chunk",
-            summary.until
+            summary.end_time
         ),
         Some(FileEnd::Damaged(reason)) => writeln!(
             out,
             "ending: damaged ({}); readable up to {:.3} s, the last chunk before that",
             EscapedLine(reason),
-            summary.until
+            summary.end_time
         ),
     }
 }

@@ -76,7 +76,7 @@ impl<'a> FieldReader<'a> {
         let Some((field, rest)) = self.rest.split_first_chunk::<N>() else {
             let missing = N - self.rest.len();
             let what = self.what;
-            return Err(DecodeError::Short { what, missing });
+            return Err(DecodeError::UnexpectedEnd { what, missing });
         };
         self.rest = rest;
         Ok(*field)

@@ -48,7 +48,7 @@ pub enum DecodeError {
     },
     /// The message ends inside a value.
     #[error("{what} ends {missing} bytes too early")]
-    Short {
+    UnexpectedEnd {
         /// What is too short.
         what: &'static str,
         /// How many bytes it lacks.
@@ -56,7 +56,7 @@ pub enum DecodeError {
     },
     /// There are bytes behind the last part.
     #[error("{0} bytes behind the last part of a state are no part")]
-    Rest(usize),
+    TrailingBytes(usize),
 }
 
 /// What the controller says on this port.
@@ -85,7 +85,7 @@ pub struct MessageFrame<'a> {
 ///
 /// # Errors
 /// [`DecodeError::Length`]: the stream is not this port's.
-pub fn frame(received: &[u8]) -> Result<Option<MessageFrame<'_>>, DecodeError> {
+pub fn split_frame(received: &[u8]) -> Result<Option<MessageFrame<'_>>, DecodeError> {
     let Some(&[a, b, c, d, kind]) = received.first_chunk::<HEAD_BYTES>() else {
         return Ok(None);
     };
@@ -103,7 +103,7 @@ pub fn frame(received: &[u8]) -> Result<Option<MessageFrame<'_>>, DecodeError> {
 ///
 /// # Errors
 /// [`DecodeError`], when its parts do not fit together.
-pub fn message(frame: &MessageFrame<'_>) -> Result<Message, DecodeError> {
+pub fn decode_message(frame: &MessageFrame<'_>) -> Result<Message, DecodeError> {
     match frame.kind {
         ROBOT_STATE => Ok(Message::State(Box::new(State::decode(frame.body)?))),
         ROBOT_EXCEPTION => Ok(

@@ -352,7 +352,7 @@ impl State {
         }
         match rest.len() {
             0 => Ok(state),
-            left => Err(DecodeError::Rest(left)),
+            left => Err(DecodeError::TrailingBytes(left)),
         }
     }
 }

@@ -56,8 +56,8 @@ fn whole() -> State {
 }
 
 fn decoded(bytes: &[u8]) -> Result<Message, DecodeError> {
-    let frame = frame(bytes)?.expect("a whole message");
-    message(&frame)
+    let frame = split_frame(bytes)?.expect("a whole message");
+    decode_message(&frame)
 }
 
 #[test]
@@ -170,9 +170,9 @@ fn what_does_not_fit_together_is_told() {
     for length in [0, 5, 2_000_000_u32] {
         let mut bytes = whole.clone();
         bytes[..4].copy_from_slice(&length.to_be_bytes());
-        assert!(frame(&bytes).is_err(), "{length}");
+        assert!(split_frame(&bytes).is_err(), "{length}");
     }
-    assert_eq!(frame(&whole[..100]), Ok(None));
+    assert_eq!(split_frame(&whole[..100]), Ok(None));
 }
 
 #[test]
@@ -233,8 +233,8 @@ proptest! {
         if small && bytes.len() > 10 {
             bytes[5..8].fill(0);
         }
-        let frame = frame(&bytes).expect("its length fits").expect("whole");
-        let _ = message(&frame);
+        let frame = split_frame(&bytes).expect("its length fits").expect("whole");
+        let _ = decode_message(&frame);
     }
 
     #[test]
@@ -242,8 +242,8 @@ proptest! {
         let mut bytes = whole().encode();
         bytes[place] = byte;
         bytes.truncate(cut);
-        if let Ok(Some(frame)) = frame(&bytes) {
-            let _ = message(&frame);
+        if let Ok(Some(frame)) = split_frame(&bytes) {
+            let _ = decode_message(&frame);
         }
     }
 }

@@ -22,8 +22,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "primary",
         about: "port 30001: programs framed the same in any pieces, bounded",
-        judge: primary::judge,
-        shown: as_they_are,
+        check: primary::judge,
+        render_input: as_they_are,
         seeds: || {
             let mut seeds = files_of(&["tests/scripts", "examples"], ".script");
             seeds.push(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n".to_vec());
@@ -46,8 +46,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "interpreter",
         about: "port 30020: statements and commands in any pieces, replies of one line",
-        judge: interpreter::judge,
-        shown: as_they_are,
+        check: interpreter::judge,
+        render_input: as_they_are,
         seeds: || {
             let mut seeds = files_of(&["tests/transcripts"], ".txt");
             seeds.push(
@@ -70,8 +70,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "query",
         about: "port 40011: questions read the same in any pieces, answers of one line",
-        judge: query::judge,
-        shown: as_they_are,
+        check: query::judge,
+        render_input: as_they_are,
         seeds: || {
             let lines: [&[u8]; 3] = [
                 b"req 1 get_actual_joint_positions()\nreq 2 get_inverse_kin([0,0,0,0,0,0])\r\n",
@@ -97,8 +97,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "dashboard",
         about: "port 29999: every line has one reply that fits the SDK's read",
-        judge: dashboard::judge,
-        shown: as_they_are,
+        check: dashboard::judge,
+        render_input: as_they_are,
         seeds: || {
             let lines: [&[u8]; 4] = [
                 b"help\nrobotMode\nplay\npause -p\nstop\n",
@@ -125,8 +125,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "debugger",
         about: "the debugger: sessions of any messages, every answer is one",
-        judge: debugger::judge,
-        shown: as_they_are,
+        check: debugger::judge,
+        render_input: as_they_are,
         seeds: debugger::seeds,
         words: &[
             b"Content-Length: 2\r\n\r\n{}",
@@ -144,8 +144,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "rtsi",
         about: "port 30004: packets, recipes and values of every type",
-        judge: rtsi::judge,
-        shown: as_they_are,
+        check: rtsi::judge,
+        render_input: as_they_are,
         seeds: || {
             let packet = |letter: u8, payload: &[u8]| {
                 let length = u16::try_from(payload.len() + 3).unwrap_or(u16::MAX);
@@ -176,8 +176,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "opening",
         about: "first bytes on a port that speaks no HTTP: browsers stay out, nobody else loses a byte",
-        judge: opening::judge,
-        shown: as_they_are,
+        check: opening::judge,
+        render_input: as_they_are,
         seeds: || {
             let starts: [&[u8]; 7] = [
                 b"GET / HTTP/1.1\r\nHost: x\r\n\r\n",
@@ -208,8 +208,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "http",
         about: "whole connections to the http port: only who calls this machine by its name gets in",
-        judge: http::judge,
-        shown: as_they_are,
+        check: http::judge,
+        render_input: as_they_are,
         seeds: || {
             let requests: [&[u8]; 6] = [
                 b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\nGET /metrics HTTP/1.1\r\nHost: 127.0.0.1:8080\r\n\r\n",
@@ -247,8 +247,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "foxglove",
         about: "whole connections to the Foxglove port: handshakes, frames, messages; nothing is left of who is gone",
-        judge: foxglove::judge,
-        shown: as_they_are,
+        check: foxglove::judge,
+        render_input: as_they_are,
         seeds: || {
             let mut whole = foxglove::handshake();
             whole.extend(b"\x81\x8e\0\0\0\0{\"op\":\"other\"}\x89\x80\0\0\0\0\x01\x80\0\0\0\0\x88\x80\0\0\0\0");
@@ -286,8 +286,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "http_inputs",
         about: "bodies of POST /api/inputs",
-        judge: http_inputs::judge,
-        shown: as_they_are,
+        check: http_inputs::judge,
+        render_input: as_they_are,
         seeds: || {
             vec![
                 br#"{"standard_digital_inputs": {"0": true, "7": false}, "analog": {"0": 4.5}}"#.to_vec(),
@@ -303,8 +303,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "modbus_server",
         about: "the controller's own Modbus server: every message has an answer that is a message",
-        judge: modbus_server::judge,
-        shown: as_they_are,
+        check: modbus_server::judge,
+        render_input: as_they_are,
         seeds: || {
             let frame = |pdu: &[u8]| [&[0, 1, 0, 0, 0, pdu.len() as u8 + 1, 1], pdu].concat();
             [
@@ -330,8 +330,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "modbus_rtu",
         about: "what a serial line carries while a reply is waited for, and PDUs of replies",
-        judge: modbus_rtu::judge,
-        shown: as_they_are,
+        check: modbus_rtu::judge,
+        render_input: as_they_are,
         seeds: || {
             vec![
                 vec![1, 0, 2, 0, 1, 3, 4, 0, 1, 0, 2],
@@ -345,8 +345,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "script_socket",
         about: "what a peer of a script's socket sends: numbers and texts, the same in any pieces",
-        judge: script_socket::judge,
-        shown: as_they_are,
+        check: script_socket::judge,
+        render_input: as_they_are,
         seeds: || {
             vec![
                 b"\x07\x00\x03(1, 2.5, -3e4)\r\n(4,5,6)".to_vec(),
@@ -361,8 +361,8 @@ pub(super) const TARGETS: &[Target] = &[
     Target {
         name: "xmlrpc",
         about: "answers of an XML-RPC server; what came in can go out",
-        judge: xmlrpc::judge,
-        shown: as_they_are,
+        check: xmlrpc::judge,
+        render_input: as_they_are,
         seeds: || {
             let value = |value: &str| {
                 format!("<?xml version='1.0'?><methodResponse><params><param><value>{value}</value></param></params></methodResponse>").into_bytes()

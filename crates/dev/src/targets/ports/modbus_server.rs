@@ -2,7 +2,7 @@
 //! message.
 
 use io_bus::PortImage;
-use io_bus::modbus_server::codec::{HEADER_BYTES, answer, message_bytes};
+use io_bus::modbus_server::codec::{HEADER_BYTES, build_reply, message_bytes};
 use io_bus::modbus_server::map::{ControllerAccess, Map};
 use motion_api::{CommandKind, Registers, RobotState};
 
@@ -34,7 +34,7 @@ pub(super) fn judge(data: &[u8]) {
         let Some((message, after)) = rest.split_at_checked(length) else {
             return;
         };
-        let reply = answer(message, &map);
+        let reply = build_reply(message, &map);
         assert_eq!(message_bytes(&reply), Ok(Some(reply.len())));
         assert_eq!(reply[..4], message[..4], "transaction and protocol");
         let (asked, answered) = (message[HEADER_BYTES], reply[HEADER_BYTES]);

@@ -2,7 +2,9 @@
 
 use server::ports::rtsi::inputs::{InputLatch, InputVariable};
 use server::ports::rtsi::outputs::OutputVariable;
-use wire::rtsi::{RtsiType, RtsiValue, names, packet, packet_type, text_message};
+use wire::rtsi::{
+    RtsiType, RtsiValue, decode_text_message, packet_type, recipe_names, split_packet,
+};
 
 const KINDS: [RtsiType; 9] = [
     RtsiType::Bool,
@@ -19,12 +21,12 @@ const KINDS: [RtsiType; 9] = [
 pub(super) fn judge(data: &[u8]) {
     let mut rest = data;
     let (mut recipe, mut written) = (Vec::new(), InputLatch::default());
-    while let Ok(Some(found)) = packet(rest) {
+    while let Ok(Some(found)) = split_packet(rest) {
         assert!(found.bytes >= 3 && found.bytes <= rest.len());
         assert_eq!(found.payload.len(), found.bytes - 3);
         match found.letter {
             packet_type::INPUTS => {
-                recipe = names(found.payload)
+                recipe = recipe_names(found.payload)
                     .filter_map(InputVariable::by_name)
                     .collect();
                 for input in &recipe {
@@ -32,7 +34,7 @@ pub(super) fn judge(data: &[u8]) {
                 }
             }
             packet_type::OUTPUTS => {
-                for output in names(found.payload).filter_map(OutputVariable::by_name) {
+                for output in recipe_names(found.payload).filter_map(OutputVariable::by_name) {
                     assert!(output.kind().bytes() > 0);
                 }
             }
@@ -45,7 +47,7 @@ pub(super) fn judge(data: &[u8]) {
                 let _ = written.take(&package);
             }
             packet_type::TEXT => {
-                if let Some(message) = text_message(found.payload) {
+                if let Some(message) = decode_text_message(found.payload) {
                     // Every byte is in a text, a length or the level; one that is no UTF-8 becomes three.
                     let length = message.text.len() + message.source.len();
                     assert!((found.payload.len() - 3..=3 * found.payload.len()).contains(&length));

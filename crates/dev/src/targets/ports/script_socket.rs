@@ -1,6 +1,8 @@
 //! What a peer of a script's socket sends: frames of numbers and texts, the same in any pieces, and bounded memory.
 
-use io_bus::script_socket::decode::{ParseOutcome, TEXT_BYTES_MAX, floats, saturated, text};
+use io_bus::script_socket::decode::{
+    ParseOutcome, TEXT_BYTES_MAX, floats, parse_saturating_i32, text,
+};
 
 /// Every result of a reader that looks again after each piece, and what is left unread.
 fn all<T>(pieces: &[&[u8]], mut look: impl FnMut(&mut Vec<u8>, bool) -> ParseOutcome<T>) -> Vec<T> {
@@ -10,12 +12,12 @@ fn all<T>(pieces: &[&[u8]], mut look: impl FnMut(&mut Vec<u8>, bool) -> ParseOut
         loop {
             let before = unread.len();
             match look(&mut unread, false) {
-                ParseOutcome::Result(result) if unread.len() < before => results.push(result),
+                ParseOutcome::Done(result) if unread.len() < before => results.push(result),
                 _ => break,
             }
         }
     }
-    let ParseOutcome::Result(last) = look(&mut unread, true) else {
+    let ParseOutcome::Done(last) = look(&mut unread, true) else {
         panic!("the last look always has a result");
     };
     results.push(last);
@@ -46,5 +48,5 @@ pub(super) fn judge(data: &[u8]) {
         });
         assert_eq!(whole, texts);
     }
-    let _ = saturated(&String::from_utf8_lossy(bytes));
+    let _ = parse_saturating_i32(&String::from_utf8_lossy(bytes));
 }

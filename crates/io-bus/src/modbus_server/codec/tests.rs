@@ -23,7 +23,7 @@ fn the_golden_message_is_answered_with_its_transaction_and_unit() {
     assert_eq!(message_bytes(&request[..6]), Ok(None));
     assert_eq!(message_bytes(&request), Ok(Some(12)));
     assert_eq!(
-        answer(&request, &store),
+        build_reply(&request, &store),
         [0xAB, 0xCD, 0, 0, 0, 5, 0x11, 3, 2, 0x12, 0x34]
     );
 }
@@ -168,7 +168,7 @@ proptest! {
         let length = (1 + pdu.len()) as u16;
         let message = [&[0, 7, 0, 0][..], &length.to_be_bytes(), &[255], &pdu].concat();
         prop_assert_eq!(message_bytes(&message), Ok(Some(message.len())));
-        let answer = answer(&message, &store);
+        let answer = build_reply(&message, &store);
         prop_assert_eq!(message_bytes(&answer), Ok(Some(answer.len())));
         prop_assert!(answer[7] == function || answer[7] == function | 0x80);
     }

@@ -117,12 +117,12 @@ enum Bits {
 
 /// All words, in the order of their addresses.
 pub fn blocks() -> impl Iterator<Item = &'static RegisterRange> {
-    vendor::BLOCKS.iter().chain(own::BLOCKS)
+    vendor::REGISTER_RANGES.iter().chain(own::BLOCKS)
 }
 
 /// All bits, in the order of their addresses.
 pub fn bit_blocks() -> impl Iterator<Item = &'static BitRange> {
-    vendor::BIT_BLOCKS.iter().chain(own::BIT_BLOCKS)
+    vendor::BIT_BLOCKS.iter().chain(own::BIT_RANGES)
 }
 
 /// A block without a write.

@@ -14,7 +14,7 @@ fn analog(value: f64, domain: AnalogDomain) -> u16 {
     (value * scale).round() as u16
 }
 
-fn half(word: u32, k: usize) -> u16 {
+fn word_of(word: u32, k: usize) -> u16 {
     if k.is_multiple_of(2) {
         (word >> 16) as u16
     } else {
@@ -111,7 +111,7 @@ pub(super) const BLOCKS: &[RegisterRange] = &[
         (v.state.command_id.0 != 0).into()
     }),
     block(1026, 2, None, "cycle counter, high word first", |v, k| {
-        half(v.state.cycle as u32, k)
+        word_of(v.state.cycle as u32, k)
     }),
     block(
         1030,
@@ -177,7 +177,7 @@ pub(super) const BLOCKS: &[RegisterRange] = &[
         None,
         "integer input registers 0-47, two words each, high word first",
         |v, k| {
-            half(
+            word_of(
                 v.registers().input.integer((k / 2) as u8).cast_unsigned(),
                 k,
             )
@@ -190,7 +190,7 @@ pub(super) const BLOCKS: &[RegisterRange] = &[
         None,
         "integer output registers 0-47, two words each, high word first",
         |v, k| {
-            half(
+            word_of(
                 v.registers().output.integer((k / 2) as u8).cast_unsigned(),
                 k,
             )
@@ -202,7 +202,7 @@ pub(super) const BLOCKS: &[RegisterRange] = &[
         None,
         "float input registers 0-47 as IEEE 754 of 32 bits, high word first",
         |v, k| {
-            half(
+            word_of(
                 (v.registers().input.float((k / 2) as u8) as f32).to_bits(),
                 k,
             )
@@ -215,7 +215,7 @@ pub(super) const BLOCKS: &[RegisterRange] = &[
         None,
         "float output registers 0-47 as IEEE 754 of 32 bits, high word first",
         |v, k| {
-            half(
+            word_of(
                 (v.registers().output.float((k / 2) as u8) as f32).to_bits(),
                 k,
             )
@@ -262,7 +262,7 @@ const fn bits(first: u16, count: u16, space: Space, meaning: &'static str, bits:
 }
 
 /// The bits.
-pub(super) const BIT_BLOCKS: &[BitRange] = &[
+pub(super) const BIT_RANGES: &[BitRange] = &[
     bits(
         1000,
         28,

@@ -6,7 +6,7 @@ use motion_api::{IoImage, SafetyMode};
 use proptest::prelude::*;
 
 use super::*;
-use crate::modbus_server::codec::{ADU_BYTES_MAX, answer};
+use crate::modbus_server::codec::{ADU_BYTES_MAX, build_reply};
 use crate::port_image::{ControlMode, ProgramState};
 
 #[derive(Default)]
@@ -69,7 +69,7 @@ fn ask(fake: &Fake, request: &str) -> String {
         .map(|byte| u8::from_str_radix(byte, 16).unwrap())
         .collect();
     let message = [&[0, 1, 0, 0, 0, request.len() as u8 + 1, 255], &*request].concat();
-    let reply = answer(&message, &Map(fake));
+    let reply = build_reply(&message, &Map(fake));
     let reply: Vec<String> = reply[7..].iter().map(|b| format!("{b:02x}")).collect();
     reply.join(" ")
 }
@@ -257,7 +257,7 @@ proptest! {
     ) {
         let request = [&[function][..], &address.to_be_bytes(), &rest].concat();
         let message = [&[0, 1, 0, 0, 0, (request.len() + 1) as u8, 255][..], &request].concat();
-        let reply = answer(&message, &Map(&Fake::default()));
+        let reply = build_reply(&message, &Map(&Fake::default()));
         prop_assert!(reply.len() >= 9 && reply.len() <= ADU_BYTES_MAX);
         prop_assert_eq!(reply[7] & 0x7F, function & 0x7F);
     }

@@ -33,7 +33,7 @@ fn speed(value: u16) -> Result<CommandKind, Refusal> {
 }
 
 /// The words.
-pub(super) const BLOCKS: &[RegisterRange] = &[
+pub(super) const REGISTER_RANGES: &[RegisterRange] = &[
     block(
         0,
         1,

@@ -81,7 +81,7 @@ pub(super) fn run_here(
         DebugHub::default(),
     )?;
     let controller = host.controller();
-    shutdown.close_in_any_case(controller.closer());
+    shutdown.set_recording_closer(controller.closer());
     let end = controller.run_to_end(program, SENDER, shutdown.token().cancelled())?;
     host.shut_down();
     if shutdown.token().is_cancelled() {
@@ -150,7 +150,7 @@ fn config_of(
         home: setup.home,
         seed: setup.seed,
         allow: BTreeSet::from([Permission::Net]),
-        within: None,
-        phase: None,
+        sandbox: None,
+        cycle_phase: None,
     })
 }

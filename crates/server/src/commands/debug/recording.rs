@@ -65,7 +65,7 @@ pub(super) fn repeated(
         ) => return Ok(None),
         Err(error) => return Err(error.to_string()),
     };
-    if let Some(lost) = run.lost() {
+    if let Some(lost) = run.unrecorded_input() {
         return match run.setup().clock == "virtual" && !run.setup().powered_off {
             true => Ok(None),
             false => Err(lost),

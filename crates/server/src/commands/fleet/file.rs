@@ -391,7 +391,7 @@ mod tests {
             .collect();
         let phases: Vec<u128> = configs
             .iter()
-            .map(|config| config.robot.phase.unwrap().as_micros())
+            .map(|config| config.robot.cycle_phase.unwrap().as_micros())
             .collect();
         assert_eq!(phases, [0, 666, 2666]);
         assert_eq!(configs[1].robot.model.to_string(), "cs612");

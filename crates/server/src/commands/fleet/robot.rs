@@ -125,12 +125,12 @@ impl RobotProcess {
         lock(&self.seen).clone()
     }
 
-    fn see(&self, change: impl FnOnce(&mut ProcessStatus)) {
+    fn update_status(&self, change: impl FnOnce(&mut ProcessStatus)) {
         change(&mut lock(&self.seen));
     }
 
     /// Keeps it running until `shutdown`.
-    pub(super) async fn keep(
+    pub(super) async fn supervise(
         &self,
         program: &Path,
         mut orders: mpsc::Receiver<RestartRequest>,
@@ -146,7 +146,7 @@ impl RobotProcess {
                 Err(error) => ProcessExit::Ended(format!("it cannot be started: {error}")),
             };
             let was_ready = self.seen().state == ProcessState::Ready;
-            self.see(|seen| {
+            self.update_status(|seen| {
                 (seen.pid, seen.memory) = (None, 0);
                 seen.ports.clear();
             });
@@ -155,7 +155,7 @@ impl RobotProcess {
                 ProcessExit::Renewed(RestartRequest(plan, answer)) => {
                     *lock(&self.plan) = plan;
                     (asked, pause) = (Some(answer), FIRST_PAUSE);
-                    self.see(|seen| seen.state = ProcessState::Starting);
+                    self.update_status(|seen| seen.state = ProcessState::Starting);
                     continue;
                 }
                 ProcessExit::Ended(why) => why,
@@ -171,7 +171,7 @@ impl RobotProcess {
                 // Whoever asked may have gone.
                 let _ = answer.send(Err(why.clone()));
             }
-            self.see(|seen| {
+            self.update_status(|seen| {
                 seen.state = ProcessState::Waiting;
                 seen.restarts += 1;
                 seen.last_end = Some(why);
@@ -182,14 +182,14 @@ impl RobotProcess {
                 Some(RestartRequest(plan, answer)) = orders.recv() => {
                     *lock(&self.plan) = plan;
                     (asked, pause) = (Some(answer), FIRST_PAUSE);
-                    self.see(|seen| seen.state = ProcessState::Starting);
+                    self.update_status(|seen| seen.state = ProcessState::Starting);
                     continue;
                 }
             }
             pause = (pause * 2).min(LONGEST_PAUSE);
-            self.see(|seen| seen.state = ProcessState::Starting);
+            self.update_status(|seen| seen.state = ProcessState::Starting);
         }
-        self.see(|seen| seen.state = ProcessState::Stopped);
+        self.update_status(|seen| seen.state = ProcessState::Stopped);
     }
 
     /// Looks after a process until it is over.
@@ -201,14 +201,14 @@ impl RobotProcess {
         shutdown: &CancellationToken,
     ) -> ProcessExit {
         let pid = process.child.id();
-        self.see(|seen| (seen.state, seen.pid) = (ProcessState::Starting, pid));
+        self.update_status(|seen| (seen.state, seen.pid) = (ProcessState::Starting, pid));
         let begun = Instant::now();
         let (memory_max, mut measured) = (self.plan().memory, Instant::now());
         let mut is_ready = false;
         loop {
             let look = if is_ready { MEASURE_EVERY } else { LOOK_EVERY };
             tokio::select! {
-                ended = process.child.wait() => return ProcessExit::Ended(told(ended)),
+                ended = process.child.wait() => return ProcessExit::Ended(exit_description(ended)),
                 () = shutdown.cancelled() => {
                     process.end().await;
                     return ProcessExit::Stopped;
@@ -222,7 +222,9 @@ impl RobotProcess {
             if !is_ready {
                 if let Some(ports) = ports_of(&process.ready_file, pid) {
                     is_ready = true;
-                    self.see(|seen| (seen.state, seen.ports) = (ProcessState::Ready, ports));
+                    self.update_status(|seen| {
+                        (seen.state, seen.ports) = (ProcessState::Ready, ports)
+                    });
                     if let Some(answer) = asked.take() {
                         let _ = answer.send(Ok(()));
                     }
@@ -237,7 +239,7 @@ impl RobotProcess {
             if measured.elapsed() >= MEASURE_EVERY || self.seen().memory == 0 {
                 measured = Instant::now();
                 let held = pid.and_then(machine::resident_bytes).unwrap_or(0);
-                self.see(|seen| seen.memory = held);
+                self.update_status(|seen| seen.memory = held);
                 if let Some(most) = memory_max.filter(|most| held > *most) {
                     process.end().await;
                     return ProcessExit::Ended(format!(
@@ -297,7 +299,7 @@ fn start(program: &Path, plan: &RobotPlan) -> io::Result<ServerProcess> {
     })
 }
 
-fn told(ended: io::Result<ExitStatus>) -> String {
+fn exit_description(ended: io::Result<ExitStatus>) -> String {
     match ended {
         Ok(status) => format!("it ended ({status}); its log says why"),
         Err(error) => format!("it cannot be waited for: {error}"),

@@ -23,7 +23,7 @@ use super::server::shortened;
 use super::tools::{ToolOutput, within};
 use super::workspace::{CancelFlag, Workspace};
 use crate::cli::{ControllerArgs, RunArgs};
-use crate::commands::check::{findings_of, picture, row};
+use crate::commands::check::{diagnostics_of, render_text, row};
 use crate::commands::debug::literal;
 use crate::config::RunConfig;
 
@@ -141,7 +141,7 @@ pub(super) fn check(
         arguments.is_test || file.is_some_and(|file| script_test::is_test_file(Path::new(file)));
     let ProgramText { name, text } = program(workspace, arguments.program, file)?;
     let source = SourceFile::new(name, text);
-    let findings = findings_of(&source, is_test);
+    let findings = diagnostics_of(&source, is_test);
     let mut text = match findings.len() {
         0 => "no findings".to_owned(),
         1 => "1 finding\n".to_owned(),
@@ -149,7 +149,7 @@ pub(super) fn check(
     };
     for finding in findings.iter().take(FINDINGS_MAX) {
         text.push('\n');
-        text.push_str(&picture(finding, &source));
+        text.push_str(&render_text(finding, &source));
     }
     if findings.len() > FINDINGS_MAX {
         text.push_str(&format!("\nand {} more\n", findings.len() - FINDINGS_MAX));
@@ -198,7 +198,7 @@ pub(super) fn run(
     let mut goes_on = || !stop.load(Ordering::Relaxed) && began.elapsed().as_secs_f64() < wall;
     let mut patience = WallTimeout {
         wall: STUCK,
-        goes_on: &mut goes_on,
+        keep_going: &mut goes_on,
     };
     // A time of at most an hour is one.
     let ran = controller.run_program(text, Seconds::new(time).unwrap_or_default(), &mut patience);

@@ -130,9 +130,9 @@ fn answered(
 }
 
 fn recording_note(recording: &Recording) -> String {
-    match recording.trouble() {
+    match recording.abnormal_end() {
         None | Some(recorder::FileEnd::Complete) => String::new(),
-        Some(recorder::FileEnd::Cut) => {
+        Some(recorder::FileEnd::Truncated) => {
             "\n(the recording ends in the middle; the answer is about what is there)\n".to_owned()
         }
         Some(recorder::FileEnd::Damaged(reason)) => {

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
-use robot_client::interpreter::{self, LEAVE};
+use robot_client::interpreter::{self, END_INTERPRETER_STATEMENT};
 use robot_client::{
     InterpreterClient, InterpreterError, InterpreterRequest, PrimaryClient, PrimaryError, Reply,
     RobotAddress, dashboard,
@@ -169,7 +169,7 @@ impl ShellSession {
     }
 
     /// From now on things are said beside the line that is typed.
-    pub(super) fn speak_with(&mut self, voice: Option<Notifier>) {
+    pub(super) fn set_notifier(&mut self, voice: Option<Notifier>) {
         self.voice = voice;
     }
 
@@ -195,7 +195,7 @@ impl ShellSession {
                     let Some((order, answer)) = asked else {
                         return self.leave().await;
                     };
-                    let done = self.done(order).await?;
+                    let done = self.execute(order).await?;
                     // Who asked waits for it.
                     let _ = answer.send(done);
                     if let SessionReply::Left { has_failed } = done {
@@ -209,7 +209,7 @@ impl ShellSession {
         }
     }
 
-    async fn done(&mut self, order: SessionCommand) -> Result<SessionReply, SessionError> {
+    async fn execute(&mut self, order: SessionCommand) -> Result<SessionReply, SessionError> {
         match order {
             SessionCommand::Statement(text) => return self.statement(&text).await,
             SessionCommand::Word(word) => {
@@ -250,7 +250,7 @@ impl ShellSession {
             return Err(SessionError::Busy(self.primary.address().clone()));
         }
         let before = self.reports.len();
-        let program = interpreter::entering_program(NAME, &self.body);
+        let program = interpreter::interpreter_program(NAME, &self.body);
         self.primary.send(&program).await?;
         let deadline = Instant::now() + BEGIN_PATIENCE;
         loop {
@@ -299,7 +299,7 @@ impl ShellSession {
             );
             self.enter().await?;
         }
-        while let Some(reply) = self.interpreter.waiting().await? {
+        while let Some(reply) = self.interpreter.try_next().await? {
             self.late(reply);
         }
         self.interpreter.send(text).await?;
@@ -477,7 +477,7 @@ impl ShellSession {
         let stop = self.stop.clone();
         self.fresh_state().await?;
         if self.over_since.is_none() {
-            self.interpreter.send(LEAVE).await?;
+            self.interpreter.send(END_INTERPRETER_STATEMENT).await?;
         }
         while !self.is_over() {
             tokio::select! {
@@ -491,7 +491,7 @@ impl ShellSession {
 
     /// The program may have ended before it was told to.
     fn late_but_the_last(&mut self, reply: Reply) {
-        let is_of_it = matches!(&reply, Reply::Discard { about } if about.ends_with(LEAVE));
+        let is_of_it = matches!(&reply, Reply::Discard { about } if about.ends_with(END_INTERPRETER_STATEMENT));
         if !is_of_it {
             self.late(reply);
         }

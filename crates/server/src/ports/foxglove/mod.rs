@@ -202,7 +202,7 @@ impl MessageEncoder {
             return;
         }
         if self.stage.newcomer.swap(false, Ordering::Relaxed) {
-            viewer.draw_scene_next();
+            viewer.request_scene();
         }
         let state = &sample.state;
         let at = viewer.nanos(state.time);

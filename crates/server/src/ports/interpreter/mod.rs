@@ -44,7 +44,7 @@ pub async fn serve<I: InterpreterBackend>(
 ) {
     serve_port(
         listener,
-        PortProtocol::Its,
+        PortProtocol::Native,
         meter,
         shutdown,
         |stream, client, shutdown| {

@@ -82,7 +82,7 @@ pub trait PrimaryBackend: Send + Sync + 'static {
     fn control(&self, client: ClientId, phrase: ControlPhrase) -> impl Future<Output = ()> + Send;
     /// An order that makes things stand still has come in behind others of the same client: what runs may end or be
     /// held already. Must not wait. The order itself follows in its turn.
-    fn hurry(&self, phrase: ControlPhrase);
+    fn preempt(&self, phrase: ControlPhrase);
 }
 
 /// Serves the port until `shutdown`; returns when every client is closed. States are published by whoever has the hub.
@@ -95,7 +95,7 @@ pub async fn serve<B: PrimaryBackend>(
 ) {
     serve_port(
         listener,
-        PortProtocol::Its,
+        PortProtocol::Native,
         meter,
         shutdown,
         |stream, client, shutdown| {

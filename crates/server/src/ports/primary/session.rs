@@ -194,7 +194,7 @@ fn take_in(
         if let ScriptFrame::Control(phrase) = frame
             && phrase.is_urgent()
         {
-            backend.hurry(*phrase);
+            backend.preempt(*phrase);
         }
     }
     waiting.add(frames, held);

@@ -20,8 +20,8 @@ use crate::ports::description::{CONTROLLER_VERSION, RobotDescription};
 use crate::ports::escape::EscapedLine;
 use crate::ports::sample::Sample;
 use wire::rtsi::{
-    PROTOCOL_VERSION, RtsiValue, TextLevel, append_packet, append_text, names, packet, packet_type,
-    text_message,
+    PROTOCOL_VERSION, RtsiValue, TextLevel, append_packet, append_text, decode_text_message,
+    packet_type, recipe_names, split_packet,
 };
 
 /// Packages a second at most (SDK user guide).
@@ -174,7 +174,7 @@ impl<C: RtsiBackend> RtsiSession<'_, C> {
     async fn take_packets(&mut self, received: &mut Vec<u8>) -> io::Result<()> {
         let mut start = 0;
         let not_rtsi = |error| io::Error::new(io::ErrorKind::InvalidData, error);
-        while let Some(packet) = packet(&received[start..]).map_err(not_rtsi)? {
+        while let Some(packet) = split_packet(&received[start..]).map_err(not_rtsi)? {
             self.answer(packet.letter, packet.payload).await;
             start += packet.bytes;
         }
@@ -206,7 +206,7 @@ impl<C: RtsiBackend> RtsiSession<'_, C> {
                 self.reply(letter, &[1]);
             }
             packet_type::DATA => self.take_data(payload).await,
-            packet_type::TEXT => match text_message(payload) {
+            packet_type::TEXT => match decode_text_message(payload) {
                 Some(message) => tracing::info!(
                     client = %self.client,
                     level = ?message.level,
@@ -293,7 +293,7 @@ impl<C: RtsiBackend> RtsiSession<'_, C> {
 
     /// The id of the next recipe and its names, unless there would be too many of either.
     fn next_recipe<'n>(&mut self, letter: u8, list: &'n [u8]) -> Option<(u8, Vec<&'n str>)> {
-        let names: Vec<&str> = names(list).take(RECIPE_VARIABLES_MAX + 1).collect();
+        let names: Vec<&str> = recipe_names(list).take(RECIPE_VARIABLES_MAX + 1).collect();
         let too_many = if self.last_id == RECIPE_ID_MAX {
             Some(format!("{RECIPE_ID_MAX} recipes"))
         } else if names.len() > RECIPE_VARIABLES_MAX {

@@ -50,7 +50,7 @@ impl PageBackend for Playback {
         programs.find(|program| program.number == number).cloned()
     }
 
-    fn told(
+    fn subscribe_messages(
         &self,
     ) -> (
         broadcast::Receiver<LogLine>,
@@ -63,12 +63,12 @@ impl PageBackend for Playback {
         Err(READ_ONLY.to_owned())
     }
 
-    fn begin(&self, _: CommandKind) -> Result<CommandId, String> {
+    fn begin_hold(&self, _: CommandKind) -> Result<CommandId, String> {
         Err(READ_ONLY.to_owned())
     }
 
     /// Nothing is held.
-    fn end(&self, _: CommandKind) {}
+    fn end_hold(&self, _: CommandKind) {}
 
     fn outcome(&self, _: CommandId) -> Option<Outcome> {
         None
@@ -93,7 +93,7 @@ impl PageBackend for Playback {
             .ok_or_else(|| "the pose is out of reach".to_owned())
     }
 
-    fn may_stand(&self, joints: [f64; 6]) -> Result<[f64; 6], String> {
+    fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], String> {
         match self.model().limits().contains(&JointPositions(joints)) {
             true => Ok(joints),
             false => Err("a joint would leave its range".to_owned()),

@@ -169,7 +169,7 @@ impl Playback {
             RecordingEntry::Command(command) => self.command(&command),
             RecordingEntry::Log(message) => self.log(time, message),
             RecordingEntry::Io(change) => {
-                if let Some(write) = RegisterWrite::of(&change) {
+                if let Some(write) = RegisterWrite::from_message(&change) {
                     write.apply(&self.registers);
                 }
             }
@@ -190,8 +190,8 @@ impl Playback {
         }
         self.now().state = state;
         let sample = Arc::new(self.sample());
-        if self.beats.begin_with(state.time) {
-            self.beats.show(sample.clone());
+        if self.beats.is_due(state.time) {
+            self.beats.publish(sample.clone());
         }
         // Nobody listening is fine.
         let _ = self.samples.send(sample);
@@ -340,7 +340,7 @@ impl primary::PrimaryBackend for Playback {
     }
 
     /// Nothing runs that could end.
-    fn hurry(&self, _: ControlPhrase) {}
+    fn preempt(&self, _: ControlPhrase) {}
 
     async fn control(&self, client: ClientId, phrase: ControlPhrase) {
         self.refuse(client, &format!("the order {phrase:?}"));

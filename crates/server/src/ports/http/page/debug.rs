@@ -84,7 +84,7 @@ pub async fn attend<C: PageBackend>(
     if given.is_none() && !inlet.message(&first) {
         return;
     }
-    let (mut lines, _) = page.cockpit.told();
+    let (mut lines, _) = page.cockpit.subscribe_messages();
     loop {
         tokio::select! {
             () = shutdown.cancelled() => break,

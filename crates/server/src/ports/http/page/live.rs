@@ -234,7 +234,7 @@ impl<C: PageBackend> PageSession<'_, C> {
                 },
                 Some((id, result)) = orders.next(), if !orders.is_empty() => self.answer(id, result),
                 () = expired => self.release(Err("the page gave no sign of life, so the arm was stopped".to_owned())),
-                _ = looks.tick(), if is_holding => self.look(),
+                _ = looks.tick(), if is_holding => self.poll_held_motion(),
             }
         }
     }
@@ -280,10 +280,12 @@ impl<C: PageBackend> PageSession<'_, C> {
             PageOrder::Jog { axis, frame, speed } => {
                 self.hold(id, HoldToRun::Jog { axis, frame, speed })
             }
-            PageOrder::MoveTo { joints, speed } => match self.page.cockpit.may_stand(joints) {
-                Ok(joints) => self.hold(id, HoldToRun::MoveTo { joints, speed }),
-                Err(reason) => self.answer(id, Err(reason)),
-            },
+            PageOrder::MoveTo { joints, speed } => {
+                match self.page.cockpit.check_joint_target(joints) {
+                    Ok(joints) => self.hold(id, HoldToRun::MoveTo { joints, speed }),
+                    Err(reason) => self.answer(id, Err(reason)),
+                }
+            }
             PageOrder::Freedrive => self.hold(id, HoldToRun::Freedrive),
             PageOrder::Release => {
                 self.release(Ok(json!("released")));
@@ -343,7 +345,7 @@ impl<C: PageBackend> PageSession<'_, C> {
             let text = "a program runs; stop it before the arm is moved by hand";
             return self.answer(id, Err(text.to_owned()));
         }
-        match cockpit.begin(held.begin(&cockpit.state())) {
+        match cockpit.begin_hold(held.begin(&cockpit.state())) {
             Ok(command) => {
                 self.jogging.begin(held, command, Instant::now());
                 self.answer_to = Some(id);
@@ -358,7 +360,7 @@ impl<C: PageBackend> PageSession<'_, C> {
         let Some(end) = self.jogging.end() else {
             return;
         };
-        self.page.cockpit.end(end);
+        self.page.cockpit.end_hold(end);
         self.settle(command, result);
     }
 
@@ -372,7 +374,7 @@ impl<C: PageBackend> PageSession<'_, C> {
     }
 
     /// Looks whether what is held was refused, has ended, or must be given again; and whether the page still may.
-    fn look(&mut self) {
+    fn poll_held_motion(&mut self) {
         let Some((held, command)) = self.jogging.held() else {
             return;
         };
@@ -398,7 +400,7 @@ impl<C: PageBackend> PageSession<'_, C> {
             return self.settle(None, result);
         }
         if let Some(again) = held.again(&cockpit.state()) {
-            match cockpit.begin(again) {
+            match cockpit.begin_hold(again) {
                 Ok(next) => {
                     cockpit.forget(command);
                     let deadline = self.jogging.deadline();

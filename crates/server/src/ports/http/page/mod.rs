@@ -69,7 +69,7 @@ pub trait PageBackend: HttpBackend {
     /// A program by its number, while it is known.
     fn program(&self, number: u32) -> Option<ShownProgram>;
     /// Everything that is told from now on.
-    fn told(
+    fn subscribe_messages(
         &self,
     ) -> (
         broadcast::Receiver<controller::LogLine>,
@@ -85,9 +85,9 @@ pub trait PageBackend: HttpBackend {
     ///
     /// # Errors
     /// A sentence.
-    fn begin(&self, command: CommandKind) -> Result<CommandId, String>;
+    fn begin_hold(&self, command: CommandKind) -> Result<CommandId, String>;
     /// Ends what is held; never refused.
-    fn end(&self, command: CommandKind);
+    fn end_hold(&self, command: CommandKind);
     /// How a command ended, once.
     fn outcome(&self, id: CommandId) -> Option<Outcome>;
     /// Nobody asks for that any more.
@@ -101,7 +101,7 @@ pub trait PageBackend: HttpBackend {
     ///
     /// # Errors
     /// A sentence.
-    fn may_stand(&self, joints: [f64; 6]) -> Result<[f64; 6], String>;
+    fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], String>;
     /// The programs, and where they are.
     fn tasks(&self) -> Option<(&TaskFolder, &Path)>;
     /// Where texts are read, beside the ports.
@@ -122,7 +122,7 @@ pub struct Page<C> {
     cockpit: Arc<C>,
     token: Token,
     /// Whoever asks gets the token: only with a port that only this machine reaches.
-    is_given: bool,
+    token_is_public: bool,
     desk: Mutex<ControlLock>,
     stage: Arc<PageBroadcast>,
     /// One search through a recording at a time.
@@ -137,7 +137,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl<C: PageBackend> Page<C> {
-    /// The page of a controller. With `is_given` the token is given to whoever may ask here.
+    /// The page of a controller. With `token_is_public` the token is given to whoever may ask here.
     ///
     /// # Errors
     /// The operating system gives no random numbers.
@@ -147,7 +147,7 @@ impl<C: PageBackend> Page<C> {
             stage: Arc::new(PageBroadcast::new(history)),
             cockpit,
             token: Token::random()?,
-            is_given,
+            token_is_public: is_given,
             desk: Mutex::default(),
             searching: tokio::sync::Semaphore::new(1),
             reading: tokio::sync::Semaphore::new(TEXTS_MAX),

@@ -104,7 +104,7 @@ impl PageBroadcast {
 
     /// Shows what happens until `shutdown`.
     pub(super) async fn run<C: PageBackend>(&self, cockpit: &C, shutdown: &CancellationToken) {
-        let (mut lines, mut alarms) = cockpit.told();
+        let (mut lines, mut alarms) = cockpit.subscribe_messages();
         let mut ticks = interval(FRAME_PERIOD);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
         let mut show = PagePublisher {
@@ -219,13 +219,13 @@ impl<C: PageBackend> PagePublisher<'_, C> {
         let panel: Arc<str> = panel.to_string().into();
         let registers = registers_text(&self.cockpit.registers());
         let stage = self.stage;
-        if renewed(&stage.panel, &panel) {
+        if replace_if_changed(&stage.panel, &panel) {
             stage.tell(format!(r#"{{"event":"panel","panel":{panel}}}"#).into());
             if self.fills_history {
                 locked(&stage.history).panel(time, panel);
             }
         }
-        if renewed(&stage.registers, &registers) {
+        if replace_if_changed(&stage.registers, &registers) {
             stage.tell(format!(r#"{{"event":"registers","registers":{registers}}}"#).into());
             if self.fills_history {
                 locked(&stage.history).registers(time, registers);
@@ -284,7 +284,7 @@ impl ModeTracker {
 }
 
 /// Puts a text in its place; true when it is another one.
-fn renewed(place: &watch::Sender<Arc<str>>, text: &Arc<str>) -> bool {
+fn replace_if_changed(place: &watch::Sender<Arc<str>>, text: &Arc<str>) -> bool {
     place.send_if_modified(|old| {
         let is_new = old != text;
         if is_new {

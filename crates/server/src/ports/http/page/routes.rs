@@ -66,11 +66,11 @@ async fn session<C: PageBackend>(State(page): PageState<C>, headers: HeaderMap) 
     // What a browser says of requests that a page of another site causes.
     let site = headers.get("sec-fetch-site").and_then(|v| v.to_str().ok());
     let is_own = site.is_none_or(|site| site == "same-origin" || site == "none");
-    let is_given = page.is_given && is_own && page.cockpit.read_only().is_none();
+    let is_given = page.token_is_public && is_own && page.cockpit.read_only().is_none();
     let token = is_given.then(|| page.token.reveal());
     let session = json!({
         "token": token,
-        "asks_for_token": !page.is_given && page.cockpit.read_only().is_none(),
+        "asks_for_token": !page.token_is_public && page.cockpit.read_only().is_none(),
     });
     let mut response = answer(StatusCode::OK, &session);
     let never = header::HeaderValue::from_static("no-store");
@@ -273,8 +273,8 @@ async fn reach<C: PageBackend>(State(page): PageState<C>, request: Request) -> R
     let found = match place {
         ReachTarget::Pose(pose) => cockpit
             .reach(pose)
-            .and_then(|joints| cockpit.may_stand(joints)),
-        ReachTarget::Joints(joints) => cockpit.may_stand(joints),
+            .and_then(|joints| cockpit.check_joint_target(joints)),
+        ReachTarget::Joints(joints) => cockpit.check_joint_target(joints),
     };
     match found {
         Ok(joints) => answer(StatusCode::OK, &json!({"joints": joints})),

@@ -95,7 +95,7 @@ impl PrimaryBackend for Fake {
     async fn control(&self, _: ClientId, phrase: ControlPhrase) {
         self.asked.lock().unwrap().push(Asked::Control(phrase));
     }
-    fn hurry(&self, phrase: ControlPhrase) {
+    fn preempt(&self, phrase: ControlPhrase) {
         self.asked.lock().unwrap().push(Asked::Hurry(phrase));
     }
 }
