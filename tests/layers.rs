@@ -19,7 +19,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         "robot-client",
         &["io-bus", "kinematics", "motion-api", "recorder", "wire"],
     ),
-    ("elite-lang", &["platform"]),
+    ("task-memory", &["platform"]),
+    ("elite-lang", &["platform", "task-memory"]),
     ("motion-api", &["kinematics"]),
     ("force", &["kinematics", "motion-api"]),
     (
@@ -44,6 +45,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "io-bus",
             "platform",
             "supervision",
+            "task-memory",
         ],
     ),
     (

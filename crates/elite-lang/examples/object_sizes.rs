@@ -7,7 +7,6 @@ use std::rc::Rc;
 
 use elite_lang::{
     Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
-    memory,
 };
 
 /// Objects of each kind.
@@ -75,13 +74,13 @@ fn ours(expression: &str) -> Option<f64> {
 
 /// Bytes that an interpreter holds when a program has ended.
 fn held_by(text: &str) -> Option<isize> {
-    let before = memory::live_bytes();
+    let before = task_memory::live_bytes();
     let program = compile(SourceFile::new("sizes", text), &KnownNames::default()).ok()?;
     let interpreter = Interpreter::new(Rc::new(Silent), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
     loop {
         match thread.resume(Resume::Continue, 1_000_000) {
-            ResumeOutcome::Done(_) => return Some(memory::live_bytes() - before),
+            ResumeOutcome::Done(_) => return Some(task_memory::live_bytes() - before),
             ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => return None,
             ResumeOutcome::OutOfFuel | ResumeOutcome::Parked { .. } | ResumeOutcome::Waiting(_) => {
             }

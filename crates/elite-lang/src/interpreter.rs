@@ -19,9 +19,9 @@ use crate::eval::count::LineCounts;
 use crate::eval::node::{NodeChange, NodeCursor, TaskNode};
 use crate::eval::{Evaluator, InterpreterState};
 use crate::host::{Host, ThreadId};
-use crate::limits::memory::WorkBudget;
+use crate::limits::Limits;
 use crate::limits::overflow::{Exit, Watch};
-use crate::limits::{Limits, memory};
+use crate::limits::work_budget::WorkBudget;
 use crate::native::{NativeFunction, WaitToken};
 use crate::program::{Program, ProgramKind};
 use crate::stack::with_deep_stack;
@@ -44,7 +44,7 @@ pub struct FreeListPurge {
 impl Drop for FreeListPurge {
     fn drop(&mut self) {
         if self.are_large.get() {
-            memory::clear_shelves();
+            task_memory::clear_free_lists();
         }
     }
 }
@@ -56,7 +56,7 @@ impl AccountedProgram {
     fn new(program: Program) -> Self {
         let guest = AccountedProgram(Some(program));
         if guest.is_foreign() {
-            memory::add_external(guest.bytes);
+            task_memory::add_external(guest.bytes);
         }
         guest
     }
@@ -78,8 +78,8 @@ impl Deref for AccountedProgram {
 impl Drop for AccountedProgram {
     fn drop(&mut self) {
         if self.is_foreign() {
-            memory::remove_external(self.bytes);
-            memory::uncounted(|| drop(self.0.take()));
+            task_memory::remove_external(self.bytes);
+            task_memory::uncounted(|| drop(self.0.take()));
         }
     }
 }

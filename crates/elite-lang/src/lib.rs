@@ -54,7 +54,7 @@ pub use host::process::{
 };
 pub use host::{Capability, CleanupLimit, Host, HostSocket, Interest, ThreadId};
 pub use interpreter::{FreeListPurge, Interpreter, ResumeOutcome, ScriptThread};
-pub use limits::{Limits, memory};
+pub use limits::Limits;
 pub use lint::{ArgumentLiteral, CallArgument, CallHint, CallHook, CallSite};
 pub use native::{
     Letters, NativeBody, NativeCall, NativeContext, NativeFunction, Param, ParamKind, WaitToken,

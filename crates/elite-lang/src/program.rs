@@ -6,7 +6,7 @@ use std::thread::ThreadId;
 use crate::ast::{Expr, ExprKind, FunctionDef, Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::findings::{attach_task_nodes, sort_and_cap};
-use crate::limits::memory::{self, WorkBudget};
+use crate::limits::work_budget::WorkBudget;
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Resolution, resolve};
 use crate::source::{SourceFile, Span};
@@ -95,7 +95,7 @@ pub fn compile(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec
 /// What was taken to read a long text goes back to the system, also what waits on the shelves (`limits::memory`).
 fn give_back_after(bytes: usize) {
     if bytes > LONG_TEXT {
-        memory::clear_shelves();
+        task_memory::clear_free_lists();
     }
 }
 

@@ -10,7 +10,7 @@ use crate::ast::Module;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::findings::{DiagnosticList, attach_task_nodes, sort_and_cap};
 use crate::lexer::{Token, lex};
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::parser::{ParsedUnits, TREE_MAX, TextEdit, TopLevelUnit, reparse};
 use crate::program::{SOURCE_BYTES_MAX, classify, too_long};
 use crate::resolve::{KnownNames, PlacedUnit, UnitAnalysis, merge_units};

@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn long_names_and_crowds_take_little_memory() {
         let long = "x".repeat(30_000);
-        let before = crate::limits::memory::live_bytes();
+        let before = task_memory::live_bytes();
         assert_eq!(
             nearest(&(long.clone() + "a"), [long.clone() + "b"].iter()),
             None
@@ -106,6 +106,6 @@ mod tests {
         assert_eq!(nearest(short, [long].iter()), None);
         let crowd = (0..1_000_000).map(|number| format!("name{number}"));
         assert_eq!(nearest("namex", crowd).as_deref(), Some("name0"));
-        assert!(crate::limits::memory::live_bytes() - before < 100_000);
+        assert!(task_memory::live_bytes() - before < 100_000);
     }
 }

@@ -22,7 +22,7 @@ use crate::errors::{ExceptionKind, ScriptError};
 use crate::eval::code::Code;
 use crate::eval::{Evaluator, Frame, InterpreterState};
 use crate::findings::sort_and_cap;
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::native::NativeCall;
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Resolution, Storage, resolve};

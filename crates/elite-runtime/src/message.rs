@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::{TaskNode, memory};
+use elite_lang::TaskNode;
 use motion_api::{CycleFrame, Origin, ProgramId, StopReason, ThreadNumber};
 
 use crate::panel::VariableValue;
@@ -266,15 +266,15 @@ pub(crate) struct UnmeteredObserver(pub Arc<dyn Observer>);
 
 impl Observer for UnmeteredObserver {
     fn message(&self, message: &Message) {
-        memory::uncounted(|| self.0.message(message));
+        task_memory::uncounted(|| self.0.message(message));
     }
 
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {
-        memory::uncounted(|| self.0.program_started(program, name, text));
+        task_memory::uncounted(|| self.0.program_started(program, name, text));
     }
 
     fn program_compiled(&self, program: ProgramId, text: &str) {
-        memory::uncounted(|| self.0.program_compiled(program, text));
+        task_memory::uncounted(|| self.0.program_compiled(program, text));
     }
 
     fn line_changed(
@@ -284,26 +284,26 @@ impl Observer for UnmeteredObserver {
         line: u32,
         node: Option<&TaskNode>,
     ) {
-        memory::uncounted(|| self.0.line_changed(program, thread, line, node));
+        task_memory::uncounted(|| self.0.line_changed(program, thread, line, node));
     }
 
     fn program_ended(&self, program: ProgramId) {
-        memory::uncounted(|| self.0.program_ended(program));
+        task_memory::uncounted(|| self.0.program_ended(program));
     }
 
     fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
-        memory::uncounted(|| self.0.variable_changed(program, name, value));
+        task_memory::uncounted(|| self.0.variable_changed(program, name, value));
     }
 
     fn interpreter(&self, event: &InterpreterEvent<'_>) {
-        memory::uncounted(|| self.0.interpreter(event));
+        task_memory::uncounted(|| self.0.interpreter(event));
     }
 
     fn cycle_ended(&self, frame: &CycleFrame) {
-        memory::uncounted(|| self.0.cycle_ended(frame));
+        task_memory::uncounted(|| self.0.cycle_ended(frame));
     }
 
     fn release_backpressure(&self) {
-        memory::uncounted(|| self.0.release_backpressure());
+        task_memory::uncounted(|| self.0.release_backpressure());
     }
 }

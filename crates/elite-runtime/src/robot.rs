@@ -8,7 +8,6 @@ use std::ops::Bound;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use elite_lang::memory;
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
     Command, CommandId, CommandKind, CommandSender, CycleTime, DigitalBank, Event, EventReader,
@@ -101,7 +100,7 @@ impl CommandTable {
 
     /// Nobody will ask for the end of this command.
     fn drop_waiter(&mut self, id: CommandId) {
-        memory::uncounted(|| self.open.remove(&id));
+        task_memory::uncounted(|| self.open.remove(&id));
         self.changes += 1;
     }
 
@@ -154,7 +153,8 @@ impl CommandTable {
         };
         let under_way = |after| self.open_commands_after(cycle, after);
         // What is kept belongs to no task.
-        let foreseen = memory::uncounted(|| foresight.of(basis, state, self.lasting, under_way));
+        let foreseen =
+            task_memory::uncounted(|| foresight.of(basis, state, self.lasting, under_way));
         self.foresight = foresight;
         foreseen
     }
@@ -314,7 +314,7 @@ impl Robot {
             ));
         }
         // Lists are freed by whoever hands over the next.
-        memory::uncounted(|| {
+        task_memory::uncounted(|| {
             self.commands
                 .send_points(origin, points, interval, |id, kind| {
                     let command = Command { id, origin, kind };
@@ -349,7 +349,7 @@ impl Robot {
             return Ok(self.match_recorded_command(repeat, origin, kind, keep_outcome));
         }
         // The table is of all threads: what one enters, another takes out.
-        memory::uncounted(|| {
+        task_memory::uncounted(|| {
             self.commands.send_with(origin, kind, |id| {
                 let command = Command { id, origin, kind };
                 self.awaited().register(command, keep_outcome);
@@ -365,7 +365,7 @@ impl Robot {
         kind: CommandKind,
         keep_outcome: bool,
     ) -> CommandId {
-        memory::uncounted(|| {
+        task_memory::uncounted(|| {
             let id = repeat.expect(origin, &kind, self.moment().cycle);
             let command = Command { id, origin, kind };
             self.awaited().register(command, keep_outcome);

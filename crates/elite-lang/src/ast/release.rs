@@ -7,7 +7,7 @@ use super::{
     Arg, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart, Ident,
     ImportAlias, Lambda, Module, Parameter, Parameters, Stmt, StmtKind,
 };
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 
 /// Work for one part.
 const WORK_PER_NODE: usize = 96;

@@ -7,7 +7,7 @@ use crate::ast::{Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::parser::{TREE_MAX, parse_expression, parse_within};
 use crate::resolve::{KnownNames, Resolution, resolve_within};
 use crate::source::SourceFile;

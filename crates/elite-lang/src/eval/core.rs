@@ -14,7 +14,7 @@ use super::node::TaskNodes;
 use super::types::Types;
 use crate::debug::Debugger;
 use crate::host::{Host, ThreadId};
-use crate::limits::{Limits, memory};
+use crate::limits::Limits;
 use crate::ops::repr::ReprStack;
 use crate::statement::InjectedNames;
 use crate::stdlib::ModuleState;
@@ -140,7 +140,7 @@ const INTERRUPTS_MAX: usize = 64;
 impl InterpreterState {
     /// A core with Python's builtins.
     pub fn new(host: Rc<dyn Host>, limits: Limits) -> Rc<Self> {
-        let memory_base = memory::live_bytes();
+        let memory_base = task_memory::live_bytes();
         let symbols = Rc::new(Symbols::default());
         let types = Types::new(&symbols);
         let ascii = (0..128u8)
@@ -216,7 +216,7 @@ impl InterpreterState {
 
     /// Safepoints that the running thread may still pass in its slice.
     pub fn remaining_fuel(&self) -> u32 {
-        memory::fuel().saturating_add(self.fuel_after_slice.get())
+        task_memory::fuel().saturating_add(self.fuel_after_slice.get())
     }
 
     /// Whether the main program's thread is running.
@@ -245,15 +245,15 @@ impl InterpreterState {
     /// Gives the running thread fuel.
     pub fn set_fuel(&self, fuel: u32) {
         let slice = fuel.min(FUEL_SLICE);
-        memory::set_fuel(slice);
+        task_memory::set_fuel(slice);
         self.fuel_after_slice.set(fuel - slice);
     }
 
     /// Takes away as much fuel as a slice has.
     pub fn deduct_fuel_slice(&self) {
-        let fuel = memory::fuel();
+        let fuel = task_memory::fuel();
         let left = self.fuel_after_slice.get();
-        memory::set_fuel(fuel.saturating_sub(FUEL_SLICE));
+        task_memory::set_fuel(fuel.saturating_sub(FUEL_SLICE));
         self.fuel_after_slice
             .set(left.saturating_sub(FUEL_SLICE.saturating_sub(fuel)));
     }
@@ -277,7 +277,7 @@ impl InterpreterState {
     /// The thread is suspended for a search: what fuel it has is kept for when it goes on, so that whose turn it is
     /// never depends on how much memory is held.
     pub fn save_fuel(&self) {
-        let left = memory::fuel().saturating_add(self.fuel_after_slice.get());
+        let left = task_memory::fuel().saturating_add(self.fuel_after_slice.get());
         self.saved_fuel.set(Some(left));
     }
 
@@ -317,7 +317,7 @@ impl InterpreterState {
             used => used.saturating_add(limit / 32),
         };
         let next = isize::try_from(next).unwrap_or(isize::MAX);
-        memory::set_alarm(self.memory_base.saturating_add(next));
+        task_memory::set_alarm(self.memory_base.saturating_add(next));
     }
 
     /// Looks at how much is held. Pages whose blocks have all been freed are the system's again at once, but for those
@@ -333,7 +333,7 @@ impl InterpreterState {
         }
         let is_much = peak > PURGE_MIN.min(limit / 2);
         if is_much && peak.saturating_sub(used) > PURGE_AFTER_DROP.min(limit / 8) {
-            memory::clear_shelves();
+            task_memory::clear_free_lists();
             self.memory_peak.set(used);
         } else if used > peak {
             self.memory_peak.set(used);
@@ -368,20 +368,20 @@ impl InterpreterState {
 
     /// No longer watches it.
     pub fn disarm_memory_alarm(&self) {
-        memory::set_alarm(isize::MAX);
-        memory::take_alarm();
+        task_memory::set_alarm(isize::MAX);
+        task_memory::take_alarm();
     }
 
     /// Bytes the task holds: what its OS thread has come to hold since the interpreter was made.
     #[inline]
     pub fn memory_used(&self) -> usize {
-        (memory::live_bytes() - self.memory_base).max(0) as usize
+        (task_memory::live_bytes() - self.memory_base).max(0) as usize
     }
 
     /// The same with what lies ready for the next small requests.
     #[inline]
     pub fn memory_with_free_lists(&self) -> usize {
-        (memory::allocated_bytes() - self.memory_base).max(0) as usize
+        (task_memory::allocated_bytes() - self.memory_base).max(0) as usize
     }
 
     /// Bytes that may still be held.

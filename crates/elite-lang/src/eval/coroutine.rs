@@ -12,7 +12,6 @@ use super::Evaluator;
 use super::generator::{GeneratorInput, GeneratorOutput};
 use super::node::NodeCursor;
 use crate::host::{CleanupLimit, ThreadId};
-use crate::limits::memory;
 use crate::native::WaitToken;
 use crate::value::{R, Raised, trash};
 
@@ -96,7 +95,7 @@ impl StackPool {
         let pooled = shelf.borrow_mut().pop();
         pooled.or_else(|| {
             let stack = DefaultStack::new(size).ok()?;
-            memory::add_external(StackPool::cost(kind));
+            task_memory::add_external(StackPool::cost(kind));
             Some(stack)
         })
     }
@@ -118,7 +117,7 @@ impl StackPool {
             shelf.push(stack);
         } else {
             drop(stack);
-            memory::remove_external(StackPool::cost(kind));
+            task_memory::remove_external(StackPool::cost(kind));
         }
     }
 }
@@ -128,7 +127,7 @@ impl StackPool {
     pub fn clear(&self) {
         for kind in [StackKind::Thread, StackKind::Generator, StackKind::Segment] {
             let kept = self.free_stacks(kind).0.take();
-            memory::remove_external(kept.len() * StackPool::cost(kind));
+            task_memory::remove_external(kept.len() * StackPool::cost(kind));
         }
     }
 }
@@ -210,7 +209,7 @@ impl Evaluator<'_> {
     #[inline(never)]
     pub(super) fn out_of_fuel(&self) -> R<()> {
         let alarmed = self.run_safepoint_duties()?;
-        if alarmed || memory::fuel() > 0 || self.core.refuel() {
+        if alarmed || task_memory::fuel() > 0 || self.core.refuel() {
             return Ok(());
         }
         self.suspend(SuspendRequest::OutOfFuel)
@@ -223,7 +222,7 @@ impl Evaluator<'_> {
         self.core.update_memory_peak();
         self.sweep_names_if_due()?;
         self.core.pending_finalizers.run_pending(&self.core);
-        let alarmed = memory::take_alarm();
+        let alarmed = task_memory::take_alarm();
         // While a module is loaded no search begins: the module must not be seen half loaded, and it makes little.
         if self.core.stopping.get() == StopState::No
             && self.core.module_load_depth.get() == 0

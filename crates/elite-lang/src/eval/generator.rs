@@ -11,7 +11,6 @@ use super::coroutine::{RequestSink, Resume, StackKind, StopState, SuspendRequest
 use super::steps::{GeneratorFrame, GeneratorStep};
 use super::{Evaluator, Frame, InterpreterState};
 use crate::errors::ExceptionKind;
-use crate::limits::memory;
 use crate::value::held::assert_no_borrows;
 use crate::value::symbol::known;
 use crate::value::{Function, R, Raised, ScriptCell, Value, trash};
@@ -492,7 +491,7 @@ impl PendingFinalizers {
         }
         assert_no_borrows();
         let saved = (
-            memory::fuel(),
+            task_memory::fuel(),
             core.stopping.get(),
             core.line.get(),
             core.depth.get(),
@@ -503,7 +502,7 @@ impl PendingFinalizers {
             // A `finally` block may give up a generator with a `finally` block, and so on without end.
             _ if depth >= core.limits.call_depth => StopState::Abandoned,
             StopState::No => {
-                memory::set_fuel(core.limits.drop_fuel);
+                task_memory::set_fuel(core.limits.drop_fuel);
                 StopState::Unwinding
             }
             // One within another shares its fuel, so that all of them together are bounded.
@@ -523,7 +522,7 @@ impl PendingFinalizers {
             .put_back(StackKind::Generator, coroutine.into_stack());
         // What a generator within a stopping thread has used is used; all else goes on as if nothing had happened.
         if saved.1 == StopState::No {
-            memory::set_fuel(saved.0);
+            task_memory::set_fuel(saved.0);
         }
         core.stopping.set(saved.1);
         core.line.set(saved.2);

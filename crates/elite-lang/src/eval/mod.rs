@@ -32,7 +32,6 @@ use std::rc::Rc;
 pub use self::core::InterpreterState;
 use self::coroutine::RequestSink;
 use self::words::{PairOf, Truth};
-use crate::limits::memory;
 use crate::value::{Function, Instance, R, Raised, ScriptCell, Value};
 
 /// The variables of a running function.
@@ -210,7 +209,7 @@ impl<'y> Evaluator<'y> {
     /// Passed at every loop back-edge and call: counts fuel, and lets the driver in when it is used up.
     #[inline]
     pub fn safepoint(&self) -> R<()> {
-        if memory::consume_fuel() {
+        if task_memory::consume_fuel() {
             return Ok(());
         }
         self.out_of_fuel()

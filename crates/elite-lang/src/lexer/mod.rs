@@ -12,7 +12,7 @@ pub use token::{Token, TokenKind};
 
 use crate::diagnostic::Diagnostic;
 use crate::findings::{DiagnosticList, quoted};
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::source::{SourceFile, Span};
 
 /// Work for one character, and bytes of long tokens that are looked at at once.

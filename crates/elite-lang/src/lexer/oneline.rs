@@ -1,7 +1,7 @@
 //! The one-line form `def f():; a(); b();end;` (manual 2.1.1, language.md 4.2): where its parts start and how
 //! blocks are read from them. A part of the lexer; makes no tokens itself.
 
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 
 /// Work for one byte.
 const BYTE: usize = 4;

@@ -1,8 +1,7 @@
 //! What one task may use: memory, call depth, digits of integers.
 
-pub mod memory;
 pub(crate) mod overflow;
-mod shelves;
+pub(crate) mod work_budget;
 
 /// Limits of one interpreter.
 #[derive(Clone, Debug)]

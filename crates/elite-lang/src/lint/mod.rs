@@ -9,7 +9,7 @@ pub mod visit;
 use crate::ast::{Module, Stmt};
 use crate::diagnostic::Diagnostic;
 use crate::findings::DiagnosticList;
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::resolve::{KnownNames, bound_natives, unused_names};
 use crate::source::SourceFile;
 

@@ -7,7 +7,7 @@ use crate::eval::expr::operand::Operand;
 use crate::eval::steps::{GeneratorStep, StepIndex};
 use crate::eval::stmt::target::Target;
 use crate::eval::{BoxExpr, DynStmt};
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::lint::visit;
 use crate::source::Span;
 use crate::value::Value;

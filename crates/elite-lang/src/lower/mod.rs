@@ -25,7 +25,7 @@ use crate::eval::count::{CoverageCondition, CoverageCounters, CoverageMark};
 use crate::eval::expr::enter::EntryPoints;
 use crate::eval::node::{EnterTaskNode, EnterTaskNodeThen};
 use crate::eval::{BoxExpr, DynStmt};
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::resolve::{FrameLayout, Resolution, ScopeLayout, Storage};
 use crate::source::{SourceFile, Span};
 use crate::value::module::Namespace;

@@ -4,7 +4,7 @@
 
 use super::{ErrorReported, ParseResult, Parser};
 use crate::ast::{Arg, DictItem, Expr, FStringPart, release};
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 
 /// Such parts.
 pub(super) enum AbandonedNodes {

@@ -22,7 +22,7 @@ use crate::ast::{DirectiveAnchor, Expr, ExprKind, Ident, Module, ScopeId, Stmt};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::findings::{DiagnosticList, quoted, sort_and_cap};
 use crate::lexer::{Token, TokenKind, Tokens, lex, lex_expression, too_large};
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::source::{SourceFile, Span};
 
 pub(crate) use units::{ParsedUnits, TextEdit, TopLevelUnit, reparse};

@@ -13,7 +13,7 @@ use crate::ast::shift::Shift;
 use crate::ast::{Module, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::{Token, TokenKind, Tokens};
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::source::{SourceFile, Span};
 
 /// Tokens behind a unit that the parser may have looked at: the one it stops at, and two further ones.

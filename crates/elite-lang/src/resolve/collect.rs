@@ -10,7 +10,7 @@ use crate::ast::{
 };
 use crate::diagnostic::Diagnostic;
 use crate::findings::{DiagnosticList, quoted};
-use crate::limits::memory::{WORK_PER_DROP, WorkBudget};
+use crate::limits::work_budget::{WORK_PER_DROP, WorkBudget};
 use crate::source::Span;
 
 /// Work for one statement or expression, beside the names in it.

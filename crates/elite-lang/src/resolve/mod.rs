@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
 use crate::findings::DiagnosticList;
-use crate::limits::memory::{WORK_PER_DROP, WorkBudget};
+use crate::limits::work_budget::{WORK_PER_DROP, WorkBudget};
 
 pub use names::KnownNames;
 pub(crate) use parts::{PlacedUnit, UnitAnalysis, merge_units};

@@ -14,7 +14,7 @@ use super::unused::{READS_BY_NAME, numbered_scopes, owner, unused_in, unused_nam
 use crate::ast::Stmt;
 use crate::diagnostic::Diagnostic;
 use crate::findings::DiagnosticList;
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::lint::CallDiagnostics;
 use crate::source::{SourceFile, Span};
 

@@ -8,7 +8,7 @@ use super::{FrameLayout, ScopeLayout, Storage, WORK_PER_MENTION};
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
 use crate::findings::{DiagnosticList, quoted};
-use crate::limits::memory::{WORK_PER_DROP, WorkBudget};
+use crate::limits::work_budget::{WORK_PER_DROP, WorkBudget};
 use crate::source::Span;
 
 /// The scope a name belongs to; None is the module, so a global or builtin.

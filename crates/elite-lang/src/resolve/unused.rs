@@ -6,7 +6,7 @@ use super::collect::{Binding, Scope, ScopeKind, Scopes, collect};
 use crate::ast::{Module, ScopeId};
 use crate::diagnostic::Diagnostic;
 use crate::findings::{DiagnosticList, quoted};
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::source::Span;
 
 /// Functions that read variables by names this pass cannot see.

@@ -15,7 +15,7 @@ pub use crate::reading::{DocumentUnit, ParsedDocument};
 pub use library::{LibraryMember, MemberKind, builtins, module_members, type_members};
 
 use crate::diagnostic::Diagnostic;
-use crate::limits::memory::WorkBudget;
+use crate::limits::work_budget::WorkBudget;
 use crate::source::SourceFile;
 pub use crate::stack::with_deep_stack;
 

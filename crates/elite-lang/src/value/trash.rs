@@ -10,7 +10,6 @@ use std::cell::{Cell, RefCell};
 
 use super::Value;
 use super::values::DropItem;
-use crate::limits::memory;
 use crate::stack::work_on_tree;
 
 /// Levels that are dropped by plain recursion; deeper ones are put aside and dropped one after the other. So few that
@@ -135,7 +134,7 @@ struct DeferredItems<T>(Vec<T>);
 
 impl<T: DropItem> DeferredDrop for DeferredItems<T> {
     fn drop_some(&mut self) -> bool {
-        let taken = memory::allocated_bytes();
+        let taken = task_memory::allocated_bytes();
         let mut others = 0_usize;
         loop {
             // Those that consist of nothing else go together.
@@ -160,7 +159,7 @@ impl<T: DropItem> DeferredDrop for DeferredItems<T> {
             }
             others += 1;
             if others.is_multiple_of(DEFER_NEVER_BELOW)
-                && taken - memory::allocated_bytes() >= PORTION_BYTES
+                && taken - task_memory::allocated_bytes() >= PORTION_BYTES
             {
                 count_dropped(PORTION);
                 break;
@@ -178,7 +177,7 @@ impl<T: DropItem> DeferredDrop for DeferredItems<T> {
 /// From now on (or no longer, `false`) the parts of big containers are dropped bit by bit, by `run_deferred_drops`. A
 /// container of millions of values takes many milliseconds otherwise, in which nobody else has a turn.
 pub fn set_deferring(on: bool) -> bool {
-    memory::set_unmap_deferred(on);
+    task_memory::set_unmap_deferred(on);
     DEFERRING.with(|deferring| deferring.replace(on))
 }
 
@@ -243,13 +242,13 @@ thread_local! {
 
 /// Drops nodes, last ones first, while the portion lasts.
 fn drop_nodes<T>(nodes: &mut Vec<T>) {
-    let mut taken = memory::allocated_bytes();
+    let mut taken = task_memory::allocated_bytes();
     let mut given_back = FREED_NODE_BYTES.with(Cell::get);
     while given_back < NODES
         && let Some(node) = nodes.pop()
     {
         drop(node);
-        let now = memory::allocated_bytes();
+        let now = task_memory::allocated_bytes();
         given_back += NODE + (taken - now).max(0);
         taken = now;
         // Nodes below this one have noted a part of that.
@@ -346,7 +345,7 @@ pub fn may_run_script(value: &Value) -> bool {
 pub fn run_deferred_drops() -> bool {
     let more = drop_portion();
     // Both are to be done.
-    memory::unmap_deferred() | more
+    task_memory::unmap_deferred() | more
 }
 
 fn drop_portion() -> bool {

@@ -3,7 +3,7 @@
 //! `interpreter_mode()` executes the statements of port 30020 itself, in the scope of its caller, and waits when there
 //! are none. The queue, and what ports see of it, is `crate::interpreter`'s.
 
-use elite_lang::{ExceptionKind, Raised, Value, memory};
+use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::ThreadNumber;
 
 use super::call::Call;
@@ -101,7 +101,7 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
     let (interpreter, observer) = (call.context().interpreter(), call.context().observer());
     let mut executed = 0_u32;
     loop {
-        match memory::uncounted(|| interpreter.next()) {
+        match task_memory::uncounted(|| interpreter.next()) {
             NextAction::End => return Ok(()),
             NextAction::Nothing => call.wait(Wait::Statement)?,
             NextAction::Statement(id, statement) => {
@@ -110,7 +110,7 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
                 call.context().note(ExternalInputKind::Unrecorded(lost));
                 observer.interpreter(&InterpreterEvent::Executing { id: id.0, text });
                 let result = call.native().run_statement(&statement);
-                memory::uncounted(|| {
+                task_memory::uncounted(|| {
                     // It was compiled on the port's thread, and may be freed here.
                     drop(statement);
                     interpreter.finish();

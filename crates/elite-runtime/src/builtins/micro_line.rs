@@ -7,7 +7,6 @@
 
 use std::sync::Arc;
 
-use elite_lang::memory;
 use elite_lang::{ExceptionKind, Raised, Value};
 use kinematics::{JointPositions, Pose, RobotModel};
 use motion_api::{CommandKind, PointList};
@@ -265,13 +264,13 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         with_micro_line(call, index, |line, model, flange_from_tcp, start| {
             let first = line.reach((begin, end), model, flange_from_tcp, start);
             // The list is for the motion thread, and is freed where the next is handed over.
-            let samples = memory::uncounted(|| line.samples((begin, end)));
+            let samples = task_memory::uncounted(|| line.samples((begin, end)));
             (samples, line.space(), first)
         })?;
     let start = match start {
         Ok(start) => start,
         Err(error) => {
-            memory::uncounted(|| drop(points));
+            task_memory::uncounted(|| drop(points));
             let text = format!("moveml(): {error}");
             return Err(call.error(ExceptionKind::RuntimeError, text));
         }
@@ -287,10 +286,10 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         })?;
     }
     let points =
-        memory::uncounted(|| PointList::new(points, space == Space::Cartesian).map(Arc::new));
+        task_memory::uncounted(|| PointList::new(points, space == Space::Cartesian).map(Arc::new));
     let points = points.map_err(|refusal| call.refusal_error(&refusal))?;
     let done = call.run_points(&points, interval);
-    memory::uncounted(|| drop(points));
+    task_memory::uncounted(|| drop(points));
     done?;
     Ok(Value::None)
 }

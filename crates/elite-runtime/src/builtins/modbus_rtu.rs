@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Raised, Value, memory};
+use elite_lang::{Raised, Value};
 use io_bus::modbus::pdu::{Reply, Request, Table};
 
 use super::call::Call;
@@ -321,7 +321,7 @@ fn ask(call: &mut Call<'_, '_>, port: Port, request: Request) -> Result<Option<R
     }
     check_not_daemon(call, port)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let theirs = memory::uncounted(|| request.clone());
+    let theirs = task_memory::uncounted(|| request.clone());
     let done = on_line_thread(call, async move {
         port.line(&fieldbus).request(slave, theirs, patience).await
     })?;

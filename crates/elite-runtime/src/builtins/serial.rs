@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use elite_lang::{Raised, Value, memory};
+use elite_lang::{Raised, Value};
 use io_bus::Fieldbus;
 use io_bus::serial::{SerialLine, SerialMode, SerialSettings};
 
@@ -401,7 +401,7 @@ pub(super) fn on_line_thread<T: Clone + 'static, E: Display>(
     let work = async move { work.await.map_err(|error| error.to_string()) };
     let theirs = call.wait_for_future(UnmeteredFuture(Box::pin(work)))?;
     let own = theirs.clone();
-    memory::uncounted(|| drop(theirs));
+    task_memory::uncounted(|| drop(theirs));
     Ok(own)
 }
 
@@ -412,7 +412,7 @@ impl<F: Future> Future for UnmeteredFuture<F> {
     type Output = F::Output;
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<F::Output> {
-        memory::uncounted(|| self.0.as_mut().poll(context))
+        task_memory::uncounted(|| self.0.as_mut().poll(context))
     }
 }
 
@@ -489,7 +489,7 @@ fn write(call: &mut Call<'_, '_>, port: Port) -> Result<usize, Raised> {
     };
     check_not_daemon(call, port)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
-    let theirs = memory::uncounted(|| bytes.clone());
+    let theirs = task_memory::uncounted(|| bytes.clone());
     let sent = on_line_thread(
         call,
         async move { port.line(&fieldbus).write(theirs).await },

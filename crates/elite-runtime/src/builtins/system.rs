@@ -1,6 +1,6 @@
 //! Manual 9.2, 9.3 and 9.5, and `print` and `sync` of 1.2: the task's own state, messages, time, flags.
 
-use elite_lang::{ExceptionKind, Raised, Value, memory};
+use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::{CommandKind, Seconds};
 
 use super::call::Call;
@@ -286,7 +286,7 @@ fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     };
     let context = call.context();
     let now = context.robot().moment().time;
-    memory::uncounted(|| {
+    task_memory::uncounted(|| {
         context
             .panel()
             .with_watchdogs(|dogs| dogs.watch(&variable, frequency, action, now));
@@ -317,7 +317,7 @@ fn popup(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         return Ok(Value::None);
     }
     // The panel keeps its own copy, which others close.
-    let id = memory::uncounted(|| {
+    let id = task_memory::uncounted(|| {
         panel.open_popup(Popup {
             title: title.clone(),
             text: text.clone(),

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::debug::PendingEval;
-use elite_lang::{NativeCall, NodeCursor, Raised, Value, WaitToken, memory};
+use elite_lang::{NativeCall, NodeCursor, Raised, Value, WaitToken};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
 use platform::sockets::LocalStream;
@@ -387,7 +387,7 @@ impl TaskContext {
     /// Notes something that has come from outside.
     pub fn note(&self, what: ExternalInputKind) {
         if let Some(witness) = self.witness() {
-            memory::uncounted(|| {
+            task_memory::uncounted(|| {
                 witness.record(&ExternalInput {
                     program: self.program,
                     turn: self.turn.get(),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, Value, memory};
+use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, Value};
 use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::controls::Control;
@@ -206,7 +206,7 @@ impl Task {
                 type_name: value.type_name().to_string(),
                 value: repr_text(&value, VALUE_CHARS_MAX),
             };
-            let is_news = memory::uncounted(|| {
+            let is_news = task_memory::uncounted(|| {
                 self.settings.panel.with_variables(|variables| {
                     (at_the_end || variables.is_due(name, state.time))
                         && variables.publish(name, &value, state.time)

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use elite_lang::{
     FreeListPurge, Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ResumeOutcome,
-    ScriptThread, WaitToken, memory,
+    ScriptThread, WaitToken,
 };
 use io_bus::{Fieldbus, ProgramState};
 use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
@@ -269,7 +269,7 @@ impl Task {
         let debug = settings.extras.debug.as_ref();
         let attached = debug.and_then(|link| link.attach(DebuggedTask(context.clone())));
         let stops_at_start = context.robot().protective_stops().0;
-        memory::uncounted(|| settings.panel.with_variables(Variables::clear));
+        task_memory::uncounted(|| settings.panel.with_variables(Variables::clear));
         Self {
             settings,
             context,
@@ -333,7 +333,7 @@ impl Task {
             self.give_up_threads();
         } else if self.settings.extras.line_counts.is_some() {
             let counted = self.interpreter.line_counts();
-            memory::uncounted(|| self.settings.extras.add_counts(counted.clone()));
+            task_memory::uncounted(|| self.settings.extras.add_counts(counted.clone()));
         }
         self.program_is(ProgramState::Stopped);
         let braking = self.settle(&end).await;
@@ -574,7 +574,7 @@ impl Task {
                 let _ = taken.send(());
                 self.start_secondary(&program);
                 // It was compiled for this task, but not on its thread.
-                memory::uncounted(|| drop(program));
+                task_memory::uncounted(|| drop(program));
             }
         }
     }

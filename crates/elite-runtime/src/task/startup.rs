@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Diagnostic, Program, ProgramKind, Resume, ResumeOutcome, SourceFile, memory};
+use elite_lang::{Diagnostic, Program, ProgramKind, Resume, ResumeOutcome, SourceFile};
 use io_bus::ProgramState;
 use motion_api::ThreadNumber;
 
@@ -46,7 +46,7 @@ impl Task {
                     .program_compiled(self.context.program(), text);
                 self.context.interpreter().task_runs(&program);
                 // It may have been compiled on another thread; what runs is in the account by now.
-                memory::uncounted(|| drop(program));
+                task_memory::uncounted(|| drop(program));
                 self.program_is(ProgramState::Running);
                 let end = self.run_threads().await;
                 self.context.note(ExternalInputKind::Ends);

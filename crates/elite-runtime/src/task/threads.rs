@@ -1,6 +1,6 @@
 //! How script threads of a task wait, wake, start and end.
 
-use elite_lang::{Resume, ResumeOutcome, ScriptError, memory};
+use elite_lang::{Resume, ResumeOutcome, ScriptError};
 use motion_api::{CommandKind, ThreadNumber};
 
 use super::report::line_in_program;
@@ -107,7 +107,7 @@ impl Task {
             return false;
         };
         // Whoever asked may have lost interest. The text goes to another thread.
-        memory::uncounted(|| drop(sender.send(answer())));
+        task_memory::uncounted(|| drop(sender.send(answer())));
         true
     }
 

@@ -5,7 +5,6 @@
 
 use std::time::Duration;
 
-use elite_lang::memory;
 use motion_api::{CommandId, CommandKind, MotionMode, Origin, RobotMode, RobotState, ThreadNumber};
 use tokio::time::{Instant, sleep_until};
 
@@ -154,7 +153,7 @@ impl Task {
             }
         }
         // The arm's memory is not the task's, even while the task's thread moves it.
-        memory::uncounted(|| {
+        task_memory::uncounted(|| {
             if robot.timeline().advance() {
                 robot.pump();
             }
@@ -328,7 +327,7 @@ impl Task {
     /// one up.
     async fn pass_a_cycle(&self) -> bool {
         let robot = &self.settings.robot;
-        let advanced = memory::uncounted(|| {
+        let advanced = task_memory::uncounted(|| {
             let advanced = robot.timeline().advance();
             if advanced {
                 robot.pump();

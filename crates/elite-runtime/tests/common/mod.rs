@@ -109,10 +109,7 @@ impl Observer for Listener {
         let (printed, log, error, full) = &mut *self.heard.lock().unwrap();
         match message {
             Message::Print { text, .. } => {
-                self.held
-                    .lock()
-                    .unwrap()
-                    .push(elite_lang::memory::live_bytes());
+                self.held.lock().unwrap().push(task_memory::live_bytes());
                 printed.push_str(text);
             }
             Message::Log { text, .. } | Message::Robot { text, .. } => log.push(text.clone()),

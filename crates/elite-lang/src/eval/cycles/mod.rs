@@ -26,7 +26,6 @@ use std::rc::Rc;
 
 use super::InterpreterState;
 use super::generator::Generator;
-use crate::limits::memory;
 use crate::value::module::Namespace;
 use crate::value::{CellVar, Class, Dict, Function, Instance, List, Set, Value};
 use graph::clear_references;
@@ -238,7 +237,7 @@ impl InterpreterState {
         };
         let is_over = search.slice(&cycles.noted);
         // What it has freed in big blocks goes back slice by slice, too.
-        memory::unmap_deferred();
+        task_memory::unmap_deferred();
         if !is_over {
             *cycles.search.borrow_mut() = Some(search);
             return false;

@@ -4,7 +4,6 @@
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use crate::limits::memory;
 use crate::{
     Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
 };
@@ -32,7 +31,7 @@ fn left(text: &str) -> isize {
 }
 
 fn left_by(text: &str) -> isize {
-    let before = memory::live_bytes();
+    let before = task_memory::live_bytes();
     let program = compile(SourceFile::new("test", text), &KnownNames::default()).unwrap();
     let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
@@ -44,7 +43,7 @@ fn left_by(text: &str) -> isize {
         }
     }
     drop((thread, interpreter, program));
-    memory::live_bytes() - before
+    task_memory::live_bytes() - before
 }
 
 #[test]
@@ -485,7 +484,7 @@ fn a_stop_does_not_wait_for_a_search() {
 #[test]
 fn what_a_search_that_was_given_up_has_seen_is_released() {
     left_by("x = [0] * 100_000");
-    let before = memory::live_bytes();
+    let before = task_memory::live_bytes();
     let text = big(60_000);
     let program = compile(SourceFile::new("test", text), &KnownNames::default()).unwrap();
     let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), Limits::default());
@@ -508,7 +507,7 @@ fn what_a_search_that_was_given_up_has_seen_is_released() {
     while let ResumeOutcome::OutOfFuel = thread.resume(Resume::Continue, 100_000) {}
     assert!(interpreter.global("total").and_then(|total| total.as_i64()) > Some(1000));
     drop((thread, interpreter, program, second));
-    assert_eq!(memory::live_bytes() - before, 0);
+    assert_eq!(task_memory::live_bytes() - before, 0);
 }
 
 #[test]

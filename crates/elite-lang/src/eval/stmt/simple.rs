@@ -5,7 +5,6 @@ use std::rc::Rc;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::limits::memory;
 use crate::source::Span;
 use crate::value::surrogate::may_have_surrogates;
 use crate::value::trash::NodeList;
@@ -154,7 +153,7 @@ impl Evaluator<'_> {
         }
         let thread = crate::host::ThreadId(self.core.thread.get());
         // What the host keeps of it is the host's.
-        memory::uncounted(|| self.core.host.print(thread, text));
+        task_memory::uncounted(|| self.core.host.print(thread, text));
         self.charge_output(text.len())
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use elite_lang::{ExceptionKind, Raised, Value, memory};
+use elite_lang::{ExceptionKind, Raised, Value};
 use io_bus::modbus::pdu::Request;
 use io_bus::modbus::{DeviceAddress, ModbusError, SignalKind, SignalSpec};
 use io_bus::modbus_server::map::{Map, meaning_of_coil, meaning_of_word};
@@ -75,7 +75,7 @@ pub(super) fn modbus_add_signal(call: &mut Call<'_, '_>) -> Result<Value, Raised
     last_address(call, 2, spec.address, spec.count)?;
     let name = call.text(4)?;
     let added =
-        memory::clone_uncounted(|| call.context().fieldbus().modbus.add(&name, spec.clone()));
+        task_memory::clone_uncounted(|| call.context().fieldbus().modbus.add(&name, spec.clone()));
     check(call, "modbus_add_signal", added)?;
     Ok(Value::None)
 }
@@ -97,14 +97,14 @@ pub(super) fn modbus_add_rw_signal(call: &mut Call<'_, '_>) -> Result<Value, Rai
     last_address(call, 4, write_address, write_count)?;
     let name = call.text(6)?;
     let added =
-        memory::clone_uncounted(|| call.context().fieldbus().modbus.add(&name, spec.clone()));
+        task_memory::clone_uncounted(|| call.context().fieldbus().modbus.add(&name, spec.clone()));
     check(call, "modbus_add_rw_signal", added)?;
     Ok(Value::None)
 }
 
 pub(super) fn modbus_delete_signal(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let name = call.text(0)?;
-    let deleted = memory::clone_uncounted(|| call.context().fieldbus().modbus.delete(&name));
+    let deleted = task_memory::clone_uncounted(|| call.context().fieldbus().modbus.delete(&name));
     check(call, "modbus_delete_signal", deleted)?;
     Ok(Value::None)
 }
@@ -183,7 +183,7 @@ pub(super) fn modbus_set_output_signal(call: &mut Call<'_, '_>) -> Result<Value,
         return Err(call.not_this_type(1, "True, False or a list of them"));
     };
     let set =
-        memory::clone_uncounted(|| call.context().fieldbus().modbus.set_coils(&name, &levels));
+        task_memory::clone_uncounted(|| call.context().fieldbus().modbus.set_coils(&name, &levels));
     check(call, "modbus_set_output_signal", set)?;
     Ok(Value::None)
 }
@@ -216,7 +216,7 @@ pub(super) fn modbus_set_signal_watchdog(call: &mut Call<'_, '_>) -> Result<Valu
     let (name, time) = (call.text(0)?, call.number(1)?);
     let time = Duration::from_secs_f64(time);
     let set =
-        memory::clone_uncounted(|| call.context().fieldbus().modbus.set_watchdog(&name, time));
+        task_memory::clone_uncounted(|| call.context().fieldbus().modbus.set_watchdog(&name, time));
     check(call, "modbus_set_signal_watchdog", set)?;
     Ok(Value::None)
 }

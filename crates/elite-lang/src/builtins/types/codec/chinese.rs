@@ -121,7 +121,7 @@ struct GbTables {
 fn tables() -> &'static GbTables {
     static TABLES: OnceLock<GbTables> = OnceLock::new();
     // They outlive the task that needs them first.
-    TABLES.get_or_init(|| crate::limits::memory::uncounted(GbTables::make))
+    TABLES.get_or_init(|| task_memory::uncounted(GbTables::make))
 }
 
 impl GbTables {

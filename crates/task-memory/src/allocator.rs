@@ -1,25 +1,14 @@
-//! The memory account: what the allocations of an OS thread come to, and the alarm when that is more than a task may
-//! hold.
+//! The global allocator: hands requests to the system and counts them for the thread that makes them.
 //!
-//! Owns the global allocator, which hands every request to the system and counts it for the thread that makes it.
-//! Linking this crate installs it, so no interpreter runs unlimited. A task counts what its thread has come to hold
-//! since its interpreter was made: numbers, small objects, tables, compiled text, whatever a library allocates on its
-//! behalf. Small blocks that are freed wait on shelves (`shelves`) for the next request of their size.
-//!
-//! Two things are said by hand: memory that does not come from the allocator (`add_external`, `remove_external`), and
-//! memory that changes its thread. What is made for another thread, or freed on behalf of one, goes through
-//! `uncounted`: otherwise the account of a task that runs for days would drift.
-//!
-//! The fuel of the running script thread lies here as well: the alarm withholds it, so the next safepoint looks at the
-//! account, however much or little was left, and a loop that only counts fuel costs nothing more.
+//! Small blocks that are freed go to free lists (`free_lists`); blocks of a megabyte and more have pages of their own.
 
 use std::alloc::{GlobalAlloc, Layout};
-use std::cell::Cell;
 
 use platform::memory::{self as pages, PAGE, System};
 use platform::overflow::touch_ahead;
 
-use super::shelves::{self, SizeClass};
+use crate::account::{ACCOUNT, ThreadAccount, count};
+use crate::free_lists::{self, SizeClass};
 
 /// Hands requests to the system and counts them.
 pub struct CountingAllocator;
@@ -27,37 +16,8 @@ pub struct CountingAllocator;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-struct ThreadAccount {
-    /// Bytes that this thread has from the system, those on its shelves included; less than nothing if it frees what
-    /// others have made.
-    allocated: Cell<isize>,
-    /// Beyond this the fuel is withheld.
-    alarm: Cell<isize>,
-    /// Safepoints that may be passed.
-    fuel: Cell<u32>,
-    /// What was taken from `fuel` by the alarm, until somebody has looked.
-    suspended_fuel: Cell<Option<u32>>,
-    /// Big blocks are left to `unmap_deferred`.
-    defers_unmap: Cell<bool>,
-    /// Pages that are to be given back.
-    unmap_queue: Cell<pages::DeferredUnmap>,
-}
-
-thread_local! {
-    static ACCOUNT: ThreadAccount = const {
-        ThreadAccount {
-            allocated: Cell::new(0),
-            alarm: Cell::new(isize::MAX),
-            fuel: Cell::new(0),
-            suspended_fuel: Cell::new(None),
-            defers_unmap: Cell::new(false),
-            unmap_queue: Cell::new(pages::DeferredUnmap::NONE),
-        }
-    };
-}
-
-/// From this size on a block has pages of its own (`pages`): it grows without being copied, and what is freed of it is
-/// the system's again at once.
+/// From this size on a block has pages of its own (`pages`): it grows without being copied, and freed
+/// pages go back to the system at once.
 const MMAP_MIN: usize = 1 << 20;
 
 /// Whether a request is met with pages of its own.
@@ -81,32 +41,6 @@ fn cost(size: usize, align: usize) -> isize {
 /// How the system aligns what it is asked for without more words.
 const ALIGN: usize = 16;
 
-impl ThreadAccount {
-    #[inline(always)]
-    fn add(&self, bytes: isize) {
-        let taken = self.allocated.get() + bytes;
-        self.allocated.set(taken);
-        if taken > self.alarm.get() {
-            self.raise_alarm();
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn raise_alarm(&self) {
-        self.alarm.set(isize::MAX);
-        if self.suspended_fuel.get().is_none() {
-            self.suspended_fuel.set(Some(self.fuel.replace(0)));
-        }
-    }
-}
-
-#[inline(always)]
-fn count(bytes: isize) {
-    // Neither initialised nor dropped, so it is there as long as the thread is.
-    let _ = ACCOUNT.try_with(|account| account.add(bytes));
-}
-
 /// A block of the system, or with pages of its own, counted.
 ///
 /// # Safety
@@ -120,7 +54,7 @@ unsafe fn alloc_anew(layout: Layout) -> *mut u8 {
         pages::map(layout.size())
     } else {
         let whole = SizeClass::of(layout).map_or(layout, SizeClass::layout);
-        // SAFETY: the caller's promises; a layout of a shelf is not empty.
+        // SAFETY: the caller's promises; a layout of a size class is not empty.
         unsafe { System.alloc(whole) }
     };
     if !block.is_null() {
@@ -130,15 +64,15 @@ unsafe fn alloc_anew(layout: Layout) -> *mut u8 {
 }
 
 // SAFETY: a block comes from `pages` if its layout is big, else from the system's allocator, for the layout asked for
-// or, if that is small, for the larger one of its shelf. Which of these depends on the layout alone: whoever frees or
-// enlarges the block finds the same. A block is either in use or on one shelf. Counting touches a cell of the thread
+// or, if that is small, for the larger one of its size class. Which of these depends on the layout alone: whoever frees or
+// enlarges the block finds the same. A block is either in use or in one free list. Counting touches a cell of the thread
 // only, which allocates nothing and cannot unwind.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         if let Some(size) = SizeClass::of(layout) {
-            let block = shelves::pop(size);
+            let block = free_lists::pop(size);
             if !block.is_null() {
                 return block;
             }
@@ -177,14 +111,14 @@ unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
         if let Some(size) = SizeClass::of(layout) {
             // SAFETY: the block was made for this layout, so for this size, and nobody uses it any more.
-            return unsafe { shelves::put(block, size) };
+            return unsafe { free_lists::put(block, size) };
         }
         touch_ahead();
         if is_mapped(layout.size(), layout.align()) {
             // SAFETY: a block of this layout was made by `pages`, and its owner gives it back.
             unsafe { give_back(block, layout.size()) };
         } else {
-            // SAFETY: as in `alloc`; the layout is none of a shelf.
+            // SAFETY: as in `alloc`; the layout has no size class.
             unsafe { System.dealloc(block, layout) };
         }
         count(-cost(layout.size(), layout.align()));
@@ -225,8 +159,8 @@ unsafe impl GlobalAlloc for CountingAllocator {
 /// Bytes of pages that are given back at once: the system takes some milliseconds for ten times as many.
 const UNMAP_CHUNK: usize = 4 << 20;
 
-/// From now on (or no longer, `false`) big blocks are given back bit by bit, by `unmap_deferred`.
-pub(crate) fn set_unmap_deferred(on: bool) {
+/// Whether freed big blocks are given back in portions, by `unmap_deferred`.
+pub fn set_unmap_deferred(on: bool) {
     let _ = ACCOUNT.try_with(|account| account.defers_unmap.set(on));
 }
 
@@ -289,195 +223,8 @@ impl CountingAllocator {
     }
 }
 
-/// Bytes the allocations of this thread come to; less than nothing if it frees what others have made.
-pub fn live_bytes() -> isize {
-    allocated_bytes() - shelves::cost()
-}
-
-/// The same with what lies on the shelves of this thread, which changes little; found out at once.
-pub(crate) fn allocated_bytes() -> isize {
-    ACCOUNT.with(|account| account.allocated.get())
-}
-
-/// Counts memory that does not come from the allocator, or that another thread has made for this one.
-pub(crate) fn add_external(bytes: usize) {
-    count(bytes as isize);
-}
-
-/// The end of what was counted with `add_external`, or of memory that another thread will free.
-pub(crate) fn remove_external(bytes: usize) {
-    count(-(bytes as isize));
-}
-
-/// Runs `work` for others: what it allocates and frees is not counted. For messages to other threads, and for whatever
-/// else is made here and freed elsewhere, or the other way round.
-pub fn uncounted<T>(work: impl FnOnce() -> T) -> T {
-    /// Puts the account back, also when `work` unwinds.
-    struct RestoreAccount {
-        held: isize,
-        alarm: isize,
-    }
-    impl Drop for RestoreAccount {
-        fn drop(&mut self) {
-            let _ = ACCOUNT.try_with(|account| {
-                account.allocated.set(self.held + shelves::cost());
-                account.alarm.set(self.alarm);
-            });
-        }
-    }
-    let held = live_bytes();
-    let back = ACCOUNT.with(|account| RestoreAccount {
-        held,
-        alarm: account.alarm.replace(isize::MAX),
-    });
-    let result = work();
-    drop(back);
-    result
-}
-
-/// Runs `work` for others, as `uncounted` does, and brings a copy of its result in.
-pub fn clone_uncounted<T: Clone>(work: impl FnOnce() -> T) -> T {
-    let theirs = uncounted(work);
-    let own = theirs.clone();
-    uncounted(|| drop(theirs));
-    own
-}
-
-/// What work on a text may take on this thread: bytes that it comes to hold, and time until others have their turn.
-pub(crate) struct WorkBudget<'p> {
-    base: Cell<isize>,
-    most: usize,
-    /// Units of work (`eval::pace`) since the last pause.
-    work: Cell<usize>,
-    /// Lets others have their turn, after so much work; false if the work is to be given up.
-    pause: Option<&'p dyn Fn(usize) -> bool>,
-    given_up: Cell<bool>,
-}
-
-/// Work to drop something small, in units of `eval::pace`.
-pub(crate) const WORK_PER_DROP: usize = 96;
-/// Work after which a pause is asked for.
-const PAUSE_AFTER: usize = 1 << 13;
-
-impl<'p> WorkBudget<'p> {
-    /// `limit` bytes more than this thread holds now, and no pauses.
-    pub(crate) fn with_limit(most: usize) -> Self {
-        WorkBudget {
-            base: Cell::new(live_bytes()),
-            most,
-            work: Cell::new(0),
-            pause: None,
-            given_up: Cell::new(false),
-        }
-    }
-
-    /// The same with pauses: `pause` is told how much work has been done, and says whether to go on.
-    pub(crate) fn with_pauses(most: usize, pause: &'p dyn Fn(usize) -> bool) -> Self {
-        WorkBudget {
-            pause: Some(pause),
-            ..WorkBudget::with_limit(most)
-        }
-    }
-
-    /// Counts work, and pauses when it is time to. Nothing that scripts can reach may be borrowed.
-    #[inline]
-    pub(crate) fn charge(&self, units: usize) {
-        let work = self.work.get() + units;
-        self.work.set(work);
-        if work >= PAUSE_AFTER {
-            self.yield_to_others();
-        }
-    }
-
-    /// Drops many parts of something, with pauses.
-    pub(crate) fn drop_each<T>(&self, parts: impl IntoIterator<Item = T>) {
-        for part in parts {
-            self.charge(WORK_PER_DROP);
-            drop(part);
-        }
-    }
-
-    #[cold]
-    fn yield_to_others(&self) {
-        let work = self.work.take();
-        if let Some(pause) = self.pause
-            && !self.given_up.get()
-        {
-            let before = live_bytes();
-            self.given_up.set(!pause(work));
-            // What others have taken meanwhile is not this work's.
-            self.base.set(self.base.get() + live_bytes() - before);
-        }
-    }
-
-    /// Whether a pause has said that this is to end; then only the way out is taken.
-    pub(crate) fn is_aborted(&self) -> bool {
-        self.given_up.get()
-    }
-
-    /// How much it may be.
-    pub(crate) fn limit(&self) -> usize {
-        self.most
-    }
-
-    /// What has come to be held since.
-    pub(crate) fn used(&self) -> usize {
-        usize::try_from(live_bytes() - self.base.get()).unwrap_or(0)
-    }
-
-    /// Whether that is more than it may be, or this is to end anyway.
-    pub(crate) fn is_spent(&self) -> bool {
-        self.used() > self.most || self.is_aborted()
-    }
-}
-
-/// Has the fuel withheld once this thread holds more than `bytes`; `isize::MAX` never does. What lies on its shelves
-/// now may come to be held without that.
-pub(crate) fn set_alarm(bytes: isize) {
-    let alarm = bytes.saturating_add(shelves::cost());
-    ACCOUNT.with(|account| account.alarm.set(alarm));
-}
-
-/// Whether the alarm has gone off since the last call; gives the fuel back.
-#[inline]
-pub(crate) fn take_alarm() -> bool {
-    ACCOUNT.with(|account| {
-        let Some(fuel) = account.suspended_fuel.take() else {
-            return false;
-        };
-        account.fuel.set(fuel);
-        true
-    })
-}
-
-/// Takes one unit of the running script thread's fuel; false if there is none to be had.
-#[inline(always)]
-pub(crate) fn consume_fuel() -> bool {
-    ACCOUNT.with(|account| {
-        let fuel = account.fuel.get();
-        if fuel == 0 {
-            return false;
-        }
-        account.fuel.set(fuel - 1);
-        true
-    })
-}
-
-/// Fuel that is left, withheld or not.
-pub(crate) fn fuel() -> u32 {
-    ACCOUNT.with(|account| account.suspended_fuel.get().unwrap_or(account.fuel.get()))
-}
-
-/// Sets the fuel; while the alarm stands it stays withheld.
-pub(crate) fn set_fuel(fuel: u32) {
-    ACCOUNT.with(|account| match account.suspended_fuel.get() {
-        Some(_) => account.suspended_fuel.set(Some(fuel)),
-        None => account.fuel.set(fuel),
-    });
-}
-
-/// Gives back some of what `set_unmap_deferred` has left; whether there is more.
-pub(crate) fn unmap_deferred() -> bool {
+/// Gives back one portion of the deferred pages; whether there are more.
+pub fn unmap_deferred() -> bool {
     let given_back = |account: &ThreadAccount| {
         let left = account.unmap_queue.get().without(UNMAP_CHUNK);
         account.unmap_queue.set(left);
@@ -486,10 +233,10 @@ pub(crate) fn unmap_deferred() -> bool {
     ACCOUNT.try_with(given_back).unwrap_or(false)
 }
 
-/// Gives back the blocks that wait on the shelves of this thread: a few of them keep whole pages of the system's
+/// Gives back the blocks in the free lists of this thread: a few of them keep whole pages of the system's
 /// allocator in use.
-pub(crate) fn clear_shelves() {
-    shelves::clear();
+pub fn clear_free_lists() {
+    free_lists::clear();
 }
 
 #[cfg(test)]
@@ -497,6 +244,7 @@ mod tests {
     #![allow(clippy::unwrap_used)] // a test
 
     use super::*;
+    use crate::{consume_fuel, fuel, live_bytes, set_alarm, set_fuel, take_alarm, uncounted};
 
     #[test]
     fn every_allocation_of_a_thread_is_counted_until_it_is_freed() {

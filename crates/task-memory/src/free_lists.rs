@@ -1,9 +1,9 @@
-//! Small blocks of memory that wait for the next request of their size: taking one from a shelf and putting one back is
-//! a few instructions, the system's own way of doing it is a hundred.
+//! Small blocks of memory that wait for the next request of their size: taking one from a free list and putting it back
+//! is a few instructions, a request to the system a hundred.
 //!
-//! Owns one shelf for each small size, for each thread. What lies there belongs to nobody: the account (`memory`)
-//! counts what comes from the system and subtracts what lies here, so that a block costs it nothing on its way from
-//! here and back. A shelf holds so little that it does not matter, and goes back to the system when its thread ends.
+//! Owns one list for each size class, for each thread. A block in a list belongs to nobody: the account counts what
+//! comes from the system and subtracts the lists, so that a block costs it nothing on its way in and out. A list is so
+//! short that it does not matter, and goes back to the system when its thread ends.
 
 use std::alloc::{GlobalAlloc, Layout};
 use std::cell::Cell;
@@ -13,7 +13,7 @@ use platform::memory::{System, rounded_size};
 
 /// Number of small sizes: 16, 32, 48 … bytes.
 const SIZES: usize = 16;
-/// Bytes on one shelf at most.
+/// Bytes in one list at most.
 const LIST_BYTES_MAX: usize = 32 << 10;
 
 /// One of the small sizes.
@@ -33,7 +33,7 @@ impl SizeClass {
         16 * self.0 + 16
     }
 
-    /// Blocks of this size on a shelf at most.
+    /// Blocks of this size in a free list at most.
     const fn most(self) -> usize {
         LIST_BYTES_MAX / self.bytes()
     }
@@ -44,7 +44,7 @@ impl SizeClass {
         rounded_size(self.bytes()) as isize
     }
 
-    /// The layout of a block on the shelf.
+    /// The layout of a block on the list.
     #[inline(always)]
     pub(super) fn layout(self) -> Layout {
         // SAFETY: the alignment is a power of two, and the size is far from the largest one.
@@ -55,7 +55,7 @@ impl SizeClass {
     }
 }
 
-/// A block on a shelf: its first word leads to the next one.
+/// A block in a free list: its first word leads to the next one.
 struct FreeBlock {
     next: *mut FreeBlock,
 }
@@ -69,9 +69,9 @@ struct FreeList {
 
 struct FreeLists([FreeList; SIZES]);
 
-/// Empty shelves.
+/// Empty lists.
 const fn empty() -> [FreeList; SIZES] {
-    let mut shelves = [const {
+    let mut lists = [const {
         FreeList {
             first: Cell::new(null_mut()),
             spare_blocks: Cell::new(0),
@@ -79,27 +79,27 @@ const fn empty() -> [FreeList; SIZES] {
     }; SIZES];
     let mut index = 0;
     while index < SIZES {
-        shelves[index].spare_blocks = Cell::new(SizeClass(index).most());
+        lists[index].spare_blocks = Cell::new(SizeClass(index).most());
         index += 1;
     }
-    shelves
+    lists
 }
 
 thread_local! {
-    static SHELVES: FreeLists = const { FreeLists(empty()) };
+    static FREE_LISTS: FreeLists = const { FreeLists(empty()) };
 }
 
 /// A block of this size; null if none lies there.
 #[inline(always)]
 pub(super) fn pop(size: SizeClass) -> *mut u8 {
-    let taken = SHELVES.try_with(|shelves| {
-        let shelf = &shelves.0[size.0];
-        let block = shelf.first.get();
+    let taken = FREE_LISTS.try_with(|lists| {
+        let list = &lists.0[size.0];
+        let block = list.first.get();
         if !block.is_null() {
-            // SAFETY: what lies on a shelf is a block of its size that nobody uses, whose first word `put` has written.
+            // SAFETY: what lies in a free list is a block of its size that nobody uses, whose first word `put` has written.
             #[allow(unsafe_code)]
-            shelf.first.set(unsafe { (*block).next });
-            shelf.spare_blocks.set(shelf.spare_blocks.get() + 1);
+            list.first.set(unsafe { (*block).next });
+            list.spare_blocks.set(list.spare_blocks.get() + 1);
         }
         block
     });
@@ -114,20 +114,20 @@ pub(super) fn pop(size: SizeClass) -> *mut u8 {
 #[inline(always)]
 #[allow(unsafe_code)]
 pub(super) unsafe fn put(block: *mut u8, size: SizeClass) {
-    let kept = SHELVES.try_with(|shelves| {
-        let shelf = &shelves.0[size.0];
-        let Some(room) = shelf.spare_blocks.get().checked_sub(1) else {
+    let kept = FREE_LISTS.try_with(|lists| {
+        let list = &lists.0[size.0];
+        let Some(room) = list.spare_blocks.get().checked_sub(1) else {
             return false;
         };
         let block: *mut FreeBlock = block.cast();
         // SAFETY: the block has at least one word, is aligned for it, and is ours.
         unsafe {
             block.write(FreeBlock {
-                next: shelf.first.get(),
+                next: list.first.get(),
             });
         }
-        shelf.first.set(block);
-        shelf.spare_blocks.set(room);
+        list.first.set(block);
+        list.spare_blocks.set(room);
         true
     });
     if !matches!(kept, Ok(true)) {
@@ -141,35 +141,35 @@ pub(super) unsafe fn put(block: *mut u8, size: SizeClass) {
 #[allow(unsafe_code)]
 unsafe fn release_block(block: *mut u8, size: SizeClass) {
     platform::overflow::touch_ahead();
-    super::memory::remove_external(size.cost() as usize);
+    crate::account::remove_external(size.cost() as usize);
     // SAFETY: the caller's promise.
     unsafe { System.dealloc(block, size.layout()) };
 }
 
-/// What the blocks on the shelves of this thread cost.
+/// What the blocks in the free lists of this thread cost.
 pub(super) fn cost() -> isize {
-    let cost = |shelves: &FreeLists| {
-        let each = shelves.0.iter().zip(0..).map(|(shelf, index)| {
-            let blocks = SizeClass(index).most() - shelf.spare_blocks.get();
+    let cost = |lists: &FreeLists| {
+        let each = lists.0.iter().zip(0..).map(|(list, index)| {
+            let blocks = SizeClass(index).most() - list.spare_blocks.get();
             blocks as isize * SizeClass(index).cost()
         });
         each.sum()
     };
-    SHELVES.try_with(cost).unwrap_or(0)
+    FREE_LISTS.try_with(cost).unwrap_or(0)
 }
 
-/// Gives what lies on the shelves of this thread back to the system.
+/// Gives what lies in the free lists of this thread back to the system.
 pub(super) fn clear() {
-    let _ = SHELVES.try_with(FreeLists::clear);
+    let _ = FREE_LISTS.try_with(FreeLists::clear);
 }
 
 impl FreeLists {
     fn clear(&self) {
-        for (shelf, index) in self.0.iter().zip(0..) {
-            let mut block = shelf.first.replace(null_mut());
-            shelf.spare_blocks.set(SizeClass(index).most());
+        for (list, index) in self.0.iter().zip(0..) {
+            let mut block = list.first.replace(null_mut());
+            list.spare_blocks.set(SizeClass(index).most());
             while !block.is_null() {
-                // SAFETY: as in `pop`; the shelf no longer has any of these blocks.
+                // SAFETY: as in `pop`; the list no longer has any of these blocks.
                 #[allow(unsafe_code)]
                 unsafe {
                     let next = (*block).next;
