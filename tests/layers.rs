@@ -90,6 +90,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "recorder",
             "script-test",
             "supervision",
+            "task-memory",
         ],
     ),
     (
@@ -153,6 +154,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "recorder",
             "server",
             "supervision",
+            "task-memory",
             "wire",
         ],
     ),

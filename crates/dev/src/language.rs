@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use elite_lang::{
     Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, ScriptThread, SourceFile,
-    ThreadId, check, compile, memory, render_human, render_script_error,
+    ThreadId, check, compile, render_human, render_script_error,
 };
 use nix::time::{ClockId, clock_gettime};
 
@@ -134,9 +134,9 @@ const LEFT_MAX: isize = 2 << 20;
 /// # Panics
 /// If something that must hold does not.
 pub fn check_execution(text: String) -> TrialOutcome {
-    let before = memory::live_bytes();
+    let before = task_memory::live_bytes();
     let outcome = run(text, before);
-    let left = memory::live_bytes() - before;
+    let left = task_memory::live_bytes() - before;
     assert!(left < LEFT_MAX, "LEAK: {left} bytes are held after the end");
     outcome
 }
@@ -187,7 +187,7 @@ fn run(text: String, before: isize) -> TrialOutcome {
                 }
             }
         }
-        let held = memory::live_bytes() - before;
+        let held = task_memory::live_bytes() - before;
         assert!(held < MEMORY_HELD_MAX, "MEMORY: {held} bytes are held");
         threads.extend(host.started.take());
         if waiting == threads.len() {

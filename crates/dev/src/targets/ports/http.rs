@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use motion_api::{RegisterImages, RobotState};
 use server::ports::description::TaskStatus;
-use server::ports::http::io::InputChanges;
+use server::ports::http::io::IoChanges;
 use server::ports::http::metrics::Figures;
 use server::ports::http::{HttpBackend, HttpService, SetInputsError};
 use tokio_util::sync::CancellationToken;
@@ -35,7 +35,7 @@ impl HttpBackend for StubController {
     fn registers(&self) -> RegisterImages {
         RegisterImages::default()
     }
-    fn set_inputs(&self, _: &InputChanges) -> Result<(), SetInputsError> {
+    fn set_inputs(&self, _: &IoChanges) -> Result<(), SetInputsError> {
         self.0.fetch_add(1, Ordering::Relaxed);
         Ok(())
     }
