@@ -50,9 +50,9 @@ pub trait DebugHook {
 /// What becomes of a thread that was held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DebugAction {
-    /// It goes on.
+    /// The thread goes on.
     Continue,
-    /// It gives way until the next moment of simulated time, and the watcher is asked again.
+    /// The thread gives way until the next moment of simulated time, and the watcher is asked again.
     Yield,
     /// Nothing of the program runs any more.
     End,
@@ -95,7 +95,7 @@ impl StatementEvent<'_> {
         &self.function.code.name
     }
 
-    /// The same with the classes and functions around it.
+    /// The name of the function it is in, with the classes and functions around that.
     pub fn qualname(&self) -> Rc<str> {
         self.function.qualname()
     }
@@ -107,7 +107,7 @@ struct CallRecord {
     depth: u32,
     site: Rc<StatementSite>,
     tick: u64,
-    /// Its first statement, as far as that is known.
+    /// The count of the call's first statement, as far as that is known.
     first: u64,
     /// The statement of the same call before this one, 0 if there was none.
     before: u64,

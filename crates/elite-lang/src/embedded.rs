@@ -43,7 +43,8 @@ impl NativeCall<'_> {
     }
 }
 
-/// The same outside of a call.
+/// An object whose attributes are functions of the embedder and other values, for callers that have no call of a
+/// native.
 pub(crate) fn object(
     core: &InterpreterState,
     class_name: &str,

@@ -145,9 +145,9 @@ pub struct TraceFrame {
     pub file: Arc<SourceFile>,
     /// The expression that failed or called.
     pub span: Span,
-    /// Its line, from 1.
+    /// The line of that expression, from 1.
     pub line: u32,
-    /// Its column in characters, from 1.
+    /// The column of that expression in characters, from 1.
     pub column: u32,
 }
 

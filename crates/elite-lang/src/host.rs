@@ -193,7 +193,7 @@ pub trait HostSocket {
     /// The system's.
     fn set_nodelay(&self, on: bool) -> io::Result<()>;
 
-    /// Its own address.
+    /// The address that the socket itself has.
     ///
     /// # Errors
     /// If it has none.

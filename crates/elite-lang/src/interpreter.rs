@@ -269,11 +269,11 @@ pub enum ResumeOutcome {
         /// Seconds of `Host::monotonic`; None if only another thread can end the wait.
         until: Option<f64>,
     },
-    /// It ended with this result.
+    /// The thread ended with this result.
     Done(Value),
-    /// An exception ended it.
+    /// An exception ended the thread.
     Failed(Box<ScriptError>),
-    /// It was stopped.
+    /// The thread was stopped.
     Stopped,
 }
 
@@ -326,12 +326,12 @@ impl ScriptThread {
         }
     }
 
-    /// Its number, unique in the interpreter.
+    /// The number of the thread, unique in the interpreter.
     pub fn id(&self) -> ThreadId {
         self.id
     }
 
-    /// The line it is at, from 1; 0 before it has started.
+    /// The line that the thread is at, from 1; 0 before it has started.
     pub fn current_line(&self) -> u32 {
         self.state.line
     }

@@ -12,11 +12,11 @@ use crate::value::{R, Raised, Str, Value};
 /// Whether and how a parameter may be omitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParamKind {
-    /// It must be given.
+    /// The argument must be given.
     Required,
-    /// It may be omitted; the native then sees no value.
+    /// The argument may be omitted; the native then sees no value.
     Optional,
-    /// It takes all further positional arguments, as a tuple. Only as the last parameter.
+    /// The parameter takes all further positional arguments, as a tuple. Only as the last parameter.
     VarArgs,
 }
 
@@ -59,7 +59,7 @@ impl Param {
         }
     }
 
-    /// The same parameter, also known by other names.
+    /// Adds other names by which the argument may be given.
     pub const fn with_aliases(mut self, aliases: &'static [&'static str]) -> Self {
         self.aliases = aliases;
         self
@@ -101,9 +101,9 @@ impl NativeBody {
 /// A function the embedder provides: binding of arguments and the errors for wrong ones are done before it is called.
 #[derive(Clone)]
 pub struct NativeFunction {
-    /// Its name, a global of every program.
+    /// The name of the function, a global of every program.
     pub name: &'static str,
-    /// Its parameters, in order.
+    /// The parameters of the function, in order.
     pub params: Vec<Param>,
     /// What it does.
     pub call: NativeBody,
@@ -222,7 +222,7 @@ impl NativeCall<'_> {
         self.ev.raise(kind, message)
     }
 
-    /// The same exception with advice, which the report of an uncaught one shows before its last line.
+    /// Adds advice to an exception, which the report of an uncaught one shows before its last line.
     pub fn with_help(&self, raised: Raised, help: impl Into<String>) -> Raised {
         if let Raised::Exception(exception) = &raised
             && let Some(state) = exception.exception()

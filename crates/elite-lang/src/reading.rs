@@ -75,11 +75,11 @@ impl ParsedDocument {
 /// A piece of a text that is kept, or read anew, as a whole.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DocumentUnit {
-    /// Its statements.
+    /// The statements of the piece, by their numbers in the body of the module.
     pub statements: Range<usize>,
-    /// Its first byte.
+    /// The first byte of the piece.
     pub start: u32,
-    /// Which one it was before.
+    /// The number of the piece in the reading before; None if it was read anew.
     pub origin: Option<usize>,
 }
 

@@ -73,7 +73,7 @@ impl SourceFile {
         }
     }
 
-    /// The same for a text of any length: `pause` is called after each piece, with its bytes, and may put an end to it.
+    /// Takes over a text of any length: `pause` is called after each piece, with its bytes, and may put an end to it.
     pub(crate) fn by_pieces<E>(
         name: String,
         text: String,

@@ -84,7 +84,7 @@ fn has_error(diagnostics: &[Diagnostic]) -> bool {
 }
 
 impl Statement {
-    /// Its text.
+    /// The text of the statement.
     pub fn file(&self) -> &Arc<SourceFile> {
         &self.file
     }

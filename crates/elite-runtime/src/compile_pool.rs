@@ -16,7 +16,7 @@ const WAITING_MAX: usize = 256;
 /// Longest text, in bytes, that the thread for short ones takes.
 const SHORT_MAX: usize = 64 << 10;
 
-/// Why a text was not compiled.
+/// The reason for which a text was not compiled.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum CompilePoolError {
     /// Too many texts wait.
@@ -52,7 +52,7 @@ struct Queue {
 /// Compiles a text and hands the result over.
 type CompileJob = Box<dyn FnOnce() + Send>;
 
-/// Which texts a thread takes.
+/// The texts that a thread of the pool takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum WorkerKind {
     Short,

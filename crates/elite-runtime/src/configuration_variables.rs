@@ -18,7 +18,7 @@ pub const VARIABLES_MAX: usize = 1000;
 /// A variable with the text of its value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Variable {
-    /// Its name.
+    /// The name under which programs read the variable.
     pub name: String,
     /// A literal, as it is written.
     pub value: String,

@@ -20,7 +20,7 @@ pub trait DebuggerHost: Send + Sync {
     /// A program is about to start.
     fn begins(&self, _program: ProgramId, _name: &str, _text: &str) {}
 
-    /// It has ended.
+    /// A program has ended.
     fn ended(&self, _program: ProgramId) {}
 
     /// On the thread of the task, before its program begins; `None`: nobody watches this one.
@@ -87,7 +87,7 @@ impl DebuggedTask {
         self.0.unrecorded(|| self.0.with_inspection_bounds(look))
     }
 
-    /// Which program it is.
+    /// The number of the program that is debugged.
     pub fn program(&self) -> ProgramId {
         self.0.program()
     }

@@ -22,7 +22,7 @@ pub struct SubmittedStatement {
     pub on_discard: Box<dyn FnOnce(DiscardReason) + Send>,
 }
 
-/// Why an accepted statement is not executed after all.
+/// The reason for which an accepted statement is not executed after all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DiscardReason {
     /// `interpreter_mode(clearQueueOnEnter=True)` was called.
@@ -38,9 +38,9 @@ pub enum DiscardReason {
 /// What became of a statement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SubmitResult {
-    /// It waits under this number.
+    /// The statement waits under this number.
     Accepted(StatementId),
-    /// It does not compile; what is wrong with it.
+    /// The statement does not compile, for the reason in the text.
     NotCompiled(String),
     /// No task runs.
     NoTask,
@@ -123,7 +123,7 @@ struct ModeShared {
 enum TaskPhase {
     #[default]
     None,
-    /// Its globals are not known yet: statements wait.
+    /// The program and with it its globals are not known yet, so statements wait.
     Starting,
     Running,
 }
@@ -401,7 +401,7 @@ impl InterpreterMode {
 }
 
 impl ModeShared {
-    /// Why the running program cannot take the statement.
+    /// The reason for which the running program cannot take the statement; `None` when it can.
     fn refusal(&self, statement: &elite_lang::Statement) -> Option<String> {
         let exists = |name: &str| {
             self.globals.contains(name)

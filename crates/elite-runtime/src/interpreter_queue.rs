@@ -24,11 +24,11 @@ impl StatementId {
 pub enum QueueEffect {
     /// Nothing.
     None,
-    /// It is `clear_interpreter()`: once accepted, nothing newer is accepted until it has been executed.
+    /// The statement is `clear_interpreter()`: once accepted, nothing newer is accepted until it has been executed.
     Clears,
 }
 
-/// Why a statement was not accepted; it comes back.
+/// The reason for which a statement was not accepted; the statement comes back in the variant.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum PushError<S> {
     /// [`STATEMENTS_MAX`] wait.

@@ -26,7 +26,7 @@ pub enum Severity {
 pub enum Message {
     /// Standard output of a program, as written (with its line end).
     Print {
-        /// Which program.
+        /// The program, thread and line that printed the text.
         origin: Origin,
         /// The text.
         text: String,
@@ -42,7 +42,7 @@ pub enum Message {
     },
     /// A program did not compile or ended with an uncaught exception.
     ScriptError {
-        /// Which program.
+        /// The program that failed.
         program: ProgramId,
         /// Line, from 1.
         line: u32,
@@ -246,9 +246,9 @@ pub enum InterpreterEvent<'a> {
     Entered,
     /// A statement is about to be executed.
     Executing {
-        /// Its number.
+        /// The number of the statement.
         id: u64,
-        /// Its text.
+        /// The text of the statement.
         text: &'a str,
     },
     /// The injected functions were removed.

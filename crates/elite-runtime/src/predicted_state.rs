@@ -18,15 +18,15 @@ use motion_api::{
 pub(crate) struct CommandedModes {
     /// A conveyor is tracked.
     is_tracking: bool,
-    /// It is a turntable that does not turn the tool.
+    /// The tracked conveyor is a turntable, and the tool does not turn with it.
     keeps_the_tool: bool,
     /// Path offsets count.
     has_offsets: bool,
     /// The counts of the encoders come from the program.
     counts_from_program: [bool; 2],
-    /// What was last said about force mode: an older command may end later.
+    /// The latest command that began or ended force mode: an older command may end later.
     force: CommandId,
-    /// The same of freedrive.
+    /// The latest command that began or ended freedrive: an older command may end later.
     hand: CommandId,
 }
 

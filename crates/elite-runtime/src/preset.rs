@@ -18,11 +18,11 @@ pub struct Preset {
     value: String,
 }
 
-/// A preset that is none.
+/// An argument of `--set` that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("--set {given}: {why}")]
 pub struct PresetError {
-    /// As given.
+    /// The argument as the user gave it.
     pub given: String,
     /// What is allowed.
     pub why: &'static str,
@@ -43,7 +43,7 @@ impl Preset {
         Self::new(name, value)
     }
 
-    /// The same in two parts.
+    /// Makes a preset of a name and the text of its value.
     ///
     /// # Errors
     /// [`PresetError`] says what is allowed.

@@ -36,7 +36,7 @@ pub struct Robot {
     observer: Arc<dyn Observer>,
     /// The latest cycle whose events have all been taken; only under the real clock.
     published_state: Mutex<Option<Box<RobotState>>>,
-    /// Its number.
+    /// The number of the cycle in `published_state`, which threads compare before they take the lock.
     published_cycle: AtomicU64,
     /// Where a recorded run is repeated: programs give no commands then, they are compared with what was recorded.
     repeat: OnceLock<Arc<Rerun>>,
@@ -65,7 +65,7 @@ struct CommandTable {
     recent_stops: VecDeque<(u64, StopReason)>,
     lasting: CommandedModes,
     foresight: PredictionCache,
-    /// See [`PredictionKey::changes`].
+    /// How often a prediction that is cached became wrong ([`PredictionKey::changes`]).
     changes: u64,
     /// Commands that have ended and whose outcome nobody asks for, in the order of their ends: programs may still see a
     /// cycle before. Few of them are looked at, those behind that cycle.
@@ -233,7 +233,7 @@ impl Robot {
         &self.model
     }
 
-    /// The same robot with safety planes and a tool; the control cycle must have been given the same.
+    /// Sets the safety planes, tool and joint bounds; the control cycle must have been given the same ones.
     pub fn with_safety_bounds(self, safety_bounds: SafetyBounds) -> Self {
         Self {
             safety_bounds,
@@ -241,7 +241,7 @@ impl Robot {
         }
     }
 
-    /// The same robot with names for its safety planes, by their numbers from 0.
+    /// Sets the names of the safety planes, by their numbers from 0.
     pub fn with_plane_names(self, plane_names: Vec<String>) -> Self {
         Self {
             plane_names,
@@ -380,7 +380,7 @@ impl Robot {
         io_after(&awaited, &self.state(), u64::MAX)
     }
 
-    /// The same as of an earlier cycle.
+    /// Inputs and outputs as a program must see them that knows the robot by the state of an earlier cycle.
     pub(crate) fn io_after(&self, state: &RobotState) -> IoImage {
         io_after(&self.awaited(), state, state.cycle)
     }
@@ -393,7 +393,7 @@ impl Robot {
         awaited.foreseen(&self.state(), u64::MAX)
     }
 
-    /// The same as of an earlier cycle.
+    /// The state that follows an earlier cycle's, as far as commands that waited then set something.
     pub(crate) fn foreseen_after(&self, state: &RobotState) -> PredictedState {
         self.awaited().foreseen(state, state.cycle)
     }
@@ -409,7 +409,7 @@ impl Robot {
         (awaited.stops, awaited.last_stop)
     }
 
-    /// The same as of an earlier cycle.
+    /// The number of protective stops up to an earlier cycle, and the reason of the last of them.
     pub(crate) fn protective_stops_by(&self, cycle: u64) -> (u64, Option<StopReason>) {
         let awaited = self.awaited();
         let recent = &awaited.recent_stops;
@@ -440,7 +440,7 @@ impl Robot {
         self.has_ended_by(id, u64::MAX)
     }
 
-    /// The same as of an earlier cycle.
+    /// True when a requested command had ended by this cycle.
     pub(crate) fn has_ended_by(&self, id: CommandId, cycle: u64) -> bool {
         let awaited = self.awaited();
         match awaited.open.get(&id) {
@@ -456,7 +456,7 @@ impl Robot {
         self.accepted_next_motion_by(id, u64::MAX - 1)
     }
 
-    /// The same as of an earlier cycle.
+    /// True when a requested motion had ended by this cycle, or the next one could follow it then.
     pub(crate) fn accepted_next_motion_by(&self, id: CommandId, cycle: u64) -> bool {
         let awaited = self.awaited();
         match awaited.open.get(&id) {
@@ -474,7 +474,7 @@ impl Robot {
         self.is_next_due_by(id, u64::MAX - 1)
     }
 
-    /// The same as of an earlier cycle.
+    /// True when a requested motion had ended by this cycle, or the next one was due then.
     pub(crate) fn is_next_due_by(&self, id: CommandId, cycle: u64) -> bool {
         let awaited = self.awaited();
         let entry = awaited.open.get(&id);

@@ -1,4 +1,4 @@
-//! Which program runs: starts tasks, replaces one by the next, passes on stop, pause and secondary programs.
+//! The life of programs: starts tasks, replaces one by the next, passes on stop, pause and secondary programs.
 //!
 //! Owns the life cycle of tasks (each on an OS thread of its own) and the status that ports show. What happens inside a
 //! task is `task`'s. There is one main program at a time: a second one that compiles ends the first by force and begins
@@ -69,7 +69,7 @@ pub struct TaskStatus {
     pub end: Option<TaskEnd>,
 }
 
-/// Why a program was not started.
+/// The reason for which a program was not started.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum SubmitError {
@@ -81,7 +81,7 @@ pub enum SubmitError {
         /// The one that runs.
         running: String,
     },
-    /// It does not compile, so it does not take the place of the one that runs; the findings were reported.
+    /// The new program does not compile, so the one that runs goes on; the findings were reported.
     #[error("program \"{refused}\" was refused: it does not compile")]
     NotCompiled {
         /// The new one.

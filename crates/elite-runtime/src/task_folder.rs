@@ -24,26 +24,26 @@ const TASK_ENDINGS: [&str; 2] = ["task", "script"];
 /// Endings of a file of points, in the order in which they are tried.
 const POINTS_ENDINGS: [&str; 2] = ["txt", "csv"];
 
-/// Why a file of the folder cannot be used.
+/// The reason for which a file of the task folder cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum FolderError {
-    /// The name leads elsewhere.
+    /// The name leads out of the folder.
     #[error("{name} leads out of the task folder")]
     Outside {
-        /// As given.
+        /// The name as it was given.
         name: String,
     },
     /// There is no such file.
     #[error("there is no {name} in the task folder")]
     Missing {
-        /// As given.
+        /// The name as it was given.
         name: String,
     },
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{name} cannot be read: {reason}")]
     Unreadable {
-        /// As given.
+        /// The name as it was given.
         name: String,
         /// What the system said.
         reason: String,
@@ -53,7 +53,7 @@ pub enum FolderError {
         "{name} is a task of the pendant in XML, and {script}, the program that it sends, {trouble}"
     )]
     NoProgram {
-        /// As given.
+        /// The name as it was given.
         name: String,
         /// The file that should hold the program.
         script: String,
@@ -81,7 +81,7 @@ pub fn is_xml(beginning: &[u8]) -> bool {
     bytes.next() == Some(&b'<')
 }
 
-/// The folder.
+/// The folder from which tasks, their modules and files of points are read.
 #[derive(Clone, Debug)]
 pub struct TaskFolder {
     root: PathBuf,
@@ -98,7 +98,7 @@ impl TaskFolder {
         }
     }
 
-    /// The same, as long as it and what is read from it are beneath certain folders, links followed.
+    /// Limits the folder to files beneath certain folders, links followed; `None`: no limit.
     pub fn with_sandbox(self, within: Option<SandboxRoots>) -> Self {
         Self { within, ..self }
     }

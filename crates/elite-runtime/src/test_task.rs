@@ -49,7 +49,8 @@ impl TestTaskHandle {
         call.wait(self.0.register_wait(Wait::Cycle(cycle)))
     }
 
-    /// The same; the wait also ends when the program beside this one does.
+    /// Suspends the calling thread until the cycle with this number has begun, or the program beside this one has
+    /// ended.
     ///
     /// # Errors
     /// The thread is to stop: pass it on.

@@ -25,20 +25,20 @@ const APPROACH_ACCELERATION: f64 = 0.3;
 const DELAY_CYCLES: f64 = 1.0;
 /// Slower than this sideways nothing slides, m/s.
 const SLIDING: f64 = 1e-3;
-/// Time over which the noise of the sensor is looked at, s, and how many standard deviations of it are no touch.
+/// Time over which the noise of the sensor is looked at, s.
 const NOISE_TIME: f64 = 0.2;
-/// See [`NOISE_TIME`].
+/// Number of standard deviations of the sensor's noise that are no touch.
 const NOISE_WIDTH: f64 = 4.0;
 /// Seconds without touch after which the contact counts as lost.
 const LOST_AFTER: f64 = 0.05;
 
-/// Gain that is in force after start (manual 4.2) and its range.
+/// Gain that is in force after start (manual 4.2).
 pub const DEFAULT_GAIN: f64 = 0.2;
-/// See [`DEFAULT_GAIN`].
+/// Gains that a program may set (manual 4.2).
 pub const GAIN_RANGE: (f64, f64) = (0.0, 2.0);
-/// Damping that is in force after start (manual 4.3) and its range.
+/// Damping that is in force after start (manual 4.3).
 pub const DEFAULT_DAMPING: f64 = 0.0;
-/// See [`DEFAULT_DAMPING`].
+/// Dampings that a program may set (manual 4.3).
 pub const DAMPING_RANGE: (f64, f64) = (0.0, 1.0);
 
 /// Along or about an axis.

@@ -41,7 +41,7 @@ pub enum LimiterError {
     /// An input of a solve is NaN or infinite.
     #[error("the {name} has a component that is not a finite number")]
     NotFinite {
-        /// Which input.
+        /// The name of the input.
         name: &'static str,
     },
     /// A lower bound lies above the upper one.
@@ -124,10 +124,10 @@ impl TwistLimiter {
         Self::with_iterations(MAX_ITERATIONS)
     }
 
-    /// The same with another bound on the iterations; 0 always takes the fallback.
+    /// Makes a limiter with another bound on the iterations; with 0 it always takes the fallback.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// Those of [`new`](Self::new).
     pub fn with_iterations(most: u32) -> Result<Self, LimiterError> {
         let quadratic = upper_triangle(&Matrix6::identity());
         let linear = vec![0.0; DOF];

@@ -26,7 +26,7 @@ pub struct ProgramId(pub u32);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ThreadNumber(pub u32);
 
-/// Which statement of which program a command came from.
+/// The statement from which a command came: program, thread and line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Origin {
     /// The program, 0 when a port and not a program asked.
@@ -211,9 +211,9 @@ pub enum CommandKind {
     SetGravity([f64; 3]),
     /// The arm follows the hand (manual 3.1.41). Ends with [`EndFreedrive`](Self::EndFreedrive) or a stop.
     Freedrive {
-        /// Which of x, y, z, rx, ry, rz may move.
+        /// The axes x, y, z, rx, ry, rz in which the arm may move.
         free_axes: [bool; 6],
-        /// Whose axes.
+        /// The frame whose axes are meant.
         frame: FreedriveFrame,
     },
     /// Back to position control (manual 3.1.42); nothing to do when freedrive is off.
@@ -223,7 +223,7 @@ pub enum CommandKind {
     ForceMode {
         /// The reference frame in the base.
         frame: RpyPose,
-        /// Which axes of the force frame are force controlled: x, y, z, rx, ry, rz.
+        /// The axes of the force frame that are force controlled: x, y, z, rx, ry, rz.
         selection: [bool; 6],
         /// What the tool is to apply to the environment along the selected axes: N and Nm.
         wrench: [f64; 6],
@@ -241,12 +241,12 @@ pub enum CommandKind {
     /// A wrench that acts on the tool from outside until the next one: N and Nm, base axes, about the TCP. Counts while
     /// [`FtRtsiInput`](Self::FtRtsiInput) is on.
     SetExternalWrench([f64; 6]),
-    /// A load on the tool from now on, as of `[[wrench]]` of the cell: felt by the arm, not only by its sensor. Loads
-    /// add up.
+    /// A load on the tool from now on, like one of `[[wrench]]` of the cell: felt by the arm, not only by its sensor.
+    /// Loads add up.
     Push {
         /// N and Nm, about the TCP.
         wrench: [f64; 6],
-        /// Its axes are the TCP's, otherwise the base's.
+        /// True when the wrench has the TCP's axes, otherwise it has the base's.
         in_tool_axes: bool,
         /// How long it acts, s.
         duration: f64,
@@ -255,13 +255,13 @@ pub enum CommandKind {
     },
     /// Whether wrenches from a port count (`ft_rtsi_input_enable`), and the sensor that they come from.
     FtRtsiInput {
-        /// They do.
+        /// True when wrenches from a port count.
         enabled: bool,
         /// Mass of that sensor, kg; its weight is in the readings.
         mass: f64,
         /// What its moments are about, flange frame, m; zero means the TCP.
         measuring_offset: [f64; 3],
-        /// Its centre of gravity, flange frame, m.
+        /// Centre of gravity of the sensor, flange frame, m.
         cog: [f64; 3],
     },
     /// What the force sensor reads now counts as nothing (manual 4.4).
@@ -310,7 +310,7 @@ pub enum CommandKind {
     EncoderEnablePulseDecode {
         /// 0 or 1.
         encoder: u8,
-        /// Which edges count.
+        /// The edges that count.
         decoding: PulseDecoding,
         /// Input of channel A: 16 or 17.
         channel_a: u8,

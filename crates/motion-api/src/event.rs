@@ -12,9 +12,9 @@ use thiserror::Error;
 pub enum Event {
     /// A command has ended (every command ends exactly once).
     Ended {
-        /// Which.
+        /// The command that has ended.
         id: CommandId,
-        /// How.
+        /// How the command ended.
         outcome: Outcome,
         /// The cycle in which it ended.
         cycle: u64,
@@ -22,7 +22,7 @@ pub enum Event {
     /// A motion with a blend radius is planned and the arm comes so near to its blend that the next motion should
     /// follow: its sender may send that now, although the command has not ended.
     ReadyForNext {
-        /// Which.
+        /// The motion that is planned.
         id: CommandId,
         /// The cycle in which that is so.
         cycle: u64,
@@ -30,23 +30,23 @@ pub enum Event {
     /// The arm has come so near to the blend of a motion, or to its end, that it slows down unless the next motion
     /// comes at once: what its sender does before that he does now, although the command may not have ended.
     Due {
-        /// Which.
+        /// The motion whose blend or end is near.
         id: CommandId,
         /// The cycle in which that is so.
         cycle: u64,
     },
     /// Something a person should read, concerning a command.
     Warned {
-        /// Which.
+        /// The command that the warning concerns.
         id: CommandId,
-        /// What.
+        /// What there is to say.
         warning: Warning,
         /// The cycle in which it was found.
         cycle: u64,
     },
     /// The arm entered a protective stop.
     Stopped {
-        /// Why.
+        /// The reason for the protective stop.
         reason: StopReason,
         /// The cycle in which it was found.
         cycle: u64,
@@ -56,7 +56,7 @@ pub enum Event {
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
-    /// As asked.
+    /// Carried out as asked.
     Done,
     /// Not begun, the arm has not moved.
     Refused(Refusal),
@@ -66,7 +66,7 @@ pub enum Outcome {
     ProtectiveStop(StopReason),
 }
 
-/// Why a command was not begun. Joints count from 1 in messages, as printed on the arm's label.
+/// The reason for which a command was not begun. Joints count from 1 in messages, as printed on the arm's label.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Refusal {
@@ -130,9 +130,9 @@ pub enum Refusal {
     /// A number of the command cannot be used.
     #[error("{name} is {value}; it must be {needed}")]
     BadValue {
-        /// Which number.
+        /// The name of the number.
         name: &'static str,
-        /// As given.
+        /// The number as it was given.
         value: f64,
         /// What is allowed.
         needed: &'static str,
@@ -188,7 +188,7 @@ impl fmt::Display for ReadableNumber {
     }
 }
 
-/// Why a path cannot be followed at some place.
+/// The reason for which a path cannot be followed at some place.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PathFault {
@@ -231,7 +231,8 @@ pub enum PathFault {
     },
 }
 
-/// Why the arm went into a protective stop. The number of each reason is stable: it is the sub code on port 30001.
+/// The reason for which the arm went into a protective stop. The number of each reason is stable: it is the sub code on
+/// port 30001.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StopReason {
@@ -317,9 +318,9 @@ pub enum StopReason {
         "the path offset is {translation:.4} m and {rotation:.4} rad; path_offset_set_max_offset() allows {most_translation:.4} m and {most_rotation:.4} rad"
     )]
     PathOffset {
-        /// As asked for, m.
+        /// The translation that was asked for, m.
         translation: f64,
-        /// As asked for, rad.
+        /// The rotation that was asked for, rad.
         rotation: f64,
         /// Limit, m.
         most_translation: f64,

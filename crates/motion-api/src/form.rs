@@ -8,10 +8,10 @@ use kinematics::{Payload, PayloadError};
 
 use crate::{CommandKind, EncoderRange, Refusal};
 
-/// Largest reach of a TCP or a centre of gravity from the flange, m, and heaviest payload, kg, that are taken. The
-/// rated payload of the model is checked where scripts are; these only keep out numbers that no physics survives.
+/// Largest reach of a TCP or a centre of gravity from the flange that is taken, m. This and the bounds below only keep
+/// out numbers that no physics survives; the rated payload of the model is checked where scripts are.
 pub const TOOL_REACH_MAX: f64 = 10.0;
-/// See [`TOOL_REACH_MAX`].
+/// Heaviest payload that is taken, kg.
 pub const PAYLOAD_MASS_MAX: f64 = 1000.0;
 /// Largest moment of inertia of a payload, kg m²: the heaviest at the farthest.
 pub const PAYLOAD_INERTIA_MAX: f64 = PAYLOAD_MASS_MAX * TOOL_REACH_MAX * TOOL_REACH_MAX;

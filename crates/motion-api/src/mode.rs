@@ -86,7 +86,7 @@ numbered! {
 }
 
 numbered! {
-    /// Which generator makes the setpoints: the `mode` of `/cycle`.
+    /// The generator that makes the setpoints: the `mode` of `/cycle`.
     MotionMode {
         /// Standing still.
         Idle = 0, "idle";

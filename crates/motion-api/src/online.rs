@@ -87,7 +87,7 @@ impl EncoderRange {
     }
 }
 
-/// Which edges of an incremental encoder count (manual 3.1.32).
+/// The edges of an incremental encoder that count (manual 3.1.32).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PulseDecoding {
     /// Every edge of two channels; which leads gives the direction.

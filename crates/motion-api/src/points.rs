@@ -66,12 +66,12 @@ impl PointList {
         &self.samples
     }
 
-    /// They are poses of the TCP.
+    /// True when the points are poses of the TCP, false when they are joint positions.
     pub fn are_poses(&self) -> bool {
         self.are_poses
     }
 
-    /// How many they are: what the moveml says.
+    /// The number of points, which the moveml has to state as well.
     pub fn count(&self) -> u32 {
         // At most POINTS_MAX.
         self.samples.len() as u32

@@ -35,9 +35,9 @@ pub enum Record {
     Points {
         /// The cycle that took it.
         cycle: u64,
-        /// That command.
+        /// The command that moves along the points.
         id: CommandId,
-        /// Its points.
+        /// The points.
         points: Arc<PointList>,
     },
     /// What the registers held when this cycle began; only where that differs from the cycle before, as far as the
@@ -64,7 +64,7 @@ pub struct CycleFrame {
 pub struct PointListHandoff {
     /// The command that they belong to.
     pub id: CommandId,
-    /// They.
+    /// The points in their order.
     pub points: Arc<PointList>,
 }
 
@@ -313,8 +313,8 @@ impl CommandSender {
         sender.push(origin, kind)
     }
 
-    /// As [`send`](Self::send); `before` learns the number before the motion thread can see the command, so that a
-    /// completion can never arrive unexpected.
+    /// Sends a command; `before` learns its number before the motion thread can see the command, so that a completion
+    /// can never arrive unexpected.
     ///
     /// # Errors
     /// [`RingFull`] when the motion thread has not drained the ring; `before` is not called then.

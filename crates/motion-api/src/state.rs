@@ -66,7 +66,7 @@ state! {
         pub tcp_offset: RpyPose,
         /// Active payload.
         pub payload: Payload,
-        /// Which generator makes the setpoints.
+        /// The generator that makes the setpoints.
         pub motion_mode: MotionMode,
         /// The motion command that is running.
         pub command_id: CommandId,
@@ -112,7 +112,7 @@ state! {
         pub encoder_ranges: [u64; 2],
         /// Collision detection is on.
         pub collision_detection: bool,
-        /// Its sensitivity, 10 to 100 %.
+        /// Sensitivity of collision detection, 10 to 100 %.
         pub collision_sensitivity: u64,
         /// Force mode is on, whatever motion runs under it.
         pub force_mode: bool,

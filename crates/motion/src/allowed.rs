@@ -13,15 +13,15 @@ use crate::waiting::RestCommand;
 /// What happens to a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Admission {
-    /// It is carried out now; what moves the arm is replaced, joined or changed by it, as it says.
+    /// The command is carried out now; its kind decides whether it replaces, joins or changes what moves the arm.
     Accept,
-    /// It waits until the arm has come to rest, which it is made to.
+    /// The command waits until the arm has come to rest, and makes the arm do so.
     WaitForRest,
-    /// It is not carried out.
+    /// The command is not carried out.
     Refuse(RefusalCause),
 }
 
-/// Why it is not.
+/// The reason for which a command is not carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RefusalCause {
     /// Power, brakes or a stop of the safety system.
@@ -62,9 +62,9 @@ enum CommandFamily {
 /// What moves the arm. Exactly one applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ArmActivity {
-    /// It cannot move.
+    /// The arm cannot move: power, brakes or a stop of the safety system.
     Unavailable,
-    /// Nothing does: it stands.
+    /// Nothing moves the arm: it stands.
     Idle,
     /// A planned motion whose call has not returned, or one that is planned.
     PathActive,
@@ -76,11 +76,11 @@ enum ArmActivity {
     PathStopping,
     /// servoj, speedj or speedl of another thread whose call has not returned.
     OnlineOfOtherThread,
-    /// The same of this thread.
+    /// servoj, speedj or speedl of the sender's own thread whose call has not returned.
     OnlineOfSender,
-    /// The same of anybody, its call returned.
+    /// servoj, speedj or speedl of any thread whose call has returned.
     OnlineCallReturned,
-    /// The same at rest.
+    /// servoj, speedj or speedl at rest.
     OnlineAtRest,
     /// The end of one of those, or of leading by hand.
     OnlineStopping,
@@ -142,7 +142,7 @@ const ACTIVITY_RULES: [(ArmActivity, [Admission; 7]); 14] = [
     (ArmActivity::FreedriveByInput,    [LED,       LED,       Accept,       LED,       LED,       LED,       Accept]),
 ];
 
-/// The same while something is laid over what the arm does.
+/// What applies to each family, in their order, while something is laid over what the arm does.
 #[rustfmt::skip]
 const OVERLAY_RULES: [(Overlay, [Admission; 7]); 4] = [
     //                              Move Steer Hand     Press     Follow    Offset    Tool
@@ -269,7 +269,7 @@ impl ControlLoop {
         match why {
             RefusalCause::NotReady => match self.machine.check_ready() {
                 Err(refusal) => refusal,
-                // It is about to lose its power.
+                // The machine is ready, so the command came while the arm is about to lose its power.
                 Ok(()) => Refusal::StillMoving,
             },
             RefusalCause::Busy => Refusal::Busy {

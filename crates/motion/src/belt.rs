@@ -395,13 +395,13 @@ const LEAST_POINT_SHARE: f64 = 0.1;
 const FASTER_THAN_BELT: f64 = 1.2;
 /// Share of the joints' speeds with which a belt is caught up with.
 const SHARE_OF_JOINT_SPEED: f64 = 0.8;
-/// Share of them that a belt and the motion on it use while the belt is caught up with.
+/// Share of the speeds of TCP and elbow that a belt and the motion on it use while the belt is caught up with.
 const SHARE_OF_POINTS: f64 = 0.95;
-/// So far ahead the speeds of a motion on a belt are looked at, s.
+/// How far ahead the speeds of a motion on a belt are looked at, s.
 const LOOK_AHEAD_TIME: f64 = 0.08;
-/// The way ahead is looked at again when limits have changed by this part, and once in so many cycles.
+/// Share by which limits have to change before the way ahead is looked at again.
 const OTHER_LIMITS: f64 = 0.05;
-/// See [`OTHER_LIMITS`].
+/// The way ahead is looked at again in every so many cycles at most.
 const CYCLES_APART: u64 = 8;
 
 /// What the arm's way along a belt may do, in units of the way, and what it leaves.

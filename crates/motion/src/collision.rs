@@ -114,7 +114,7 @@ impl CollisionDetector {
             let left = mat_vec(&mass, &qd) - self.integral - step * own;
             self.residual = left * k / (1.0 + k * step);
             self.integral += step * (own + self.residual);
-            // It is late by the same time constant.
+            // The sensor's torque is delayed by the same time constant, so that both residuals stay comparable.
             self.sensed_residual =
                 (self.sensed_residual + k * step * at_tool.to_vector()) / (1.0 + k * step);
         } else {

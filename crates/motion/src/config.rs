@@ -18,13 +18,13 @@ use crate::plant::PlantParameters;
 use crate::safety_inputs::SafetyInputs;
 use crate::sensor::SensorNoise;
 
-/// Which arm the setpoints move.
+/// The arm that the setpoints move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlantKind {
     /// Rigid bodies under gravity with a servo, moved by our own equations: the arm lags, sags and can be held up.
     #[default]
     Rigid,
-    /// The same bodies in the rapier engine: slower, and independent of our equations of motion.
+    /// Rigid bodies in the rapier engine: slower, and independent of our equations of motion.
     Rapier,
     /// The actual position is the target.
     Ideal,
@@ -118,7 +118,7 @@ pub struct MotionLimits {
 }
 
 impl MotionLimits {
-    /// The same ranges with a share of the joint speeds, accelerations and jerks.
+    /// These limits with a share of the joint speeds, accelerations and jerks; the position ranges stay.
     pub(crate) fn scaled(&self, share: f64) -> Self {
         Self {
             speed: self.speed.map(|x| x * share),

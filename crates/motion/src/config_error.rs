@@ -9,7 +9,7 @@ pub enum ConfigError {
     /// The cycle is too short or too long.
     #[error("the step time is {given_s} s, allowed are 0.001 to 0.008 s")]
     StepTime {
-        /// As given, s.
+        /// The step time as it was given, s.
         given_s: f64,
     },
     /// The start position is outside a joint's range.
@@ -20,7 +20,7 @@ pub enum ConfigError {
     Home {
         /// Joint from 0.
         joint: usize,
-        /// As given, rad.
+        /// The position as it was given, rad.
         value: f64,
         /// Lower limit, rad.
         min: f64,
@@ -33,7 +33,7 @@ pub enum ConfigError {
     /// A number is NaN or infinite.
     #[error("{name} has a component that is not a finite number")]
     NotFinite {
-        /// Which setting.
+        /// The name of the setting.
         name: &'static str,
     },
     /// A limit is not positive, or wider than what the arm can do.
@@ -43,11 +43,11 @@ pub enum ConfigError {
         name: &'static str,
         /// Joint from 0.
         joint: usize,
-        /// As given.
+        /// The limit as it was given, in rad and s.
         given: f64,
         /// The smallest that motions are made for.
         least: f64,
-        /// The arm's own.
+        /// The arm's own limit.
         own: f64,
     },
     /// A position range is empty or reaches beyond the arm's.
@@ -72,11 +72,11 @@ pub enum ConfigError {
     Speed {
         /// Name of the key.
         name: &'static str,
-        /// As given.
+        /// The limit as it was given.
         given: f64,
         /// The smallest that motions are made for.
         least: f64,
-        /// Its unit.
+        /// The unit of the limit.
         unit: &'static str,
     },
     /// A limit of reduced mode above the one outside of it.
@@ -86,19 +86,19 @@ pub enum ConfigError {
     AboveNormal {
         /// Name of the key.
         name: &'static str,
-        /// As given.
+        /// The limit of reduced mode as it was given.
         given: f64,
-        /// Outside of reduced mode.
+        /// The limit outside of reduced mode.
         normal: f64,
-        /// Its unit.
+        /// The unit of the limit.
         unit: &'static str,
     },
     /// A ring of the border is too small for the promises made about it.
     #[error("the {ring} ring holds {given} entries, at least {needed} are needed")]
     RingTooSmall {
-        /// Which ring.
+        /// The name of the ring.
         ring: &'static str,
-        /// Its size.
+        /// The size of the ring as it was given, entries.
         given: usize,
         /// Size needed.
         needed: usize,
@@ -106,7 +106,7 @@ pub enum ConfigError {
     /// The arm's masses cannot be simulated.
     #[error("the arm cannot be simulated: {what}")]
     Plant {
-        /// Why.
+        /// The reason, in words.
         what: &'static str,
     },
 }

@@ -51,23 +51,23 @@ pub const PLANNED_TORQUE_SHARE: f64 = 0.8;
 /// an overloaded arm moves slowly instead of not at all.
 pub const LEAST_TORQUE_SHARE: f64 = 0.05;
 
-/// After a protective stop has braked the target, the arm gets this long to come to rest before the brakes hold it, s,
-/// and counts as resting below this speed, rad/s.
+/// After a protective stop has braked the target, the arm gets this long to come to rest before the brakes hold it, s.
 pub const SETTLING_TIME: f64 = 0.5;
-/// See [`SETTLING_TIME`].
+/// An arm counts as resting when every joint is slower than this, rad/s.
 pub const RESTING_SPEED: f64 = 1e-3;
 
-/// From power off to idle, and from idle to released brakes, s. Long enough for a client that asks every 100 ms to see
-/// the modes in between; the vendor's own times are longer.
+/// From power off to idle, s. Long enough for a client that asks every 100 ms to see the modes in between; the vendor's
+/// own times are longer.
 pub const POWER_ON_TIME: f64 = 0.4;
-/// See [`POWER_ON_TIME`].
+/// From idle to released brakes, s.
 pub const BRAKE_RELEASE_TIME: f64 = 0.3;
 
 /// Share of what pushes the arm on besides the drives that the servo holds against. The rest pushes the arm off its
 /// target: it stands against obstacles and hands twenty times stiffer than the servo alone, some 400 N/mm at the tool
 /// of a CS66, and what is hard does not drive the force up without end. Our choice.
 pub const DISTURBANCE_COMPENSATION: f64 = 0.95;
-/// Time constant of it, s. What is fed forward lags behind what pushes, so the arm stays passive against any stiffness.
+/// Time constant of that compensation, s. What is fed forward lags behind what pushes, so the arm stays passive against
+/// any stiffness.
 pub const DISTURBANCE_TIME_CONSTANT: f64 = 0.002;
 /// Accelerations that differ less from what was asked for are as asked: rounding, rad/s².
 pub const DISTURBANCE_DEAD_BAND: f64 = 1e-6;
@@ -93,7 +93,7 @@ pub const MIN_LIMITS: MinLimits = MinLimits {
     tcp_force: 0.1,
 };
 
-/// See [`MIN_LIMITS`].
+/// The smallest limits that a cell may set ([`MIN_LIMITS`]).
 #[derive(Clone, Copy, Debug)]
 pub struct MinLimits {
     /// rad/s.
@@ -108,10 +108,10 @@ pub struct MinLimits {
     pub tcp_force: f64,
 }
 
-/// Slowest motion that is planned: speeds and accelerations below (in units of s) are refused, and longest duration, s.
-/// Far outside of use; keeps the arithmetic away from the ends of the number range.
+/// Slowest motion that is planned: speeds and accelerations below (in units of s) are refused. Far outside of use;
+/// keeps the arithmetic away from the ends of the number range.
 pub const MIN_REQUESTED_RATE: f64 = 1e-6;
-/// See [`MIN_REQUESTED_RATE`].
+/// Longest duration of a motion, s: far outside of use, for the sake of the arithmetic.
 pub const MAX_DURATION: f64 = 1e6;
 
 /// Speed fractions below hold the motion, as 0 does.
@@ -129,15 +129,15 @@ pub const ROTATION_LENGTH: f64 = 0.25;
 /// [`MAX_BISECTIONS`] times where the joints turn fast, with at most [`MAX_PATH_SAMPLES`] places in all and
 /// [`PATH_SAMPLES_PER_CYCLE`] in one cycle.
 pub const INTERVAL_LENGTH: f64 = 0.002;
-/// See [`INTERVAL_LENGTH`].
+/// Most intervals of a Cartesian line before any is halved; at least 4 there are.
 pub const LINE_INTERVALS: usize = 64;
-/// See [`INTERVAL_LENGTH`].
+/// How often one interval of a path may be halved.
 pub const MAX_BISECTIONS: usize = 10;
-/// See [`INTERVAL_LENGTH`].
+/// Most places at which one Cartesian line is looked at.
 pub const MAX_PATH_SAMPLES: u32 = 2100;
-/// See [`INTERVAL_LENGTH`]; of ways through many points at most so many for each interval.
+/// Most places at which a way through many points is looked at, for each of its intervals.
 pub const SAMPLES_PER_INTERVAL: u32 = 4;
-/// See [`INTERVAL_LENGTH`]. Twice the places of a line without refinements.
+/// Most places of a path that are looked at in one cycle: twice those of a line without refinements.
 pub const PATH_SAMPLES_PER_CYCLE: usize = 128;
 
 /// Between two places that are looked at the bend of a joint's way changes by no more than this share of it, as far as
@@ -153,23 +153,23 @@ pub const CURVATURE_REFINEMENT: CurvatureRefinement = CurvatureRefinement {
     least: 0.9,
 };
 
-/// See [`CURVATURE_REFINEMENT`].
+/// When a survey halves an interval because a joint's way bends ([`CURVATURE_REFINEMENT`]).
 #[derive(Clone, Copy, Debug)]
 pub struct CurvatureRefinement {
-    /// Share of the bend.
+    /// Share by which the bend may change from one place to the next.
     pub change: f64,
-    /// How often an interval is halved for it.
+    /// How often an interval may be halved for that.
     pub halvings: usize,
     /// When it is halved for the last time.
     pub last: FinalBisection,
-    /// Share of the acceleration.
+    /// A bend counts where it takes more than this share of the acceleration at the wanted speed.
     pub least: f64,
 }
 
-/// See [`CURVATURE_REFINEMENT`].
+/// When an interval that was halved for a bend is halved for the last time ([`CURVATURE_REFINEMENT`]).
 #[derive(Clone, Copy, Debug)]
 pub struct FinalBisection {
-    /// It is longer than this, m.
+    /// The interval is longer than this, m.
     pub length: f64,
     /// The bend changes by more than this share of it.
     pub change: f64,
@@ -177,9 +177,9 @@ pub struct FinalBisection {
 
 /// Cells of a joint-space line.
 pub const JOINT_LINE_INTERVALS: usize = 48;
-/// Most cells of one leg, and of the way of a whole queue.
+/// Most cells of one leg.
 pub const MAX_INTERVALS_PER_SEGMENT: usize = MAX_PATH_SAMPLES as usize;
-/// See [`MAX_INTERVALS_PER_SEGMENT`].
+/// Most cells of the way of a whole queue.
 pub const MAX_QUEUED_INTERVALS: usize = 6000;
 /// Cells of a leg that are divided about its blend zone, at most.
 pub const CELLS_ABOUT_ZONE: usize = 64;
@@ -221,7 +221,7 @@ pub const CURVATURE_SHARES: CurvatureShares = CurvatureShares {
     jerk_of_acceleration: 0.3,
 };
 
-/// See [`CURVATURE_SHARES`].
+/// The shares of a joint's acceleration and jerk that a bend may take ([`CURVATURE_SHARES`]).
 #[derive(Clone, Copy, Debug)]
 pub struct CurvatureShares {
     /// Of the acceleration, for |q''| V².
@@ -243,7 +243,7 @@ pub const STOP_ON_PATH: StopOnPath = StopOnPath {
     longer: 0.03,
 };
 
-/// See [`STOP_ON_PATH`].
+/// How much longer than its joints' shortest time a stop on the path may take ([`STOP_ON_PATH`]).
 #[derive(Clone, Copy, Debug)]
 pub struct StopOnPath {
     /// Of the joints' shortest time to rest.
@@ -255,14 +255,14 @@ pub struct StopOnPath {
 /// In a blend between two legs of joints no joint accelerates more than this times the larger acceleration of the two.
 pub const BLEND_ACCELERATION_FACTOR: f64 = 2.0;
 
-/// How often the pace of a timed leg is tried; a motion may begin, or end, so much beside its time, s or share of it.
+/// How often the pace of a timed leg is tried.
 pub const DURATION_SEARCH_STEPS: usize = 12;
-/// See [`DURATION_SEARCH_STEPS`].
+/// How much a timed motion may begin or end beside its time: s, or share of the time.
 pub const START_OF_MOTION: f64 = 1e-6;
 
-/// Intervals between the points of a moveml that are looked at in one cycle, each at so many places after its first.
+/// Intervals between the points of a moveml that are looked at in one cycle.
 pub const MICRO_INTERVALS_PER_CYCLE: usize = 64;
-/// See [`MICRO_INTERVALS_PER_CYCLE`].
+/// Places at which each interval of a moveml is looked at, its first not counted.
 pub const MICRO_PLACES_PER_INTERVAL: usize = 2;
 
 /// How far from the first point of a moveml the arm may stand, rad; the difference is taken up on the first interval.
@@ -292,21 +292,21 @@ pub const PROCESS_ZONE: f64 = 1.5;
 /// Where a blend begins: at these shares of the zone before the waypoint, tried one after the other until one can be
 /// done at the speed that the arm has. The path is left at 0.6 of the radius at the latest wherever that is possible.
 pub const BLEND_ENTRY_SHARES: [f64; 7] = [1.0, 0.86, 0.74, 0.63, 0.5, 0.37, 0.25];
-/// See [`BLEND_ENTRY_SHARES`]: so many in one cycle.
+/// Blend entries that are tried in one cycle.
 pub const BLEND_ENTRIES_PER_CYCLE: usize = 2;
-/// See [`BLEND_ENTRY_SHARES`]: at most this share of the way that is left, so that the entry lies ahead of the arm.
+/// A blend begins at most this share of the way that is left before the waypoint, so that it lies ahead of the arm.
 pub const MAX_ENTRY_SHARE: f64 = 0.97;
-/// See [`BLEND_ENTRY_SHARES`]: a place that would have to be moved on to less than this share is passed.
+/// A blend entry that would have to move nearer to the waypoint than this share of its distance is not tried.
 pub const MIN_ENTRY_SHARE: f64 = 0.75;
 
 /// A joint that would turn by more than this on a metre of the line counts as singular, rad/m: at the joint's full
 /// speed the TCP would crawl at 3 mm/s.
 pub const SINGULAR_TURN_PER_M: f64 = 1000.0;
 
-/// Places along a joint-space line at which the speeds of TCP and elbow are looked at when they are limited, and the
-/// part of the limits that is used, because between two places a point can be a little faster than at either.
+/// Places along a joint-space line at which the speeds of TCP and elbow are looked at when they are limited.
 pub const POINT_SPEED_SAMPLES: usize = 64;
-/// See [`POINT_SPEED_SAMPLES`].
+/// Share of the speed limits of TCP and elbow that is used, because a point can be faster between two places than at
+/// either.
 pub const POINT_SPEED_MARGIN: f64 = 0.98;
 
 /// Places along a joint-space line at which the torques are looked at.

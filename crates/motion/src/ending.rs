@@ -138,7 +138,7 @@ impl ControlLoop {
         self.is_base_motion_at_rest()
     }
 
-    /// The same, and nothing that is laid over motions moves the arm either.
+    /// True when the arm stands, and nothing that is laid over motions moves it either.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.is_standing() && is_setpoint_at_rest(&self.commanded)
     }

@@ -27,12 +27,12 @@ pub struct TimedWrench {
     pub duration: f64,
     /// N and Nm.
     pub wrench: Wrench,
-    /// Its axes.
+    /// The frame whose axes the wrench has.
     pub frame: WrenchFrame,
 }
 
 impl TimedWrench {
-    /// It acts no more.
+    /// True when the wrench acts no more.
     fn is_over(&self, now: f64) -> bool {
         now >= self.at + self.duration
     }
@@ -41,11 +41,11 @@ impl TimedWrench {
 /// The sensor whose readings come over a port, as `ft_rtsi_input_enable` describes it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PortSensor {
-    /// Its own mass, kg: the readings hold its weight.
+    /// Mass of the sensor itself, kg: the readings hold its weight.
     pub mass: f64,
-    /// What its moments are about, flange frame, m. Zero: the TCP.
+    /// The point about which the sensor measures moments, flange frame, m. Zero: the TCP.
     pub measuring_offset: Vector3<f64>,
-    /// Its centre of gravity, flange frame, m.
+    /// Centre of gravity of the sensor, flange frame, m.
     pub cog: Vector3<f64>,
 }
 

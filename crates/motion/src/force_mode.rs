@@ -44,7 +44,7 @@ impl ForceMode {
         matches!(&self.active, Some(pressing) if pressing.stage == ForceModePhase::On)
     }
 
-    /// It changes setpoints: on, or being left.
+    /// True while force mode changes setpoints: when it is on, or being left.
     pub(crate) const fn is_active(&self) -> bool {
         self.active.is_some()
     }

@@ -57,9 +57,9 @@ impl MotionPermission {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointHold {
     brake: JointStopMotion,
-    /// They need not stand, only be slow enough for reduced mode.
+    /// The joints need not stand, only be slow enough for reduced mode.
     is_slowdown: bool,
-    /// They brake for a pause, more gently than they can.
+    /// The joints brake for a pause, more gently than they can.
     is_gentle: bool,
     /// How hard a planned motion underneath brakes beside them, unit of its way over s².
     deceleration_on_path: f64,

@@ -16,9 +16,9 @@ use crate::modes::conveyor::ConveyorTracking;
 use crate::modes::{is_setpoint_at_rest, states};
 use crate::setpoint::{LimitedSetpoint, Setpoint};
 
-/// The joints are braked at most so often in a row, each so long after the other, s.
+/// Most times in a row that the joints are braked because what is laid over a motion asks for too much.
 const YIELDS_MAX: u8 = 8;
-/// See [`YIELDS_MAX`].
+/// Time without braking after which such a row is over, s.
 const YIELDS_APART: f64 = 3.0;
 
 /// How often the joints had to be braked lately, because what was laid over a motion asked for too much.

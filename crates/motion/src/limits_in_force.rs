@@ -1,4 +1,5 @@
-//! Which limits count: the arm's, or those of reduced mode, and how the arm comes from the faster to the slower ones.
+//! The limits that count: the arm's, or those of reduced mode, and how the arm comes from the faster to the slower
+//! ones.
 //!
 //! Reduced mode counts from the cycle in which it is asked for: whatever is planned or made cycle by cycle keeps to it
 //! from then on. What is under way slows down: a planned motion on its path, as hard as the arm can or with its own
@@ -26,7 +27,8 @@ const MIN_TIME_WITHIN_LIMITS: f64 = 0.1;
 const MAX_TRANSITION_TIME: [f64; 2] = [1.0, 5.0];
 /// Online modes are slowed down to this share of the limits.
 const SLOW_SHARE: f64 = 0.9;
-/// Or so much slower at a time until joints may brake each for itself.
+/// Share of their speeds to which joints are braked that are slow enough, but would lead the TCP on faster by braking
+/// each for itself.
 const SLOWER_SHARE: f64 = 0.7;
 /// Share of the speeds of TCP and elbow that a path leaves to offsets laid over it.
 const SHARE_UNDER_OFFSETS: f64 = 0.7;

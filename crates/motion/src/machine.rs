@@ -86,7 +86,7 @@ impl RobotStateMachine {
         }
     }
 
-    /// Why the arm is in a protective or an emergency stop.
+    /// The reason for which the arm is in a protective or an emergency stop; `None` when it is in neither.
     pub const fn stop_reason(&self) -> Option<StopReason> {
         if self.is_emergency() {
             return Some(StopReason::EmergencyStop);

@@ -231,7 +231,7 @@ impl ControlLoop {
         let kind = kind(self);
         self.end_legs(Outcome::Aborted);
         self.begin_online(command, MotionMode::Stopping, CallCompletion::OnGoal, kind);
-        // Also at a speed fraction of 0 the arm must come to rest.
+        // Marked as stopping, the mode brings the arm to rest even at a speed fraction of 0.
         if let Generator::Online(online) = &mut self.generator {
             online.is_stopping = true;
         }

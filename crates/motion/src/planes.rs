@@ -22,7 +22,8 @@ const BRAKE_PLACES: u32 = 8;
 const DEPTH_SLACK: f64 = 1e-9;
 
 impl ControlLoop {
-    /// Which safety planes count now: by mode, and by pairs of configurable inputs (bits 16 to 23) that are both high.
+    /// The safety planes that count now: by mode, and by pairs of configurable inputs (bits 16 to 23) that are both
+    /// high.
     pub(crate) fn plane_switches(&self) -> PlaneSwitches {
         PlaneSwitches {
             reduced: self.machine.is_reduced(),
@@ -59,7 +60,8 @@ impl ControlLoop {
         }
     }
 
-    /// The same for a TCP pose that can be reached; whether it can is found by the planner.
+    /// Checks that a TCP pose violates no plane and no bound of links; whether it can be reached is found by the
+    /// planner.
     pub(crate) fn check_target_pose(&self, pose: &RpyPose) -> Result<(), Refusal> {
         if self.has_no_target_bounds() || !pose.is_finite() {
             return Ok(());

@@ -28,10 +28,9 @@ const MAX_STOPPING_STEPS: usize = 2000;
 /// as it can, but not between two legs of joints, see [`HARDER_IN_BLENDS`](crate::constants::HARDER_IN_BLENDS).
 const BRAKING_SCALES: [f64; 3] = [1.0, 2.0, f64::INFINITY];
 
-/// A list of points that takes longer than its own time by this factor is worth a warning; starting and stopping take
-/// theirs.
+/// A list of points that takes longer than its own time by this factor is worth a warning.
 const DURATION_WARNING_RATIO: f64 = 1.05;
-/// See [`DURATION_WARNING_RATIO`], s.
+/// Time that starting and stopping may add to a list of points before it is worth a warning, s.
 const START_AND_STOP: f64 = 1.0;
 
 /// A leg under way or to come, and the command it belongs to.

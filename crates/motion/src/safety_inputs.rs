@@ -1,4 +1,4 @@
-//! Which pairs of configurable inputs mean what to the safety system.
+//! The functions of the safety system that pairs of configurable inputs have.
 //!
 //! Owns the assignment and the reading of a pair; what a function then does to the arm is the machine's.
 

@@ -32,7 +32,7 @@ impl Setpoint {
         }
     }
 
-    /// The same numbers to the last bit.
+    /// Whether both have equal numbers to the last bit.
     pub(crate) fn bit_eq(&self, other: &Self) -> bool {
         self.q.has_bits_of(&other.q)
             && self.qd.has_bits_of(&other.qd)

@@ -24,7 +24,7 @@ use crate::modes::{ActiveOnlineMode, OnlineMode, is_setpoint_at_rest};
 use crate::queue::{HardStop, PathMotion};
 use crate::setpoint::{LimitedSetpoint, Setpoint};
 
-/// Why the arm comes to rest.
+/// The reason for which the arm comes to rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StopCause {
     /// The power goes off once the arm stands.

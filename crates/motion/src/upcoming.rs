@@ -31,9 +31,9 @@ pub(crate) struct PendingMotion {
 )]
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum PlanState {
-    /// There is more of the way to look at.
+    /// More of a Cartesian line or arc is to be looked at.
     Cartesian(CartesianPlanner),
-    /// The same of a way through many points.
+    /// More of a way through many points is to be looked at.
     MicroLine(MicroLinePlanner),
     /// The leg from the waypoint on.
     Ready(MotionSegment, Warnings),

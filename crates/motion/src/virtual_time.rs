@@ -68,7 +68,7 @@ impl VirtualTimeline {
         })
     }
 
-    /// The same timeline; `faults` hears of a fault in its cycle, on whichever thread that ran.
+    /// Reports faults of a cycle to `faults`, on whichever thread the cycle ran.
     pub fn with_supervisor(self, faults: ThreadSupervisor) -> Self {
         Self { faults, ..self }
     }
@@ -166,7 +166,7 @@ impl Drop for IdlePacer {
         self.timeline.drivers().is_closed = true;
         self.timeline.drivers_changed.notify_all();
         if let Some(thread) = self.thread.take() {
-            // It is started again after a fault, so it ends by itself.
+            // The thread is started again after a fault, so it ends by itself.
             let _ = thread.join();
         }
     }

@@ -38,7 +38,7 @@ impl Evaluator<'_> {
         inner(&mut self.in_front(first, args)?)
     }
 
-    /// The same for many, some at a time.
+    /// A vector of `first` and many `args`, which are taken out of their places some at a time.
     #[inline(never)]
     fn in_front(&self, first: Value, args: &mut [Value]) -> R<ValueVec> {
         let mut all = ValueVec::from(self.try_with_capacity(args.len() + 1)?);

@@ -197,7 +197,7 @@ pub(super) fn function(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let code = match (&args[0], of_text) {
         (Value::Code(code), _) => ev.code_in(code, &globals)?,
         (_, Some(text)) => ev.code_of_text(text, &globals)?,
-        // It has been looked at above.
+        // Only code and text got past the checks above.
         _ => return wrong("code", "code", &args[0]),
     };
     let by_name = code.params.names.len() - code.params.positional;

@@ -155,9 +155,9 @@ fn run_statements(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &EvalScope)
 
 /// What a text gave that was run for a debugger.
 pub(crate) struct EvalResult {
-    /// Its value; None if it is no expression.
+    /// The value of the text; None if it is no expression.
     pub value: Option<Value>,
-    /// The variables it was given, as it has left them; those it has made as well.
+    /// The variables that the text was given, in the state that it left them in, and those that it made.
     pub variables: Vec<(Symbol, Value)>,
 }
 

@@ -37,7 +37,7 @@ pub struct Builtin {
     pub signature: Signature,
     /// What it does.
     pub body: BuiltinBody,
-    /// It may put its arguments into its receiver, which then may become part of a cycle.
+    /// A call may put its arguments into the receiver, which then may become part of a cycle.
     pub stores_args: bool,
     /// What it answers at once.
     pub fast_path: Option<FastPath>,

@@ -28,7 +28,7 @@ impl FastPath {
     }
 }
 
-/// The same function with its answer in registers.
+/// Makes a `FastPath` of a function that answers with an `Option`: the answer is packed into registers.
 macro_rules! quick {
     ($answer:expr) => {
         FastPath(|ev, args| {

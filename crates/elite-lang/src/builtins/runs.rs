@@ -198,7 +198,8 @@ impl<T: Copy, L: FnMut(&T, &T) -> R<bool>> MergeState<T, L> {
         place(items.len(), hint, |at| less(&items[at], key))
     }
 
-    /// The same, behind those equal to it.
+    /// Where `key` belongs among sorted items, behind those equal to it, searched from place `hint` on in steps that
+    /// double.
     fn place_behind(&mut self, key: &T, items: &[T], hint: usize) -> R<usize> {
         let less = &mut self.less;
         place(items.len(), hint, |at| Ok(!less(key, &items[at])?))

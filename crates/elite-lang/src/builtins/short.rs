@@ -40,7 +40,7 @@ fn str_value(ev: &Evaluator<'_>, text: &str) -> Value {
     }
 }
 
-/// The same for a text of ASCII that is taken over.
+/// A text of ASCII as a value, without a copy; of one character, or none, there is a value already.
 fn made_whole(ev: &Evaluator<'_>, text: CompactString) -> Value {
     match text.len() {
         0 | 1 => str_value(ev, &text),

@@ -21,24 +21,24 @@ pub enum EvalOutcome {
     Done(Option<Value>),
     /// An exception, as people read it.
     Failed(String),
-    /// It computes for too long and was given up.
+    /// The text computed for too long and was given up.
     TooLong,
-    /// It waits: who drives the program has to drive this as well.
+    /// The text waits: who drives the program has to drive this as well.
     Waits(PendingEval),
 }
 
 /// An evaluation that waits for something.
 pub struct PendingEval {
-    /// Its thread, to be resumed when the wait is over. Its end is no error of the program.
+    /// The thread of the evaluation, to be resumed when the wait is over. Its end is no error of the program.
     pub thread: ScriptThread,
-    /// What it waits for; None: another thread, or time.
+    /// What the evaluation waits for; None: another thread, or time.
     pub token: Option<WaitToken>,
-    /// With the simulated time, s, at which it goes on at the latest, if it waits for time.
+    /// The simulated time, s, at which the evaluation goes on at the latest, if it waits for time.
     pub until: Option<f64>,
     outcome: Rc<RefCell<Option<EvaluationOutcome>>>,
 }
 
-/// How it ended: the value, and the variables as they were left.
+/// How an evaluation ended: the value, and the variables as they were left.
 type EvaluationOutcome = Result<(Option<Value>, Vec<(Symbol, Value)>), String>;
 
 impl PendingEval {

@@ -38,13 +38,13 @@ pub struct StackFrame {
     pub depth: u32,
 }
 
-/// Why a variable was not set.
+/// The reason for which a variable was not set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SetVariableError {
-    /// There is none.
+    /// There is no variable of this name.
     Unknown(String),
-    /// The call waits for another one.
+    /// The variable belongs to a call that waits for another one.
     OfCaller(String),
 }
 

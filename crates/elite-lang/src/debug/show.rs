@@ -30,22 +30,22 @@ pub struct ValuePreview {
 /// Something in a value.
 #[derive(Clone, Debug)]
 pub struct ChildValue {
-    /// Its name, its key, or its index.
+    /// The name, key or index of the part.
     pub name: String,
     /// An expression for it, given one for the whole: `.x`, `[3]`; None where there is none.
     pub suffix: Option<String>,
-    /// What it is.
+    /// The value of the part.
     pub value: Value,
 }
 
-/// Which of them.
+/// The parts of a value that are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChildFilter {
-    /// By index.
+    /// Parts that have an index.
     Indexed,
-    /// By name or key.
+    /// Parts that have a name or a key.
     Named,
-    /// All.
+    /// All parts.
     Both,
 }
 

@@ -17,7 +17,7 @@ pub(super) enum ArgumentMismatch<'a> {
     Keyword(Symbol, usize, &'a [(Symbol, Value)]),
 }
 
-/// The same for what takes no argument, or one, and nothing by name.
+/// The message for a method that takes one argument or none, and nothing by name; None for other methods.
 fn one_or_none(
     class: &str,
     method: &str,
@@ -42,7 +42,7 @@ fn one_or_none(
 }
 
 impl Evaluator<'_> {
-    /// The same for what fills a slot of C.
+    /// The error for wrong arguments of a method that fills a slot of C; None for other methods.
     fn misfit_of_slot(
         &self,
         function: &Function,

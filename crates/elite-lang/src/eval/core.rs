@@ -56,7 +56,7 @@ pub struct InterpreterState {
     pub globals: Rc<Namespace>,
     /// Imported modules.
     pub modules: RefCell<Vec<Rc<Module>>>,
-    /// The same for scripts to see, as `sys.modules`.
+    /// Imported modules as scripts see them in `sys.modules`.
     pub module_table: Rc<Dict>,
     /// Native stacks.
     pub stacks: StackPool,
@@ -378,7 +378,7 @@ impl InterpreterState {
         (task_memory::live_bytes() - self.memory_base).max(0) as usize
     }
 
-    /// The same with what lies ready for the next small requests.
+    /// Bytes the task holds, with what lies ready for the next small requests.
     #[inline]
     pub fn memory_with_free_lists(&self) -> usize {
         (task_memory::allocated_bytes() - self.memory_base).max(0) as usize

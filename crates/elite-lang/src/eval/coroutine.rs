@@ -51,7 +51,7 @@ pub enum SuspendRequest {
 pub enum Resume {
     /// Normally.
     Continue,
-    /// It unwinds: `finally` blocks and `with` exits run, no handler sees it.
+    /// By unwinding: `finally` blocks and `with` exits run, no handler sees the stop.
     Stop,
 }
 
@@ -71,7 +71,7 @@ pub struct StackPool {
     segments: RefCell<Vec<DefaultStack>>,
 }
 
-/// Which stacks of the pool.
+/// The kinds of stacks that the pool keeps apart.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub enum StackKind {
@@ -263,7 +263,7 @@ impl Evaluator<'_> {
     /// Runs `inner`, which works on trees that may be deep and may pause meanwhile, on a stack of its own.
     pub fn with_deep_stack<T>(&self, inner: impl FnOnce() -> T) -> T {
         let Some(mut stack) = crate::stack::deep_stack() else {
-            // As `stack::with_deep_stack`.
+            // Without address space left the caller's stack has to do; only unusually deep texts need more.
             return inner();
         };
         let outer = self.stack_limit.replace(limit_of(&stack));
@@ -302,7 +302,7 @@ impl Evaluator<'_> {
 /// How far the stop of a thread has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StopState {
-    /// It is not being stopped.
+    /// The thread is not being stopped.
     #[default]
     No,
     /// `finally` blocks and `with` exits run, with limited fuel.

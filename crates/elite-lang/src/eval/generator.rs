@@ -36,9 +36,9 @@ pub enum GeneratorOutput {
 /// What is to be seen of a suspended generator that has a stack of its own.
 #[derive(Default)]
 pub struct SuspendedFrame {
-    /// Its variables, once more.
+    /// A second reference to each variable, for the search for cycles.
     slots: Vec<Value>,
-    /// What it delegates to by `yield from`, once more; `Unbound` if to nothing.
+    /// A second reference to what `yield from` delegates to; `Unbound` if to nothing.
     delegate: Value,
     line: u32,
 }
@@ -84,7 +84,7 @@ impl Drop for InitialSlots {
 pub enum StepResult {
     /// The next value.
     Yielded(Value),
-    /// It returned this.
+    /// The generator returned this value.
     Returned(Value),
 }
 
@@ -119,7 +119,7 @@ impl Generator {
             slots.0.iter().for_each(&mut *each);
         }
         if self.has_stack() {
-            // Its native stack refers to the function as well.
+            // The native stack of a generator refers to its function as well.
             each(&Value::Function(self.function.clone()));
         }
         if let Some(standing) = self.standing.try_borrow()
@@ -301,7 +301,7 @@ impl Generator {
         fresh
     }
 
-    /// It is over: what it holds is dropped, which may run script code.
+    /// Ends the generator and drops what it holds, which may run script code.
     fn finish(&self) {
         let state = self.state.replace(GeneratorState::Finished);
         let standing = self.standing.take();
@@ -381,7 +381,7 @@ impl Evaluator<'_> {
         result
     }
 
-    /// The same for a generator without a stack of its own.
+    /// Steps a generator without a stack of its own to its next `yield` or its end.
     fn step_frame(
         &self,
         generator: &Generator,

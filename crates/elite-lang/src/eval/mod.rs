@@ -43,7 +43,7 @@ pub struct Frame<'f> {
 }
 
 impl Frame<'_> {
-    /// The same frame for a shorter time.
+    /// Lends the frame for a shorter time.
     pub fn reborrow(&mut self) -> Frame<'_> {
         Frame {
             slots: &mut *self.slots,
@@ -54,10 +54,10 @@ impl Frame<'_> {
 
 /// An expression that can be evaluated.
 pub trait ExprNode: Sized {
-    /// Its value.
+    /// The value of the expression.
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R;
 
-    /// Its truth, without making a value of it where possible.
+    /// The truth of the expression, without making a value of it where possible.
     #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         let value = self.eval_words(ev, f).whole()?;
@@ -74,11 +74,11 @@ pub trait ExprNode: Sized {
     }
 }
 
-/// An expression as a part of another node: the same, with results in registers.
+/// An expression as a part of another node, with results in registers.
 pub trait DynExpr {
-    /// See `ExprNode::eval`.
+    /// Evaluates the expression like `ExprNode::eval`, with the result in registers.
     fn eval_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R>;
-    /// See `ExprNode::truth`.
+    /// Asks for its truth like `ExprNode::truth`, with the result in registers.
     fn truth_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Truth;
 }
 
@@ -93,13 +93,13 @@ impl<E: ExprNode> DynExpr for E {
 }
 
 impl dyn DynExpr {
-    /// Its value.
+    /// The value of the expression.
     #[inline(always)]
     pub fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.eval_words(ev, f).whole()
     }
 
-    /// Its truth.
+    /// The truth of the expression.
     #[inline(always)]
     pub fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         self.truth_words(ev, f).into()
@@ -125,9 +125,9 @@ pub trait StmtNode {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow;
 }
 
-/// A statement as a part of a block: the same, with how it ended in registers.
+/// A statement as a part of a block, with how it ended in registers.
 pub trait DynStmt {
-    /// See `StmtNode::exec`.
+    /// Runs the statement like `StmtNode::exec`, with the result in registers.
     fn exec_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow>;
 }
 
@@ -243,7 +243,7 @@ impl<'y> Evaluator<'y> {
 
 /// Adds the place of an operation to whatever it raises.
 pub(crate) trait TraceExt<T> {
-    /// See `Evaluator::trace`.
+    /// Adds the place of `span` to the traceback of an exception, as `Evaluator::trace` does.
     fn trace_at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T>;
 }
 

@@ -18,9 +18,9 @@ const PASSAGES_MAX: usize = 64;
 /// A node of the task tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TaskNode {
-    /// Its row, from 1.
+    /// The row of the node in the task tree, from 1.
     pub number: u32,
-    /// Its label, as the pendant shows it; long ones are cut.
+    /// The label of the node, as the pendant shows it; long ones are cut.
     pub label: Arc<str>,
 }
 
@@ -182,7 +182,7 @@ impl TaskNodes {
 pub struct EnterTaskNode {
     /// The node.
     pub node: NodeId,
-    /// It is shown when the motion that follows has ended.
+    /// The node is shown when the motion that follows has ended.
     pub after: bool,
 }
 

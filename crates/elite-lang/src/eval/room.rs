@@ -170,7 +170,7 @@ impl Evaluator<'_> {
             bytes.append(|data| data.extend_from_slice(&more));
             return self.charge(bulk_work(more.len()));
         }
-        // It may be its own bytes that are appended: the copy is made of both at once.
+        // A bytearray may be appended to itself, so both halves are copied from one snapshot.
         let before = bytes.snapshot();
         let mut data = Vec::new();
         let spare = {
@@ -229,7 +229,8 @@ impl Evaluator<'_> {
         self.reclaim_for(bytes)
     }
 
-    /// The same, where others may have their turn: what was left to be dropped goes first then, bit by bit.
+    /// Raises `MemoryError` if `bytes` more would be too much. Values that wait to be dropped go first, bit by bit, so
+    /// that other threads may have their turn.
     pub fn check_after_deferred_drops(&self, bytes: usize) -> R<()> {
         while !self.core.fits_memory(bytes) && trash::run_deferred_drops() {
             self.charge(YIELD_BUDGET)?;

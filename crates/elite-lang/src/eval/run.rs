@@ -118,7 +118,7 @@ impl Evaluator<'_> {
         }
     }
 
-    /// The same without keywords and with one more argument before the others.
+    /// Calls a script function with `first` before the other arguments, and no keywords.
     #[inline]
     pub fn call_method(&self, function: &Rc<Function>, first: Value, args: &mut [Value]) -> R {
         (function.code.entries.given)(function, PairOf::pack(first), args, self).whole()

@@ -73,10 +73,10 @@ pub enum GeneratorStep {
 /// Where a generator stands.
 pub struct GeneratorFrame {
     slots: Vec<Value>,
-    /// The `for` loops and `yield from`s it is in, innermost last.
+    /// The `for` loops and `yield from`s that the generator is in, innermost last.
     walks: Vec<LoopCursor>,
     index: usize,
-    /// It stands at the `yield` there, which has handed its value out.
+    /// The generator stands at the `yield` of this step, which has handed its value out.
     is_at_yield: bool,
 }
 
@@ -209,7 +209,7 @@ impl Evaluator<'_> {
                     line.set(*number);
                     return Err(self.trace(f, *span, raised));
                 }
-                // It waits at no other step, and makes no requests of its own.
+                // A generator waits at no other step, and makes no requests of its own.
                 _ => return Err(Raised::Stop),
             }
             *at += 1;

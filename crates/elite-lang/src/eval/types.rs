@@ -254,7 +254,7 @@ impl Types {
             .collect()
     }
 
-    /// The same for messages about an argument of the wrong type, which say `None` of `None`.
+    /// The name of a value's type for messages about an argument of the wrong type, which say `None` of `None`.
     pub fn name_of_argument(&self, value: &Value) -> Rc<str> {
         match value {
             Value::None => "None".into(),

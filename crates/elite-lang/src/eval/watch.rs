@@ -15,9 +15,9 @@ pub struct DebugStatement {
     pub site: Rc<StatementSite>,
     /// The statement; None for one that does nothing.
     pub inner: Option<Box<dyn DynStmt>>,
-    /// It has no statements in it.
+    /// No other statements are within the statement.
     pub is_simple: bool,
-    /// Something in it may call, so that its variables may be looked at meanwhile.
+    /// Something in the statement may call, so that its variables may be looked at meanwhile.
     pub records_locals: bool,
 }
 

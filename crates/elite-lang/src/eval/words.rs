@@ -94,9 +94,9 @@ fn next_after(last: PairOf<Value>) -> PairOf<Flow> {
 
 /// A truth, or why there is none: two words in registers as it is.
 pub enum Truth {
-    /// It does not hold.
+    /// The condition does not hold.
     No,
-    /// It holds.
+    /// The condition holds.
     Yes,
     /// Finding out failed.
     Raised(Raised),

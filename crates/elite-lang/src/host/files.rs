@@ -58,6 +58,6 @@ pub trait HostFile: Debug {
     fn sync(&self) -> io::Result<()>;
     /// What is known of it.
     fn stat(&self) -> io::Result<FileStat>;
-    /// The same file for a process to write to or read from.
+    /// A second handle of the open file, for a process to write to or read from.
     fn duplicate(&self) -> io::Result<std::fs::File>;
 }

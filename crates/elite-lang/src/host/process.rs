@@ -27,9 +27,9 @@ pub enum StdioTarget {
 pub struct ProcessCommand {
     /// The program and its arguments; at least one.
     pub words: Vec<String>,
-    /// The folder it runs in.
+    /// The folder that the process runs in.
     pub folder: Option<String>,
-    /// Its environment, if not the controller's.
+    /// Environment of the process, if not the controller's.
     pub environment: Option<Vec<(String, String)>>,
     /// Standard input.
     pub input: StdioTarget,
@@ -64,9 +64,9 @@ pub enum OutputStream {
 /// A process that was started with pipes to the program where it asked for them. Dropping it does not end it.
 #[allow(clippy::missing_errors_doc)]
 pub trait HostProcess: Debug {
-    /// Its number.
+    /// The number that the system gives the process.
     fn number(&self) -> i32;
-    /// Its exit code, or minus the signal that ended it; None while it runs.
+    /// The exit code of the process, or minus the signal that ended it; None while it runs.
     fn exit_status(&self) -> Option<i32>;
     /// Sends it a signal; one that has ended gets none.
     fn signal(&self, signal: i32) -> io::Result<()>;

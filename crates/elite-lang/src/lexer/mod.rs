@@ -182,7 +182,7 @@ impl<'t> Lexer<'t> {
             .push(Diagnostic::error(code, Span::new(start, end), message));
     }
 
-    /// The same as `token`; others have their turn from time to time.
+    /// Reads the next token and counts it as work, so that other threads have their turn from time to time.
     fn token_charged(&mut self) {
         self.token();
         self.budget.charge(TOKEN);

@@ -32,7 +32,7 @@ pub(super) struct LinePart {
     start: usize,
     pub(super) column: u32,
     pub(super) kind: LinePartKind,
-    /// It ends with `:`.
+    /// The part ends with `:`.
     pub(super) is_header: bool,
 }
 

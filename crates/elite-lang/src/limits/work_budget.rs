@@ -30,7 +30,8 @@ impl<'p> WorkBudget<'p> {
         }
     }
 
-    /// The same with pauses: `pause` is told how much work has been done, and says whether to go on.
+    /// `most` bytes more than this thread holds now, with pauses: `pause` is told how much work has been done, and says
+    /// whether to go on.
     pub(crate) fn with_pauses(most: usize, pause: &'p dyn Fn(usize) -> bool) -> Self {
         WorkBudget {
             pause: Some(pause),

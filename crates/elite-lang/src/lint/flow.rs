@@ -32,7 +32,7 @@ fn check_block(
     check_nested(body, file, known, may_miss, found);
 }
 
-/// The same without what is never reached in `body` itself.
+/// Checks what is nested in the statements of `body`, but not what is never reached in `body` itself.
 pub(super) fn check_each(
     body: &[Stmt],
     file: &SourceFile,

@@ -11,7 +11,7 @@ use crate::value::trash::NodeList;
 /// What a block is made of.
 #[derive(Default)]
 pub(super) struct BlockBuilder {
-    /// Its statements.
+    /// The statements of the block.
     pub statements: Vec<NumberedStmt>,
     /// What protects some of them, by where that ends, inner ones first.
     pub guards: Vec<ProtectedRange>,

@@ -178,7 +178,7 @@ impl Lower<'_> {
         }))
     }
 
-    /// As many values for targets, none of which is starred.
+    /// An assignment of one value to each target, none of which is starred.
     fn assign_each(&mut self, names: &[ast::Expr], values: &[ast::Expr]) -> BoxStmt {
         // In CPython the values of two or three local names lie on the stack, with the last one on top; constants are a
         // tuple.

@@ -238,7 +238,7 @@ impl Evaluator<'_> {
         }
     }
 
-    /// Tries `a.unwrap_builtin(b)` and `b.reflected(a)`; the right operand goes first if its class is derived from the
+    /// Tries `a.plain(b)` and `b.reflected(a)`; the right operand goes first if its class is derived from the
     /// left's.
     pub fn binary_by_methods(
         &self,
@@ -256,7 +256,8 @@ impl Evaluator<'_> {
         self.by_these(method_a.as_ref(), method_b.as_ref(), reflected, a, b)
     }
 
-    /// The same with the methods that have been found; `method_b` is none if both are of one class.
+    /// Tries the methods that were found for a binary operator, the left operand's and the reflected one of the right
+    /// operand; `method_b` is none if both are of one class.
     fn by_these(
         &self,
         method_a: Option<&Value>,

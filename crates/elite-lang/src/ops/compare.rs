@@ -147,7 +147,7 @@ impl Evaluator<'_> {
             Equality::No => Ok(false),
             Equality::Ask => {
                 if let (Value::Tuple(_), Value::Tuple(_)) = (a, b) {
-                    // So many items may have been compared before it came to this.
+                    // The quick comparison may have looked at that many items before it gave up.
                     self.charge(QUICK_MAX as usize * WORK_PER_VALUE)?;
                 }
                 self.compare_truth(CompareOp::Eq, a, b)
@@ -304,7 +304,7 @@ impl Evaluator<'_> {
         if !is_set(a) || !is_set(b) {
             return Ok(None);
         }
-        // As CPython has it: by the lengths, then whether the one holds all that the other gives.
+        // Sets are compared like CPython does: by the lengths, then whether the one holds all that the other gives.
         let (x, y) = (self.len(a)?, self.len(b)?);
         Ok(Some(match op {
             CompareOp::Eq => x == y && self.all_within(a, b)?,
@@ -352,7 +352,7 @@ impl Evaluator<'_> {
                 }
                 match pair(index) {
                     Some((a, b)) => return self.compare_truth(op, &a, &b),
-                    // They are gone by now; then the lengths tell.
+                    // The items are gone, because comparing them has changed a list; then the lengths decide.
                     None => break,
                 }
             }

@@ -125,8 +125,8 @@ impl Evaluator<'_> {
         Err(self.type_error(format!("must be real number, not {name}")))
     }
 
-    /// The same where the number itself becomes a float or a complex number: a class derived from float is asked for
-    /// its own `__float__` then, too.
+    /// The float a real number stands for, where it becomes a float or a complex number: a class derived from float is
+    /// asked for its own `__float__` here.
     pub fn converted_f64(&self, value: &Value) -> R<f64> {
         if let Value::Instance(instance) = value
             && let Some(method @ Value::Function(_)) = instance.class.lookup(known::FLOAT)

@@ -43,7 +43,7 @@ impl Evaluator<'_> {
     fn hash_slowly(&self, value: &Value) -> R<u64> {
         match value {
             Value::Tuple(tuple) => self.with_native_depth(|| {
-                // So many items may have been looked at before it came to this.
+                // The quick hash may have looked at that many items before it gave up.
                 self.charge(QUICK_MAX as usize * WORK_PER_VALUE)?;
                 let mut combine = TupleHash::default();
                 let mut lasting = true;
@@ -254,7 +254,7 @@ impl Evaluator<'_> {
         Ok(far && !dict.needs_incremental_rehash())
     }
 
-    /// The same for a set.
+    /// Makes room for one more element of a set; whether that took so long that others had their turn.
     #[inline]
     fn grow_set(&self, set: &Set) -> R<bool> {
         let bytes = set.growth(1);

@@ -24,7 +24,7 @@ const TUPLE_DEPTH_MAX: u32 = 32;
 /// Items of tuples that are compared or hashed at once; where there are more, `ops` does it, which lets other threads
 /// have their turn. Tuples within tuples many times over may have any number.
 pub const QUICK_MAX: u32 = 1000;
-/// So many items are compared in place first.
+/// Most items of two tuples that are compared in place first.
 const INLINE_COMPARE_MAX: usize = 8;
 
 /// Takes `items` from what is left; whether that was too much.

@@ -6,7 +6,7 @@ use super::{ErrorReported, ParseResult, Parser};
 use crate::ast::{Arg, DictItem, Expr, FStringPart, release};
 use crate::limits::work_budget::WorkBudget;
 
-/// Such parts.
+/// Parts of the tree that are put aside until the parser is done.
 pub(super) enum AbandonedNodes {
     Expressions(Vec<Expr>),
     Arguments(Vec<Arg>),
@@ -73,7 +73,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The same in a list, of which what was parsed becomes the last one.
+    /// Adds what was parsed to a list; if parsing failed, the list is put aside.
     pub(super) fn push_or_abandon<T>(
         &mut self,
         mut list: Vec<T>,

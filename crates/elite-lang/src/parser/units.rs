@@ -22,17 +22,17 @@ const LOOK_AHEAD: usize = 3;
 /// A part of a text that the parser took in one step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct TopLevelUnit {
-    /// Its tokens.
+    /// The tokens of the unit.
     pub(crate) tokens: Range<usize>,
-    /// Its statements, in the body of the module.
+    /// The statements of the unit, in the body of the module.
     pub(crate) body: Range<usize>,
-    /// The scopes in it.
+    /// The scopes in the unit.
     pub(crate) scopes: Range<u32>,
-    /// The first byte of its first token.
+    /// The first byte of the unit's first token.
     pub(crate) start: u32,
-    /// The directives that found their place while it was read.
+    /// The directives that found their place while the unit was read.
     marks: Range<usize>,
-    /// Nothing in it was reported.
+    /// Nothing in the unit was reported.
     is_clean: bool,
     /// The number of this very unit in the reading before.
     pub(crate) origin: Option<usize>,

@@ -34,12 +34,12 @@ pub(super) struct NameInfo {
     pub(super) parameter: bool,
     pub(super) global: Option<Span>,
     pub(super) nonlocal: Option<Span>,
-    /// The first place it is used or bound at.
+    /// The first place that the name is used or bound at.
     first_seen: Option<Span>,
-    /// It is read somewhere in the scope; it has an annotation there.
+    /// The name is read somewhere in the scope.
     read: bool,
     annotated: bool,
-    /// The first plain assignment or import of it.
+    /// The first plain assignment or import of the name.
     pub(super) binding: Option<(Span, Binding)>,
 }
 
@@ -108,7 +108,7 @@ pub(super) struct Scopes<'p> {
     pub(super) diagnostics: DiagnosticList,
     current: ScopeId,
     globals: Vec<Box<str>>,
-    /// The same, to look one up.
+    /// The names in `globals`, to look one up.
     global_set: BTreeSet<Box<str>>,
 }
 
@@ -128,7 +128,7 @@ pub(super) fn collect<'p>(module: &Module, budget: &'p WorkBudget<'p>) -> Scopes
     collect_part(&module.body, 1..module.scope_count, budget)
 }
 
-/// The same for some statements of the top level, in which are the scopes `own`.
+/// Collects the scopes of some statements of the top level, whose own scopes have the numbers `own`.
 pub(super) fn collect_part<'p>(
     body: &[Stmt],
     own: Range<u32>,

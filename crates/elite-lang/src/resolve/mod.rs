@@ -56,7 +56,7 @@ pub struct FrameLayout {
     pub cells: Vec<u32>,
     /// Where the enclosing frame finds each cell of this frame's closure.
     pub closure: Vec<(Box<str>, Storage)>,
-    /// It contains `yield`.
+    /// The body contains `yield`.
     pub is_generator: bool,
     /// Class bodies: the slot with the cell for `__class__`, if a method needs it.
     pub class_cell: Option<u32>,
@@ -136,7 +136,7 @@ pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {
     resolve_within(module, known, &WorkBudget::with_limit(usize::MAX))
 }
 
-/// The same with pauses. The result means nothing if the work was given up in one.
+/// Resolves all names of a program with pauses. The result means nothing if the work was given up in one.
 pub(crate) fn resolve_within(
     module: &Module,
     known: &KnownNames,

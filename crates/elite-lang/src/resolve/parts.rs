@@ -23,21 +23,21 @@ use crate::source::{SourceFile, Span};
 pub(crate) struct UnitAnalysis {
     start: u32,
     star_import: bool,
-    /// It reads variables by names that nobody sees.
+    /// The statements read variables by names that are only known at run time (`eval` and the like).
     reads_by_text: bool,
     /// What is wrong with declarations, and names that no function binds for its `nonlocal`.
     errors: Vec<Diagnostic>,
     unbound: Vec<Diagnostic>,
     /// The names of the top level, in the order in which they are first met.
     names: Vec<TopLevelName>,
-    /// Names that functions in it declare global and bind.
+    /// Names that functions in the part declare global and bind.
     globals: Vec<Box<str>>,
     /// Uses of names that are neither given nor bound in the part: by the top level, and by scopes within it.
     uses: Vec<NameUse>,
     inner_uses: Vec<NameUse>,
-    /// Names of the top level that are used.
+    /// The names of the top level that are used.
     used: Vec<Box<str>>,
-    /// Names of inner scopes that are not.
+    /// Findings about names of inner scopes that are not used.
     unused: Vec<Diagnostic>,
     flow: Vec<Diagnostic>,
     calls: CallDiagnostics,
@@ -57,7 +57,7 @@ struct TopLevelName {
 struct NameUse {
     name: Box<str>,
     span: Span,
-    /// Its scope, as its place in the table of the part.
+    /// The place of the use's scope in the table of the part.
     scope: usize,
 }
 
@@ -153,7 +153,7 @@ impl UnitAnalysis {
 pub(crate) struct PlacedUnit<'p> {
     pub(crate) part: &'p UnitAnalysis,
     pub(crate) start: u32,
-    /// Its statements and the scopes in them.
+    /// The statements of the part, and the numbers of their scopes.
     pub(crate) body: &'p [Stmt],
     pub(crate) scopes: Range<u32>,
 }

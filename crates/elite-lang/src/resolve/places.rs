@@ -119,7 +119,7 @@ fn table<T: Default>(count: usize, budget: &WorkBudget<'_>) -> Vec<T> {
 }
 
 impl Scopes<'_> {
-    /// Which scope the name, seen from `id`, belongs to.
+    /// The scope that the name, seen from `id`, belongs to.
     pub(super) fn owner(&self, id: ScopeId, name: &str) -> Owner {
         let scope = self.get(id)?;
         let info = scope.name(name);

@@ -351,7 +351,8 @@ fn log(ev: &Evaluator<'_>, value: &Value, function: fn(f64) -> f64, of_two: f64)
         if Int::Big(big.clone()).is_negative() {
             return Err(domain(ev));
         }
-        // As CPython: what fits a float is taken at once, else the mantissa in [0.5, 1) and its exponent apart.
+        // Like CPython: an integer that fits a float is taken at once, of others the mantissa in [0.5, 1) and the
+        // exponent apart.
         let whole = Int::Big(big.clone()).to_f64();
         if whole.is_finite() {
             return Ok(function(whole));
@@ -589,7 +590,8 @@ fn combination_arguments(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
     Ok((n, k))
 }
 
-/// The same where the number to choose from does not fit 64 bits; None where it does, or where nothing can be chosen.
+/// The arguments of `comb` and `perm` where `n` does not fit 64 bits; None where it does, or where nothing can be
+/// chosen.
 fn chosen_from_many(ev: &Evaluator<'_>, args: &[Value]) -> R<Option<(BigInt, BigInt)>> {
     combination_arguments(ev, args)?;
     let (n, k) = (ev.to_int(&args[0])?, ev.to_int(&args[1])?);

@@ -187,7 +187,7 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
     };
     let core = &ev.core;
     let namespace = core.new_namespace(None);
-    // Its code is made with the name.
+    // The code of a module is made with its name, so the name is set first.
     namespace.set(known::NAME, Value::str(*name));
     let code = match content {
         Native(_) => None,

@@ -6,9 +6,9 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 use super::Symbol;
 
-/// With more names than this a table becomes many.
+/// Most names of a table that is not divided.
 const SINGLE_MAX: usize = 4096;
-/// So many.
+/// Tables that a bigger one is divided into.
 const SHARDS: usize = 64;
 
 type MapShard<V> = HashMap<Symbol, V, BuildHasherDefault<SymbolHasher>>;
@@ -40,9 +40,9 @@ const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// A table by symbol.
 pub struct SymbolMap<V> {
-    /// All of it, while there are few.
+    /// All names, while there are few.
     single: MapShard<V>,
-    /// Otherwise they are here.
+    /// The names by parts, once there are many.
     shards: Option<Box<[MapShard<V>]>>,
     length: usize,
 }
@@ -57,7 +57,8 @@ impl<V> Default for SymbolMap<V> {
     }
 }
 
-/// Which of the parts a name is in. The parts themselves go by the lowest and the highest bits of the same product.
+/// The number of the part that a name is in. The parts themselves go by the lowest and the highest bits of the same
+/// product.
 fn part_of(name: Symbol) -> usize {
     (u64::from(name.0).wrapping_mul(SPREAD) >> 40) as usize % SHARDS
 }
@@ -121,7 +122,7 @@ impl<V> SymbolMap<V> {
         self.single.values().chain(parts.flat_map(MapShard::values))
     }
 
-    /// The same, without the table.
+    /// What the names lead to, in no order; the table is used up.
     pub fn into_values(self) -> impl Iterator<Item = V> {
         let parts = self.shards.into_iter().flatten();
         self.single

@@ -126,9 +126,9 @@ pub struct Class {
     layout: RefCell<InstanceLayout>,
     /// The only attributes instances may have (`__slots__`), those of the ancestors aside.
     slots: RefCell<Option<SlotNames>>,
-    /// It or an ancestor has had slots with names.
+    /// The class or an ancestor has had slots with names.
     slotted: Cell<bool>,
-    /// Its own class, if that is not `type`.
+    /// The class of the class, if that is not `type`.
     metaclass: OnceCell<Rc<Class>>,
     /// A `class` statement made it; only such classes can be changed.
     pub is_script: bool,
@@ -277,7 +277,7 @@ impl Class {
         self.body_attr_count.get()
     }
 
-    /// Its own class, if that is not `type`.
+    /// The class of the class, if that is not `type`.
     #[inline]
     pub fn metaclass(&self) -> Option<&Rc<Class>> {
         self.metaclass.get()

@@ -27,7 +27,7 @@ impl Value {
         Some(unsafe { &*std::ptr::from_ref(self).cast::<RefCounts>().add(1) })
     }
 
-    /// Which kind it is of, as a number.
+    /// The kind of the value, as the number of its variant.
     #[inline(always)]
     pub fn kind(&self) -> u64 {
         // SAFETY: an enum with `repr(u64)` begins with its tag, which is always there.

@@ -409,7 +409,7 @@ impl Dict {
                 (table.entries.len(), table.live)
             };
             if live < length / 2 {
-                // So many are deleted that the table rather shrinks.
+                // With so many deleted entries the table rather shrinks.
                 return self.rebuild_incrementally(0, between);
             }
             let mut slots = empty_slots(slots_for(length + 1), between)?;

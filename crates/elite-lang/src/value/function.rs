@@ -16,7 +16,7 @@ pub struct Function {
     pub defaults: ScriptCell<Rc<[Value]>>,
     /// Defaults of the keyword-only parameters, `Unbound` where there is none.
     pub keyword_defaults: Box<[Value]>,
-    /// The same as a dictionary, once a script has asked for it or set it.
+    /// Defaults of the keyword-only parameters as a dictionary, once a script has asked for it or set it.
     pub keyword_defaults_dict: ScriptCell<Option<Value>>,
     /// `__annotations__`; None until there are any.
     pub annotations: ScriptCell<Option<Value>>,
@@ -127,7 +127,7 @@ impl std::ops::Deref for WrappedFunction {
 
 impl Drop for WrappedFunction {
     fn drop(&mut self) {
-        // They may be wrapped again and again.
+        // Methods may be wrapped again and again, so a chain of them is taken apart without recursion.
         trash::drop_value(&mut self.function);
         if let Some(attrs) = self.attrs.get_mut() {
             trash::drop_value(attrs);
@@ -161,7 +161,7 @@ impl Property {
         }
     }
 
-    /// Its own name, or the one it was asked by.
+    /// The property's own name, or the one it was asked by.
     pub fn name_or(&self, asked: &str) -> String {
         match &*self.name.borrow() {
             Value::Str(own) => own.as_str().to_owned(),

@@ -48,7 +48,7 @@ impl<T> ScriptCell<T> {
         unsafe { self.0.try_borrow_unguarded() }.ok()
     }
 
-    /// The same, unless it is being changed.
+    /// A look at what the cell keeps; None while that is being changed. No script code may run before it is over.
     #[inline]
     pub fn try_borrow(&self) -> Option<ScriptRef<'_, T>> {
         Some(ScriptRef {
@@ -57,7 +57,7 @@ impl<T> ScriptCell<T> {
         })
     }
 
-    /// Changes what it keeps. `with_mut` runs no script code, drops no values and gives back those that leave.
+    /// Changes what the cell keeps. `change` runs no script code, drops no values and gives back those that leave.
     #[inline(always)]
     pub fn with_mut<O>(&self, change: impl FnOnce(&mut T) -> O) -> O {
         let mut value = self.0.borrow_mut();
@@ -65,9 +65,9 @@ impl<T> ScriptCell<T> {
         change(&mut value)
     }
 
-    /// The same with a value that `with_mut` takes; it comes back as well while what is kept is being looked at or
-    /// changed. Nothing here can panic, so that the value stays where it is: in registers, if `with_mut` leaves it
-    /// there.
+    /// Changes what the cell keeps with a value that `change` takes; the value comes back if `change` gives it back,
+    /// and while the content is being looked at or changed. Nothing here can panic, so that the value stays where it
+    /// is: in registers, if `change` leaves it there.
     #[inline(always)]
     pub fn try_with_mut<V, O>(
         &self,

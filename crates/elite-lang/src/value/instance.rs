@@ -12,18 +12,18 @@ use super::{Class, Dict, ScriptCell, Symbol, Value, trash};
 
 /// An object with a class.
 pub struct Instance {
-    /// Its class.
+    /// The class of the object.
     pub class: Rc<Class>,
     attrs: ScriptCell<AttrStorage>,
-    /// What it is beyond its attributes.
+    /// What the object is beyond its attributes.
     pub payload: InstancePayload,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
     pub old: Cell<bool>,
-    /// In which order its slots were set.
+    /// The order in which the slots were set.
     order: Cell<SlotOrder>,
-    /// Its attributes are in a dictionary, which may have any name.
+    /// The attributes are in a dictionary, which may have any name.
     pub in_dict: Cell<bool>,
 }
 
@@ -157,7 +157,7 @@ impl Instance {
     /// Where the attribute in slot `slot` lies; None as in `slot`.
     ///
     /// # Safety
-    /// As `ScriptCell::get_unguarded`.
+    /// The caller promises what `ScriptCell::get_unguarded` asks.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(crate) unsafe fn glimpse(&self, slot: usize) -> Option<&Value> {

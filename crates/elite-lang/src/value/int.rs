@@ -28,7 +28,7 @@ impl Int {
         }
     }
 
-    /// As a big integer.
+    /// A copy of the number as a big integer.
     pub fn to_big(&self) -> BigInt {
         match self {
             Int::Small(small) => BigInt::from(*small),
@@ -36,7 +36,7 @@ impl Int {
         }
     }
 
-    /// The same, a big one where it lies.
+    /// The number as a big integer, without a copy if it is one already.
     pub fn as_big(&self) -> Cow<'_, BigInt> {
         match self {
             Int::Small(small) => Cow::Owned(BigInt::from(*small)),
@@ -73,7 +73,7 @@ impl Int {
         }
     }
 
-    /// Its value as a script value.
+    /// The number as a script value.
     pub fn into_value(self) -> Value {
         match self {
             Int::Small(small) => Value::Int(small),

@@ -100,7 +100,7 @@ pub trait LibraryIterator {
         Ok(None)
     }
 
-    /// Its `repr`, if it has one of its own.
+    /// The `repr` of the iterator, if it has one of its own.
     fn repr(&self, _ev: &Evaluator<'_>) -> R<Option<String>> {
         Ok(None)
     }
@@ -108,7 +108,7 @@ pub trait LibraryIterator {
 
 /// An iterator of the library.
 pub struct NativeIter {
-    /// Its type.
+    /// The type of the iterator.
     pub class: Rc<Class>,
     /// What it does.
     pub steps: Box<dyn LibraryIterator>,

@@ -44,7 +44,7 @@ impl List {
         self.items.borrow()
     }
 
-    /// Changes the items; gives back what `with_mut` has taken out, to be dropped now that the list is free again.
+    /// Changes the items; gives back what `change` has taken out, to be dropped now that the list is free again.
     #[inline(always)]
     pub fn change<O>(&self, change: impl FnOnce(&mut Vec<Value>) -> O) -> O {
         self.count_change();
@@ -94,7 +94,7 @@ impl List {
     /// The items, without keeping count of the look.
     ///
     /// # Safety
-    /// As `ScriptCell::get_unguarded`.
+    /// The caller promises what `ScriptCell::get_unguarded` asks.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(crate) unsafe fn glimpse(&self) -> &[Value] {

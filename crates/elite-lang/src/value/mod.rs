@@ -180,8 +180,8 @@ impl Drop for CellVar {
     }
 }
 
-/// Why evaluation does not go on: an exception on its way to a handler, or the stop of the thread, which no handler
-/// sees. One word, so that results stay in two registers.
+/// The reason for which evaluation does not go on: an exception on its way to a handler, or the stop of the thread,
+/// which no handler sees. One word, so that results stay in two registers.
 #[derive(Clone)]
 pub enum Raised {
     /// An exception; always an instance of a class derived from `BaseException`.
@@ -353,7 +353,7 @@ impl Value {
             (Value::Tuple(a), Value::Tuple(b)) if a.items().is_empty() && b.items().is_empty() => {
                 true
             }
-            // And one empty text, and one empty `bytes`.
+            // There is one empty text, and one empty `bytes`.
             (Value::Str(a), Value::Str(b)) if a.as_str().is_empty() && b.as_str().is_empty() => {
                 true
             }

@@ -9,14 +9,14 @@ use super::{CellVar, Dict, Symbol, Value};
 
 /// Names up to which a namespace is not searched for unused ones.
 const NAMES_MIN: usize = 1024;
-/// So many are looked through at once.
+/// Most names that are looked through at once.
 const NAMES_AT_ONCE: usize = 16 << 10;
 
 /// An imported module.
 pub struct Module {
-    /// Its name.
+    /// The name of the module.
     pub name: Rc<str>,
-    /// Its attributes.
+    /// The attributes of the module.
     pub namespace: Rc<Namespace>,
 }
 
@@ -25,11 +25,11 @@ pub struct Module {
 pub struct Namespace {
     cells: RefCell<SymbolMap<Rc<CellVar>>>,
     order: RefCell<Vec<Symbol>>,
-    /// With so many names those that nothing refers to any more leave.
+    /// Number of names from which on those leave that nothing refers to any more.
     limit: Cell<usize>,
-    /// It is that of an evaluated text, and of nothing else.
+    /// The namespace is that of an evaluated text, and of nothing else.
     is_eval_namespace: Cell<bool>,
-    /// Its variables are in a dictionary that a script has given to a text.
+    /// The variables are in a dictionary that a script has given to a text.
     is_in_script_dict: Cell<bool>,
     /// Names at the top level of the text are looked up in a mapping of a script first.
     uses_mapping: Cell<bool>,
@@ -204,7 +204,7 @@ impl Namespace {
                 Rc::strong_count(cell) <= own && cell.value.borrow().is_unbound()
             });
             if is_unused {
-                // It is unbound, so no code runs.
+                // An unbound variable holds no value, so no code runs.
                 cells.remove(name);
             } else {
                 order[kept] = name;

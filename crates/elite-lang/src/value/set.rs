@@ -360,7 +360,7 @@ impl Set {
                 table.pop_hint = self.table.borrow().pop_hint;
                 self.table.replace(table)
             }
-            // It keeps changing: at once, then.
+            // The set changed during every attempt to copy it, so it is resized at once.
             None => {
                 self.table.with_mut(|table| table.resize(wanted));
                 return Ok(());

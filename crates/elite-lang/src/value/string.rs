@@ -106,7 +106,7 @@ impl Str {
         }
     }
 
-    /// The same for any text.
+    /// Takes over any text with its number of characters, without room that it does not need.
     #[inline(never)]
     fn fitted(mut text: CompactString, chars: usize) -> Self {
         if is_loose(&text) {

@@ -72,7 +72,7 @@ pub struct Symbols {
     inner: RefCell<SymbolTable>,
     /// What the names weigh that a sweep may give up, and how much makes the next one due.
     sweepable_weight: Cell<usize>,
-    /// The same as far as a sweep that is under way has found them in use.
+    /// Weight of the names that a sweep under way has found in use.
     kept: Cell<usize>,
     due: Cell<usize>,
     /// Names that were looked for lately, by the hash of their text; who asks here compares the text.
@@ -274,7 +274,7 @@ impl Symbols {
         self.inner.borrow().find(name)
     }
 
-    /// The same for a text whose hash is soon known.
+    /// The symbol for a text whose hash is known, or soon is, if anything has ever been called that.
     pub fn find_text(&self, name: &Str) -> Option<Symbol> {
         let recent = &self.recent[(name.hash() >> 32) as usize % RECENT];
         let inner = self.inner.borrow();

@@ -152,7 +152,7 @@ impl<T: DropItem> DeferredDrop for DeferredItems<T> {
             let Some(part) = self.0.pop() else {
                 break;
             };
-            // It may be a container of many, which has counted those.
+            // A container of many has counted its parts itself.
             part.drop_fast();
             if count_dropped(1) >= PORTION {
                 break;
@@ -166,7 +166,7 @@ impl<T: DropItem> DeferredDrop for DeferredItems<T> {
             }
         }
         let left = self.0.len();
-        // Their room goes back bit by bit, too: the system takes many milliseconds for hundreds of megabytes at once.
+        // Room goes back bit by bit, too: the system takes many milliseconds for hundreds of megabytes at once.
         if (self.0.capacity() - left) * size_of::<T>() > SHRINK_MIN_BYTES {
             self.0.shrink_to(left);
         }
@@ -205,7 +205,7 @@ impl<T> DeferredDrop for std::vec::IntoIter<T> {
     }
 }
 
-/// The same for parts that a native has not taken any more.
+/// Leaves the parts that a native has not taken to be dropped bit by bit, if there are many.
 pub fn defer_rest_if_large<T: 'static>(
     rest: std::vec::IntoIter<T>,
     may_run_script: impl Fn(&T) -> bool,
@@ -407,7 +407,7 @@ fn drop_all(mut values: Vec<Value>) {
     }
 }
 
-/// The same for values that are part of the object itself.
+/// Drops values that are part of an object itself. Values that hold no others are left to be dropped where they are.
 #[inline]
 pub fn drop_slice(values: &mut [Value]) {
     if values.iter().any(owns_values) {

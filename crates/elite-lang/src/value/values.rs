@@ -115,12 +115,12 @@ impl<T: DropItem> From<ValueVec<T>> for Vec<T> {
 }
 
 impl ValueVec {
-    /// As a list of the script.
+    /// Makes a list of the script.
     pub fn into_list(self) -> Value {
         Value::list(self.into())
     }
 
-    /// As a tuple of the script.
+    /// Makes a tuple of the script.
     pub fn into_tuple(self) -> Value {
         Value::tuple(self.into())
     }

@@ -122,7 +122,7 @@ impl<'a, 'n> Call<'a, 'n> {
         self.native
     }
 
-    /// Which statement called.
+    /// The program, thread and line of the statement that made this call.
     pub fn origin(&self) -> Origin {
         self.context.origin(self.native.line())
     }

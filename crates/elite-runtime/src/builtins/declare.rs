@@ -223,10 +223,10 @@ impl fmt::Display for Range {
     }
 }
 
-/// What an omitted argument means.
+/// What a builtin gets for an argument that the call omits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParameterDefault {
-    /// It cannot be omitted.
+    /// No default: the call must give the argument.
     Required,
     /// This number.
     Number(f64),
@@ -236,9 +236,9 @@ pub enum ParameterDefault {
     Boolean(bool),
     /// This text.
     Text(&'static str),
-    /// As many ones as the parameter has entries.
+    /// A list of ones: one for each entry of a list of booleans, otherwise six.
     Ones,
-    /// As many zeros as the parameter has numbers.
+    /// A list of zeros: one for each entry of a list of numbers, otherwise six.
     Zeros,
     /// The empty text.
     EmptyText,
@@ -307,19 +307,19 @@ impl Parameter {
         }
     }
 
-    /// The same, with a value when it is omitted.
+    /// Makes a parameter optional: `default` stands for it when a call omits it.
     pub const fn or(mut self, default: ParameterDefault) -> Self {
         self.default = default;
         self
     }
 
-    /// The same, in a unit.
+    /// States the unit of a parameter, which listings and error messages show.
     pub const fn in_unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
         self
     }
 
-    /// The same, with other spellings.
+    /// Adds other spellings under which a call may name the parameter.
     pub const fn also(mut self, aliases: &'static [&'static str]) -> Self {
         self.aliases = aliases;
         self
@@ -385,7 +385,7 @@ impl Builtin {
         }
     }
 
-    /// The same, but it may wait.
+    /// Marks a builtin whose call may suspend the calling thread before it returns.
     pub const fn waiting(mut self) -> Self {
         self.waits = true;
         self

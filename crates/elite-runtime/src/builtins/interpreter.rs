@@ -14,8 +14,8 @@ use crate::message::Message;
 use crate::message::{InterpreterEvent, Severity};
 use crate::task::Wait;
 
-/// So many statements are executed before other threads, stop and pause have their turn. A statement that calls or
-/// loops passes safepoints of its own; this is for long runs of those that do not.
+/// Statements of interpreter mode that are executed before other threads, stop and pause have their turn. A statement
+/// that calls or loops passes safepoints of its own; this bound is for long runs of simple ones.
 const STATEMENTS_PER_TURN: u32 = 32;
 
 /// The builtins of this chapter.
@@ -111,7 +111,7 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
                 observer.interpreter(&InterpreterEvent::Executing { id: id.0, text });
                 let result = call.native().run_statement(&statement);
                 task_memory::uncounted(|| {
-                    // It was compiled on the port's thread, and may be freed here.
+                    // The statement was compiled on the port's thread, so its memory was never counted as the task's.
                     drop(statement);
                     interpreter.finish();
                 });

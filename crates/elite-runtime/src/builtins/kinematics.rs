@@ -176,7 +176,7 @@ fn get_all_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::list(rows.collect()))
 }
 
-/// Which safety planes count in this state: those of its mode, and those whose pair of inputs is high.
+/// The safety planes that count in this state: those of its mode, and those whose pair of inputs is high.
 fn plane_switches(state: &RobotState) -> PlaneSwitches {
     /// Bit of the first configurable input in `digital_in`.
     const CI0: usize = 16;
@@ -209,7 +209,7 @@ fn is_within_safety_limits(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     } else {
         model.inverse_nearest(&Pose::from_rpy(&call.pose(0)?), &tcp, &near)
     };
-    // As motion judges a target.
+    // The checks of joint ranges, planes and links are those that a motion's target has to pass.
     let is_allowed = q.is_some_and(|q| {
         let violation = bounds.violation_at(model, &q, &tcp, &switches);
         violation.is_none() && bounds.link_violation(model, &q, &state.target_q).is_none()

@@ -24,7 +24,8 @@ const APPROACH: (f64, f64) = (1.396263, 1.047197);
 /// Longest time between two points, ms.
 const INTERVAL_MAX: i64 = 60_000;
 
-/// So much of a file is noted at once, bytes: marked ends of lines included, an answer that a recording takes.
+/// Most bytes of a file in one recorded answer: with its line ends marked, a piece stays below the bound of an answer
+/// ([`ANSWER_BYTES_MAX`](crate::external::ANSWER_BYTES_MAX)).
 const PIECE_BYTES: usize = 24 * 1024;
 
 /// The builtins of these sections.

@@ -112,7 +112,7 @@ pub fn to_rpc(
     native.recurse(|native| containing(native, method, value, depth))
 }
 
-/// The same for a value that holds others.
+/// Converts a list, tuple or dict for [`to_rpc`], entry by entry.
 fn containing(
     native: &mut NativeCall<'_>,
     method: &str,

@@ -33,7 +33,7 @@ pub(super) enum Port {
 }
 
 impl Port {
-    /// Its line.
+    /// The serial line of the simulation that belongs to this port.
     pub(super) fn line(self, fieldbus: &Fieldbus) -> &SerialLine {
         match self {
             Self::Tool => &fieldbus.tool_serial,

@@ -365,7 +365,7 @@ fn send(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<usize, 
     }
 }
 
-/// The same as a truth value: everything went.
+/// Sends to the socket named in argument `index`; `True` when every byte went.
 fn send_all(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<Value, Raised> {
     let length = bytes.len();
     // Nothing to send to a socket that is not connected is a failure too.
@@ -427,7 +427,7 @@ fn socket_send_line(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn socket_send_string(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let value = call.required(0);
-    // As `to_str` writes them; what that does not take goes out as Python's `str`.
+    // Lists and numbers are written by the rules of `to_str`, everything else by those of Python's `str`.
     let text = match compact_text(&value, SENT_CHARS_MAX) {
         Some(text) => text,
         None => call.native().str(&value)?.to_string(),

@@ -39,17 +39,18 @@ pub struct ExternalInput {
     pub what: ExternalInputKind,
 }
 
-/// What came.
+/// What came to a program from outside.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExternalInputKind {
     /// The program begins, with these globals set (`NAME = VALUE`).
     Started {
-        /// See above.
+        /// The globals that are set, each written as `NAME = VALUE`.
         presets: Vec<String>,
     },
-    /// It ends: this is its last turn.
+    /// The program ends, and this is its last turn.
     Ends,
-    /// It sees this cycle, and not the one that follows from what it did: the next one after a wait, else the same.
+    /// The task sees another cycle than the one that follows from what it did (the next cycle after a wait, otherwise
+    /// the one that it saw before).
     CycleObserved,
     /// An order.
     Order(TaskOrder),
@@ -57,7 +58,7 @@ pub enum ExternalInputKind {
     Call(RecordedCall),
     /// A thread that waited for a socket goes on.
     Woken {
-        /// Its number in the language.
+        /// The number that the language gives the thread.
         thread: u64,
     },
     /// The time of day, s since 1970.
@@ -69,19 +70,19 @@ pub enum ExternalInputKind {
 /// An order to a running program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TaskOrder {
-    /// It was ended.
+    /// The program was ended.
     Stop,
     /// Another program took its place.
     Replace(String),
-    /// It was held.
+    /// The program was paused.
     Pause,
-    /// It went on.
+    /// The program was resumed after a pause.
     Resume,
     /// A secondary program began beside it.
     Secondary {
-        /// Its name.
+        /// The name of the secondary program.
         name: String,
-        /// Its text.
+        /// The text of the secondary program.
         text: String,
     },
 }
@@ -89,7 +90,8 @@ pub enum TaskOrder {
 /// A call of a builtin whose answer comes from elsewhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedCall {
-    /// Which of the program's calls of this kind, from 1. Those in between have answered as the same call before.
+    /// The number of the call among the program's calls of this kind, from 1. Numbers that are missing belong to calls
+    /// that were answered like an earlier call with the same arguments.
     pub number: u64,
     /// The function.
     pub function: String,
@@ -108,7 +110,7 @@ pub enum CallOutcome {
     Raised {
         /// The name of its type.
         kind: String,
-        /// Its text.
+        /// The message of the exception.
         text: String,
     },
     /// Not at all: its thread was stopped.
@@ -125,11 +127,11 @@ pub trait ExternalInputSink: Send + Sync {
 /// Whether what comes from outside is noted, or comes from a recording.
 #[derive(Clone, Default)]
 pub enum InputMode {
-    /// It comes and nobody notes it.
+    /// Input comes from the outside world, and nobody records it.
     #[default]
     Live,
-    /// It is noted.
+    /// Input comes from the outside world and goes to a recorder.
     Recorded(Arc<dyn ExternalInputSink>),
-    /// It comes from a recording.
+    /// Input comes from a recording.
     Repeated(Arc<Rerun>),
 }

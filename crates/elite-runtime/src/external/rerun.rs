@@ -21,7 +21,7 @@ const SLICES_WITHOUT_CYCLE_MAX: u32 = 20_000;
 pub struct Divergence {
     /// The program.
     pub program: ProgramId,
-    /// Its line, 0 where that says nothing.
+    /// The line of the program that was running; 0 where no single line is to blame.
     pub line: u32,
     /// The cycle before which it was seen.
     pub cycle: u64,
@@ -47,9 +47,9 @@ impl fmt::Display for Divergence {
 
 /// What the recording has for a call of a builtin that asks somebody else.
 pub(crate) enum RecordedAnswer {
-    /// It answered as the same call did before.
+    /// The recording leaves the call out, because an earlier one with the same arguments was answered likewise.
     AsBefore,
-    /// So.
+    /// The recording has an entry for this call.
     So(RecordedCall),
 }
 
@@ -57,7 +57,7 @@ pub(crate) enum RecordedAnswer {
 #[derive(Default)]
 struct ProgramInputs {
     begins: u64,
-    /// Its last turn, where the recording has it.
+    /// The last turn of the program; `None` when the recording broke off before its end.
     ends: Option<u64>,
     presets: Vec<String>,
     sees: BTreeMap<u64, u64>,
@@ -148,7 +148,7 @@ impl Rerun {
         }
     }
 
-    /// It was recorded under the real clock.
+    /// True when the run was recorded under the real clock.
     pub const fn is_real(&self) -> bool {
         self.is_real
     }
@@ -310,7 +310,7 @@ impl Rerun {
                 let text = "it goes on where it had ended when it was recorded".to_owned();
                 self.record_divergence(&mut self.progress(), origin, cycle, text);
             }
-            // Its end was not recorded: it computed when the recording broke off.
+            // The end of the program is not in the recording, which broke off while it computed.
             None if worked > SLICES_WITHOUT_CYCLE_MAX => self.finish(),
             _ => {}
         }

@@ -52,7 +52,7 @@ pub enum Units {
     DegreesOrMillimetres,
 }
 
-/// Why a file or its points cannot be used.
+/// The reason for which a file or its points cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MicroLineError {
@@ -353,7 +353,8 @@ fn samples(points: &[[f64; 6]], space: Space, interval: f64, rounding: &[f64; 6]
             }
             let pose = Pose::from_rpy(&RpyPose::from_array(*point));
             let turn = UnitQuaternion::from_rotation_matrix(&pose.rotation);
-            // The same rotation has two quaternions: the one that goes on from the point before.
+            // A rotation has two quaternions, of opposite signs; the one nearer to that of the point before makes a
+            // smooth series.
             let is_far = turn.coords.dot(&before.coords) < 0.0;
             before = if is_far {
                 UnitQuaternion::new_unchecked(-turn.into_inner())

@@ -9,14 +9,14 @@
 
 /// Weight of the deviations to begin with: swings of some forty samples and more are followed.
 const LIGHTEST: f64 = 1e-6;
-/// Attempts at weights, how much one grows by at least where the value is too far off, and at most.
+/// Most attempts at finding the weights.
 const ATTEMPTS: usize = 40;
-/// See [`ATTEMPTS`].
+/// Factor by which an attempt raises the weight of a value that is too far off: at least, and at most.
 const GROWTH: (f64, f64) = (1.1, 1000.0);
-/// A value may be so many times its rounding off: when nothing more is attempted, and at all. Weights that would bring
-/// the last of them nearer make a corner of it.
+/// Deviation, in units of the rounding, at which a value counts as near: no further attempt is made when all are.
 const NEAR: f64 = 1.1;
-/// See [`NEAR`].
+/// Largest deviation of a value in units of the rounding; more is cut off. Weights that brought the last such values
+/// nearer would make corners of them.
 const FARTHEST: f64 = 1.5;
 /// Weight of a value that stays.
 const FIXED: f64 = 1e12;

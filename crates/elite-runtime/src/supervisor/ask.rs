@@ -15,10 +15,10 @@ use crate::message::{Message, Observer};
 use crate::task::ProgramSource;
 use crate::test_task::TestTaskConfig;
 
-/// An answer takes no longer, in wall time: a secondary program may compute for about a second.
+/// Longest time until an answer, in wall time: a secondary program may compute for about a second.
 const ANSWERED_WITHIN: Duration = Duration::from_millis(1500);
 
-/// Why a question has no answer.
+/// The reason for which a question has no answer.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NoAnswer {
     /// The question does not compile.

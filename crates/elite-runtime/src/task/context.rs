@@ -45,7 +45,7 @@ const CALLS_OF_UNWINDING: u32 = 20 * CALLS_PER_SAMPLE - 1;
 const CLEAN_UP: f64 = 0.5;
 /// Length of a clean-up where no time passes: looks, each after 4096 steps, which take about 0.3 ms.
 const LOOKS_OF_CLEAN_UP: u32 = 1500;
-/// So many of them see the robot of one cycle, as a turn of a thread does.
+/// Calls of builtins during a clean-up that see the robot of one cycle, as all calls within a turn of a thread do.
 const CALLS_PER_SAMPLE: u32 = 256;
 
 /// 2026-01-01T00:00:00Z, where simulated time begins.
@@ -127,12 +127,12 @@ struct CurrentThread {
 /// What the script code that runs may not do.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub enum CallRestriction {
-    /// It may wait, and move the arm.
+    /// The code may wait and move the arm.
     #[default]
     None,
-    /// A secondary program: neither.
+    /// A secondary program may neither wait nor move the arm.
     Secondary,
-    /// A debugger looks at a program that stands: neither.
+    /// Code that a debugger evaluates while the program stands may neither wait nor move the arm.
     Inspection,
 }
 
@@ -164,7 +164,7 @@ pub(crate) enum ThreadLookup {
     Unknown,
 }
 
-/// Why a thread was not started.
+/// More script threads than [`THREADS_MAX`] were to run at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("Thread over the max size: {}", THREADS_MAX)]
 pub(crate) struct ThreadCountError;
@@ -398,12 +398,12 @@ impl TaskContext {
         }
     }
 
-    /// How often the task has looked round.
+    /// The number of the task's current turn: how often the task has looked for news from outside.
     pub fn turn(&self) -> u64 {
         self.turn.get()
     }
 
-    /// It looks round once more.
+    /// Begins the next turn, before the task looks for news from outside; returns its number.
     pub fn next_turn(&self) -> u64 {
         self.turn.set(self.turn.get() + 1);
         self.turn.get()
@@ -415,18 +415,18 @@ impl TaskContext {
         self.calls.get()
     }
 
-    /// The latest answers of such calls.
+    /// The latest answers of builtins that ask somebody else.
     pub fn memo(&self) -> RefMut<'_, AnswerCache> {
         self.memo.borrow_mut()
     }
 
-    /// The turns in which waits of the running thread are over count from now on.
+    /// From now on, records the turns in which waits of the running thread end.
     pub fn log_waits(&self) {
         let mut waits = self.waits_of_calls.borrow_mut();
         waits.insert(self.running.get().number, Vec::new());
     }
 
-    /// They, since then.
+    /// The turns in which waits of the running thread have ended since [`TaskContext::log_waits`].
     pub fn take_waits(&self) -> Vec<u64> {
         let mut waits = self.waits_of_calls.borrow_mut();
         waits.remove(&self.running.get().number).unwrap_or_default()

@@ -28,7 +28,7 @@ const PROGRAM_FOLDERS: [&str; 3] = [
     "/home/elite/user/program",
 ];
 
-/// The rest of a path that leads into the program folder of a vendor's controller.
+/// A path below the program folder of a vendor's controller, without that folder; `None` for any other path.
 fn in_program_folder(path: &str) -> Option<&str> {
     let inside = PROGRAM_FOLDERS
         .iter()
@@ -228,7 +228,7 @@ impl HostFiles for Files {
     }
 
     fn access(&self, path: &str, mode: u32) -> bool {
-        // As `access(2)` has them.
+        // The bits of the mode are those of `access(2)`.
         let wanted = Access {
             read: mode & 4 != 0,
             write: mode & 2 != 0,

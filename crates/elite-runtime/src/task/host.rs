@@ -31,25 +31,25 @@ pub struct Permissions {
     pub network: NetworkAccess,
 }
 
-/// Which machines programs may reach.
+/// The machines that programs may reach.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NetworkAccess {
-    /// None.
+    /// No machine.
     Nothing,
     /// Those that somebody in this process stands in for; no other, in either direction.
     SimulatedOnly,
-    /// All, and all may reach programs.
+    /// Every machine, and every machine may reach programs.
     Everything,
 }
 
-/// Which files programs may reach.
+/// The files that programs may reach.
 #[derive(Clone, Debug)]
 pub enum FileAccess {
-    /// None.
+    /// No file.
     Nothing,
-    /// Those beneath some folders.
+    /// Files beneath some folders.
     Sandboxed(SandboxRoots),
-    /// All that the controller itself may reach.
+    /// Every file that the controller itself may reach.
     Everything,
 }
 
@@ -108,7 +108,7 @@ impl TaskHost {
         self.woken.take()
     }
 
-    /// The same for threads that waited for the outside world.
+    /// Threads that waited for the outside world and became ready since the last call, in the order in which they did.
     pub fn take_woken_outside(&self) -> Vec<ThreadId> {
         self.sockets.outside().take_woken()
     }

@@ -135,7 +135,8 @@ impl Task {
         let known = &self.known;
         let compiled =
             task_memory::uncounted(|| elite_lang::compile(SourceFile::new(name, text), known));
-        // It compiled when it was recorded; another version may think otherwise, which shows in what follows.
+        // A text that compiled when it was recorded may not in another version; the run then departs from the
+        // recording.
         if let Ok(program) = compiled {
             self.start_secondary(&program);
             task_memory::uncounted(|| drop(program));

@@ -58,7 +58,7 @@ impl Processes {
 }
 
 impl Drop for Processes {
-    /// Also when the task ends by a panic.
+    /// Kills the processes when the task ends by a panic, too.
     fn drop(&mut self) {
         self.kill_all();
     }

@@ -11,10 +11,10 @@ use motion_api::{CommandId, CycleTime, IoImage, RobotState, StopReason};
 use crate::predicted_state::PredictedState;
 use crate::robot::Robot;
 
-/// See the module.
+/// The robot as one task sees it: under the real clock, as it was in one cycle, for a whole turn.
 pub(crate) struct RobotView {
     robot: Arc<Robot>,
-    /// The state that is seen; `None` where nothing changes within a turn.
+    /// The state of the cycle that this turn sees; `None` under the virtual clock, where nothing changes within a turn.
     seen: RefCell<Option<Box<RobotState>>>,
 }
 
@@ -51,12 +51,12 @@ impl RobotView {
             .map_or_else(|| self.robot.state(), |state| **state)
     }
 
-    /// The latest moment there is, which says nothing to a program.
+    /// The latest cycle of the robot, which may be later than the one that programs see.
     pub fn latest(&self) -> CycleTime {
         self.robot.moment()
     }
 
-    /// When that was.
+    /// The time of the cycle that this turn sees.
     pub fn moment(&self) -> CycleTime {
         let seen = self.seen.borrow();
         let of = |state: &RobotState| CycleTime::of(state);
@@ -64,7 +64,7 @@ impl RobotView {
             .map_or_else(|| self.robot.moment(), |state| of(state))
     }
 
-    /// See [`Robot::io`].
+    /// Inputs and outputs in this turn, with the task's own changes ([`Robot::io`]).
     pub fn io(&self) -> IoImage {
         match &*self.seen.borrow() {
             Some(state) => self.robot.io_after(state),
@@ -72,7 +72,7 @@ impl RobotView {
         }
     }
 
-    /// See [`Robot::foreseen`].
+    /// The state with the settings of commands that still wait ([`Robot::foreseen`]).
     pub fn foreseen(&self) -> PredictedState {
         match &*self.seen.borrow() {
             Some(state) => self.robot.foreseen_after(state),
@@ -80,7 +80,7 @@ impl RobotView {
         }
     }
 
-    /// See [`Robot::has_ended`].
+    /// True when a requested command has ended ([`Robot::has_ended`]).
     pub fn has_ended(&self, id: CommandId) -> bool {
         match &*self.seen.borrow() {
             Some(state) => self.robot.has_ended_by(id, state.cycle),
@@ -88,7 +88,7 @@ impl RobotView {
         }
     }
 
-    /// See [`Robot::accepts_next_motion`].
+    /// True when the next motion may follow this one ([`Robot::accepts_next_motion`]).
     pub fn may_be_followed(&self, id: CommandId) -> bool {
         match &*self.seen.borrow() {
             Some(state) => self.robot.accepted_next_motion_by(id, state.cycle),
@@ -96,7 +96,7 @@ impl RobotView {
         }
     }
 
-    /// See [`Robot::is_next_due`].
+    /// True when the motion after this one is due ([`Robot::is_next_due`]).
     pub fn is_next_due(&self, id: CommandId) -> bool {
         match &*self.seen.borrow() {
             Some(state) => self.robot.is_next_due_by(id, state.cycle),
@@ -104,7 +104,7 @@ impl RobotView {
         }
     }
 
-    /// See [`Robot::protective_stops`].
+    /// The number of protective stops, and the reason of the last one ([`Robot::protective_stops`]).
     pub fn protective_stops(&self) -> (u64, Option<StopReason>) {
         match &*self.seen.borrow() {
             Some(state) => self.robot.protective_stops_by(state.cycle),

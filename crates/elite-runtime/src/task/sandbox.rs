@@ -18,7 +18,7 @@ use thiserror::Error;
 #[derive(Clone, Debug)]
 pub struct SandboxRoots {
     all: Arc<[SandboxRoot]>,
-    /// Why there are no others, for people: ", which is what …".
+    /// The end of the error for a path outside them, which says who chose these folders: "which is what …".
     because: &'static str,
 }
 
@@ -29,7 +29,7 @@ impl PartialEq for SandboxRoots {
     }
 }
 
-/// Why programs have no others.
+/// The end of the error for a program's path outside its folders.
 const ALLOWED_TO_PROGRAMS: &str = "which is what --allow fs= opens to programs";
 
 /// A folder that cannot be opened to programs.
@@ -42,7 +42,7 @@ pub struct SandboxError {
 
 #[derive(Debug)]
 struct SandboxRoot {
-    /// As it was given, from the root on, and as it is without links.
+    /// The absolute path of the folder as it was given; `real` is the one without links.
     given: PathBuf,
     real: PathBuf,
     opened: Held,
@@ -90,7 +90,7 @@ impl SandboxRoots {
         Self::open_with_reason(paths, ALLOWED_TO_PROGRAMS)
     }
 
-    /// Opens folders, one at least; `because` says why there are no others: "the folder it was started in".
+    /// Opens folders, one at least; `because` ends the error for a path outside them: "the folder it was started in".
     ///
     /// # Errors
     /// [`SandboxError`] when one is not there or is no folder.

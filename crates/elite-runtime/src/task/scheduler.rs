@@ -41,7 +41,7 @@ use crate::task_folder::TaskFolder;
 use crate::test_task::TestTaskHandle;
 use crate::value_text::fixed_text;
 
-/// So many names of the top level are watched: each costs time in every period.
+/// Most names of the top level that are watched: each costs time in every period.
 const TOP_LEVEL_NAMES_MAX: usize = 200;
 
 /// What the language may use. How long a stopped program cleans up is decided here (`TaskContext::may_clean_up`).
@@ -96,7 +96,7 @@ pub(crate) struct FinishedTask {
     pub end: TaskEnd,
     /// The arm may still be on its way to rest; only where another program takes the task's place.
     pub braking: Option<HandoverStop>,
-    /// Its memory, which goes back to the system when the others know that the task has ended.
+    /// The memory of the task, which goes back to the system when the others know that the task has ended.
     pub leftovers: Option<Rc<FreeListPurge>>,
 }
 
@@ -128,13 +128,13 @@ pub struct TaskSettings {
 /// How a task ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TaskEnd {
-    /// Its main program ran to the end.
+    /// The main program ran to its end.
     Finished,
-    /// It did not compile; the findings were reported.
+    /// The program did not compile; the findings were reported.
     NotCompiled,
     /// An exception was not caught; it was reported.
     Failed,
-    /// Somebody stopped it.
+    /// Somebody stopped the task.
     Stopped,
     /// Another main program took its place, as its log says.
     Replaced,
@@ -225,7 +225,7 @@ pub(super) struct SecondaryBudget {
     pub until: f64,
 }
 
-/// Why a thread is not ready.
+/// The reason for which a thread is not ready.
 #[derive(Clone, Copy)]
 pub(super) enum BlockReason {
     /// A builtin waits for something in the wait table.
@@ -304,7 +304,7 @@ impl Task {
         }
     }
 
-    /// The same task, whose main program finds these globals set.
+    /// Sets the globals that the main program finds defined when it starts.
     pub fn with_presets(self, presets: Arc<[Preset]>) -> Self {
         Self { presets, ..self }
     }
@@ -573,7 +573,7 @@ impl Task {
                 // Whoever asked may have lost interest.
                 let _ = taken.send(());
                 self.start_secondary(&program);
-                // It was compiled for this task, but not on its thread.
+                // The program was compiled on another thread, so its memory was never counted as this task's.
                 task_memory::uncounted(|| drop(program));
             }
         }
@@ -657,7 +657,7 @@ impl Task {
 
     fn out_of_fuel(&mut self, number: ThreadNumber) {
         if self.interpreter.is_gc_running() {
-            // It has its turn when the search is over.
+            // The thread has its next turn as soon as the garbage collector's search is over.
             return self.ready.push_front(number);
         }
         let bounds = self.threads.get_mut(&number);

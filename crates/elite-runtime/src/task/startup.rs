@@ -45,7 +45,7 @@ impl Task {
                     .observer
                     .program_compiled(self.context.program(), text);
                 self.context.interpreter().task_runs(&program);
-                // It may have been compiled on another thread; what runs is in the account by now.
+                // A program compiled on another thread was never in the account, and what runs is in it by now.
                 task_memory::uncounted(|| drop(program));
                 self.program_is(ProgramState::Running);
                 let end = self.run_threads().await;

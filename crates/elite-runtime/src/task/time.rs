@@ -33,7 +33,8 @@ impl Task {
         self.end_waits_that(|_| true);
     }
 
-    /// The same for what people and other programs end, which needs no cycle to pass. True when there was one.
+    /// Readies threads whose waits people and other programs end, for which no cycle has to pass. True when there was
+    /// one.
     pub(super) fn end_outside_waits(&mut self) -> bool {
         self.end_waits_that(Wait::is_external)
     }

@@ -19,7 +19,7 @@ pub(crate) enum Wait {
     Due(CommandId),
     /// The beginning of a cycle with at least this number.
     Cycle(u64),
-    /// The same, or the end of the program beside this one.
+    /// The beginning of a cycle with at least this number, or the end of the program beside this one.
     CycleOrProgramEnd(u64),
     /// The end of a script thread.
     Thread(ThreadNumber),

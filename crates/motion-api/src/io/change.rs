@@ -8,16 +8,16 @@ use super::points::*;
 pub enum IoChange {
     /// Digital outputs where `mask` is 1. Tool pins that are no enabled outputs stay as they are.
     DigitalOut {
-        /// Which.
+        /// The outputs that change, one bit each.
         mask: u32,
-        /// To what.
+        /// Levels of these outputs, at the bits of `mask`.
         levels: u32,
     },
     /// Digital inputs where `mask` is 1, as if somebody had wired them.
     DigitalIn {
-        /// Which.
+        /// The inputs that change, one bit each.
         mask: u32,
-        /// To what.
+        /// Levels of these inputs, at the bits of `mask`.
         levels: u32,
     },
     /// An analog output.
@@ -59,7 +59,7 @@ pub enum IoChange {
     ToolPin {
         /// 0 to 3.
         index: u8,
-        /// Its configuration.
+        /// The configuration of the pin.
         pin: ToolPin,
     },
     /// Supply of the tool connector: 0, 12 or 24 V.
@@ -155,7 +155,7 @@ impl IoChange {
         }
     }
 
-    /// Its name and up to four numbers, for the recording.
+    /// The name of the change and up to four numbers, for the recording.
     pub fn to_parts(&self) -> (&'static str, [f64; 4]) {
         let two = |a: f64, b: f64| [a, b, 0.0, 0.0];
         match *self {

@@ -122,7 +122,7 @@ impl IoConfig {
 /// What an output does when no program runs (manual 5.20 to 5.25). A held program counts as not running.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RunStateChoice {
-    /// It keeps what programs and clients set.
+    /// The output keeps what programs and clients set.
     #[default]
     Keep = 0,
     /// Low, or the minimum, whenever no program runs.

@@ -21,7 +21,7 @@ pub enum DigitalBank {
 }
 
 impl DigitalBank {
-    /// Its first bit in the word.
+    /// The bit of the bank's first point in the word of all inputs or outputs.
     pub const fn first_bit(self) -> u8 {
         match self {
             Self::Standard => 0,

@@ -1,4 +1,4 @@
-//! Which obstacles are near enough to a part of the arm to be looked at: all of them need that only now and then.
+//! The obstacles that are near enough to a part of the arm to be looked at: most need that only now and then.
 //!
 //! A gap that was found once lasts until the part has gone as far. So each part counts the way of its farthest point,
 //! each pair of part and obstacle knows the count at which it is due again, and each part the earliest of those.
@@ -8,10 +8,10 @@ use kinematics::{DOF, Frames, Pose};
 /// The links and the tool.
 pub(super) const PARTS: usize = DOF + 1;
 
-/// See the module.
+/// The distances that parts of the arm still have to go before a pair of part and obstacle is looked at again.
 #[derive(Clone, Debug)]
 pub(super) struct BroadPhase {
-    /// At which way of the part a pair is due, m.
+    /// The way of its part, m, at which each pair of part and obstacle is looked at again.
     next_check: Vec<f64>,
     obstacles: usize,
     earliest: [f64; PARTS],

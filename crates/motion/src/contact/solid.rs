@@ -14,7 +14,7 @@ pub enum Shape {
         /// Half of each edge.
         half: [f64; 3],
     },
-    /// Its axis is z.
+    /// A cylinder whose axis is z.
     Cylinder {
         /// Radius.
         radius: f64,
@@ -40,7 +40,7 @@ pub struct PlacedShape {
 }
 
 impl PlacedShape {
-    /// The same solid seen from frame a instead of frame b.
+    /// This solid seen from frame a instead of frame b.
     pub(super) fn expressed_in(&self, a_from_b: &Pose) -> Self {
         Self {
             pose: *a_from_b * self.pose,

@@ -23,9 +23,9 @@ pub struct AxisLimits {
     pub jerk: f64,
 }
 
-/// The last approach to the end of a range: speed over distance, 1/s, and share of the acceleration before that.
+/// Speed over distance on the last approach to the end of a range, 1/s.
 const END_SLOPE: f64 = 8.0;
-/// See [`END_SLOPE`].
+/// Share of the acceleration with which a joint brakes before the last approach to the end of its range.
 const END_SHARE: f64 = 0.5;
 
 /// The speed of approach over a distance: proportional near the goal, then what `braking` can still take away.
@@ -166,7 +166,7 @@ impl AxisLimits {
             low,
             high,
         );
-        // As a mean the acceleration may change by twice of what braking within the step changes it by.
+        // The mean acceleration of a step may change by twice as much as braking within the step changes it.
         let kept = [braking, low, high].into_iter().find(|a| is_good(*a));
         let Some(kept) = kept else {
             let coming = natural_speed(now.speed, now.acceleration, self.jerk);

@@ -22,9 +22,9 @@ const CATCH_UP: f64 = 2.5;
 const SPEED_MAX: f64 = 3.0;
 /// Bandwidth of catching up, rad/s.
 const BANDWIDTH: f64 = 40.0;
-/// A belt that is this near is caught up with, m or rad; one that never is is waited for so long, s.
+/// A belt that is this near is caught up with, m or rad.
 const CAUGHT_UP: f64 = 1e-4;
-/// See [`CAUGHT_UP`].
+/// Longest time for which catching up with the belt is waited for, s.
 const CATCH_UP_TIMEOUT: f64 = 5.0;
 /// Nearer to the centre of a turntable than this its angle counts as if the tool were here, m.
 const RADIUS_MIN: f64 = 0.1;
@@ -45,14 +45,14 @@ pub enum ConveyorPath {
     },
 }
 
-/// A motion on the belt is slowed down where more than this share of what joints, TCP and elbow can do is used, 1/s;
-/// below it is let go on, the faster the more there is left.
+/// A motion on the belt is slowed down where more than this share of what joints, TCP and elbow can do is used; below
+/// it goes on faster, the more is left.
 const FULL_USE: f64 = 0.96;
-/// See [`FULL_USE`].
+/// Rate at which the pace of a motion on the belt falls where too much is used, 1/s.
 const SLOWING_RATE: f64 = 8.0;
-/// See [`FULL_USE`].
+/// Fastest rate at which the pace of a motion on the belt rises again, 1/s.
 const RECOVERY_RATE: f64 = 2.0;
-/// See [`FULL_USE`]: with this less the recovery is at its fastest.
+/// Unused share of the limits, below [`FULL_USE`], from which on the pace rises at its fastest.
 const RECOVERY_USE: f64 = 0.06;
 /// A motion is never slower than this: belts leave that much.
 const SLOWEST_PACE: f64 = 0.03;
@@ -133,7 +133,7 @@ impl ConveyorTracking {
         }
     }
 
-    /// Which way the arm's way leads next, 1 or -1, when the encoder was at `ticks` with `rate` ticks/s.
+    /// The direction in which the arm's way leads next, 1 or -1, when the encoder was at `ticks` with `rate` ticks/s.
     pub fn heading(&self, (ticks, rate): (f64, f64)) -> f64 {
         let gap = (ticks - self.start_ticks) * self.per_tick - self.displacement.position;
         let leads = if gap.abs() > 10.0 * CAUGHT_UP {
@@ -183,12 +183,12 @@ impl ConveyorTracking {
         self.has_early_motion
     }
 
-    /// It has ended.
+    /// The motion that began before the belt was tracked has ended.
     pub fn end_early_motion(&mut self) {
         self.has_early_motion = false;
     }
 
-    /// See [`wait`](Self::wait).
+    /// True while the belt waits for a motion that began before it was tracked ([`wait`](Self::wait)).
     pub fn is_waiting(&self) -> bool {
         self.waiting > 0.0
     }
@@ -295,12 +295,12 @@ impl ConveyorTracking {
         self.axis.speed = self.max_speed.min(speed).max(self.displacement.speed.abs());
     }
 
-    /// Speed of the belt when the encoder runs at `rate` ticks/s, and of the arm's way: m/s or rad/s, without sign.
+    /// Speed of the belt when the encoder runs at `rate` ticks/s: m/s or rad/s, without sign.
     pub fn rate(&self, rate: f64) -> f64 {
         (rate * self.per_tick).abs()
     }
 
-    /// See [`rate`](Self::rate).
+    /// Speed of the arm's way along the belt: m/s or rad/s, without sign.
     pub fn speed(&self) -> f64 {
         self.displacement.speed.abs()
     }

@@ -49,7 +49,7 @@ impl TrackingLaw {
         self.acceleration_towards_speed(now, speed + approach, 0.0, axis)
     }
 
-    /// The same for a reference with an acceleration of its own.
+    /// The acceleration at the end of the step for a reference with an acceleration of its own.
     pub fn acceleration_with(
         &self,
         now: &ScalarState,

@@ -26,15 +26,15 @@ use crate::setpoint::Setpoint;
 const CATCH_UP: f64 = 25.0;
 /// Fastest way back, m/s and rad/s.
 const CATCH_UP_MAX: [f64; 2] = [0.1, 0.5];
-/// The same when force mode has ended under a running motion: the tool may stand a good way off.
+/// Fastest way back when force mode has ended under a running motion, m/s and rad/s: the tool may stand a good way off.
 const RETURN_MAX: [f64; 2] = [0.02, 0.2];
 /// Share of what the joints can do that a correction is planned with.
 const SHARE: f64 = 0.7;
 /// Share of that which a force axis reckons with when it has to stop at its target; the rest is for delays.
 const BRAKING_SHARE: f64 = 0.6;
-/// Least and largest acceleration of a correction, m/s² or rad/s², and least jerk; for singular positions.
+/// Least and largest acceleration of a correction, m/s² or rad/s², for singular positions.
 const ACCELERATION: (f64, f64) = (0.05, 10.0);
-/// See [`ACCELERATION`].
+/// Least jerk of a correction, m/s³ or rad/s³, for singular positions.
 const JERK_MIN: f64 = 2.0;
 /// Share of the TCP's speed limit that a sum of motion and correction uses.
 const TCP_SPEED_SHARE: f64 = 0.95;

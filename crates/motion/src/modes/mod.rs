@@ -54,7 +54,7 @@ pub(crate) struct OnlineContext<'a> {
     pub(crate) flange_from_tcp: &'a Pose,
     /// Hard limits of the joints.
     pub(crate) axes: [AxisLimits; 6],
-    /// The same with what the drives and the limits of TCP and elbow leave here.
+    /// Limits of the joints with what the drives and the limits of TCP and elbow leave here.
     pub(crate) available_axes: [AxisLimits; 6],
     /// The hard limits, and what a joint does already where that is more: a TCP that is too fast slows down on its
     /// line.
@@ -202,7 +202,7 @@ pub(crate) enum CallCompletion {
     AfterTime(f64),
     /// When what was asked is reached.
     OnGoal,
-    /// It has.
+    /// The call has ended already.
     Returned,
 }
 
@@ -231,7 +231,7 @@ pub(crate) struct ActiveOnlineMode {
     pub(crate) kind: OnlineMode,
     /// A stop was asked for; the mode ends where the arm comes to rest.
     pub(crate) is_stopping: bool,
-    /// It was said that the arm is held back.
+    /// A warning that the arm is held back was given.
     pub(crate) is_warned: bool,
 }
 
@@ -311,7 +311,7 @@ impl ActiveOnlineMode {
         }
     }
 
-    /// The same mode from `from` on, where the arm stands after something else moved it: what is asked for stays.
+    /// Lets the mode go on from `from`, where the arm stands after something else moved it; its goal stays.
     pub(crate) fn resume_from(&mut self, arm: &OnlineContext, from: &Setpoint) {
         match &mut self.kind {
             OnlineMode::Servo(servo) => servo.resume_from(&from.q),

@@ -25,18 +25,18 @@ use crate::setpoint::Setpoint;
 const DEFAULT_MAX_OFFSET: [f64; 2] = [0.1, 0.5];
 /// Fastest change of an offset along an axis, m/s and rad/s, where the joints allow it.
 const SPEED: [f64; 2] = [0.25, 1.0];
-/// The same for its acceleration, m/s² and rad/s².
+/// Largest acceleration of an offset along an axis, m/s² and rad/s², where the joints allow it.
 const ACCELERATION: [f64; 2] = [10.0, 40.0];
 /// An offset is given this speed at least, however little is left for it, m/s and rad/s.
 const SLOWEST: f64 = 1e-4;
 /// The path has a direction above this speed, m/s.
 const MOVING: f64 = 1e-4;
-/// This near to what is asked for the filter is there: m or rad.
+/// The filter has arrived when it is this near to what is asked for: m or rad.
 const ARRIVAL_TOLERANCE: f64 = 1e-9;
-/// Share of its acceleration with which it comes to rest within what is asked for: what the joints leave changes
+/// Share of the acceleration with which an offset comes to rest within what is asked for: what the joints leave changes
 /// meanwhile.
 const COMING_TO_REST: f64 = 0.9;
-/// So far before and behind a moment its change is looked at, s.
+/// Time before and after a moment at which a rotation is looked at for its change there, s.
 const NEARBY: f64 = 1e-4;
 /// Components that are smaller, m or rad and per second, are none.
 const NONE: f64 = 1e-9;
@@ -49,12 +49,12 @@ pub struct PathOffset {
     axes: OffsetAxes,
     /// Asked for, in `axes`: translation and rotation vector.
     requested: Vector6<f64>,
-    /// The same after the filter.
+    /// The offset that is asked for, after the filter.
     filtered: Vector6<f64>,
     /// Share of a new offset taken over in a cycle.
     share: f64,
     most: [f64; 2],
-    /// In force, base axes.
+    /// The offset in force, base axes.
     current: [ScalarState; 6],
     /// Direction in which the path led last, base axes.
     tangent: Vector3<f64>,
@@ -64,9 +64,9 @@ pub struct PathOffset {
     lately: OffsetHistory,
 }
 
-/// Spans of time in which the largest and smallest offsets are known, and how long each is, s.
+/// Number of spans of time for which the largest and smallest offsets are kept.
 const SPANS: usize = 8;
-/// See [`SPANS`].
+/// Length of a span, s.
 const SPAN: f64 = 0.064;
 
 /// The range of what was asked for in the last half second. Where the joints leave too little for a fast weave it would
@@ -143,7 +143,7 @@ impl PathOffset {
         self.is_stopping = false;
     }
 
-    /// They end; the arm is wanted where it is.
+    /// Ends the offsets; the arm is wanted where it is.
     pub fn end(&mut self) {
         self.is_on = false;
         self.is_stopping = false;
@@ -154,7 +154,7 @@ impl PathOffset {
         self.lately = OffsetHistory::only(&[0.0; 6]);
     }
 
-    /// As a new program finds it.
+    /// Sets filter and largest offsets to what a new program finds.
     pub fn reset_settings(&mut self) {
         self.share = 1.0;
         self.most = DEFAULT_MAX_OFFSET;
@@ -163,7 +163,7 @@ impl PathOffset {
         }
     }
 
-    /// They count.
+    /// True while offsets count.
     pub const fn is_on(&self) -> bool {
         self.is_on
     }
@@ -173,24 +173,24 @@ impl PathOffset {
         self.is_stopping = self.is_on;
     }
 
-    /// It stands where it is: something else brakes the arm.
+    /// The offset stands where it is: something else brakes the arm.
     pub fn halt(&mut self) {
         for now in &mut self.current {
             *now = ScalarState::at_rest(now.position);
         }
     }
 
-    /// A stop has brought it to rest.
+    /// True when a stop has brought the offset to rest.
     pub fn has_stopped(&self) -> bool {
         self.is_stopping && self.is_standing()
     }
 
-    /// It comes to rest after a stop, and is not there yet.
+    /// True while the offset comes to rest after a stop, and is not there yet.
     pub fn is_coming_to_rest(&self) -> bool {
         self.is_stopping && !self.is_standing()
     }
 
-    /// Nothing of it moves.
+    /// True when no axis of the offset moves.
     pub fn is_standing(&self) -> bool {
         self.current
             .iter()
@@ -330,7 +330,7 @@ impl PathOffset {
             }
         });
         let next = if is_held || self.is_stopping {
-            // It comes to rest wherever it can, and goes on from there.
+            // A held offset comes to rest wherever it can, and goes on from there.
             let next = core::array::from_fn(|k| able[k].step_towards_speed(&own[k], 0.0, step));
             let at = next.map(|state| state.position);
             self.course.resume_from(&JointPositions(at));

@@ -19,9 +19,9 @@ use crate::setpoint::elbow_speed;
 const AIMED_SHARE: f64 = 0.9;
 /// Share of the limits that no safe state exceeds on its way to rest.
 const KEPT_SHARE: f64 = 0.99;
-/// Cycles of braking of which each is looked at, and most places further on.
+/// Cycles at the beginning of a braking of which each is looked at.
 const NEAR_CYCLES: u32 = 8;
-/// See [`NEAR_CYCLES`].
+/// Most places at which the later part of a braking is looked at.
 const FAR_PLACES: u32 = 32;
 /// Halvings between braking and what is wanted.
 const HALVINGS: u32 = 6;

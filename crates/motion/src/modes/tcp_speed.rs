@@ -24,7 +24,7 @@ const BRAKING_SAMPLES: u32 = 8;
 const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 /// Share of a joint's speed and acceleration that the TCP mode uses; the rest covers what lies between two looks.
 const JOINT_SHARE: f64 = 0.9;
-/// The same for the braking that is already under way, which was looked at before.
+/// Share of a joint's speed and acceleration for braking that is already under way, which was looked at before.
 const BRAKE_SHARE: f64 = 0.98;
 /// Share of a joint's jerk: accelerations at two ends of a cycle tell less about it.
 const JERK_SHARE: f64 = 0.8;
@@ -38,12 +38,11 @@ const BRAKING_MAX: f64 = 10.0;
 /// More than any arm can do, m/s² and rad/s²: what is asked for beyond it is the same wish.
 const BEYOND_ANY_ARM: f64 = 100.0;
 
-/// The joint that is named where no single one can be: the elbow stretches at the end of the reach, wrist 2 is the
-/// usual one in a singular position.
+/// The joint that is named at the end of the reach, where no single one is to blame: the elbow, which stretches.
 const OUT_OF_REACH: u8 = 2;
-/// See [`OUT_OF_REACH`].
+/// The joint that is named in a singular position, where no single one is to blame: wrist 2 is the usual one.
 const SINGULAR: u8 = 4;
-/// See [`OUT_OF_REACH`]: where TCP or elbow would be too fast joint 2 moves both.
+/// The joint that is named where TCP or elbow would be too fast: joint 2 moves both.
 const ELBOW: u8 = 1;
 
 /// Axes in which the velocity is kept.
@@ -64,7 +63,7 @@ pub struct TcpModeContext<'a> {
     pub flange_from_tcp: &'a Pose,
     /// What each joint may do.
     pub axes: &'a [AxisLimits; 6],
-    /// The same with what the drives leave here.
+    /// Limits of each joint with what the drives leave here.
     pub able: &'a [AxisLimits; 6],
     /// What limits the speeds of TCP and elbow, where anything does.
     pub(super) points: Option<&'a PointSpeedLimits<'a>>,
@@ -134,7 +133,7 @@ impl TcpSpeedMode {
         self.acceleration = [acceleration, rotation_acceleration].map(|a| a.min(BEYOND_ANY_ARM));
     }
 
-    /// The same goal from the motion `from` on, of the TCP that `arm` has now.
+    /// Keeps the goal, and goes on from the motion `from` of the TCP that `arm` has now.
     pub fn resume_from(&mut self, arm: &TcpModeContext, from: &Setpoint) {
         *self = Self {
             goal: self.goal,

@@ -118,7 +118,7 @@ impl CartesianPath {
         let (length, per_s) = length_and_inverse(
             radius * angle,
             match orientation {
-                // It turns with the arc: the distance alone counts.
+                // The tool turns with the arc, so the distance alone counts.
                 ArcOrientation::WithTheArc => 0.0,
                 ArcOrientation::ToTheTarget => turn.norm(),
             },

@@ -39,8 +39,8 @@ pub struct DerivativeBounds {
     /// What the bend does to each joint everywhere: it turns faster along the way (1), so that slowing down takes from
     /// what the bend asks of it, or slower (-1); 0 where that changes, or is not known.
     pub first_derivative_trend: [f64; 6],
-    /// The same for the bend itself: it grows along the way (1), so that slowing down takes from the jerk that this
-    /// asks of the joint, or falls (-1).
+    /// What the way does to the bend of each joint everywhere: the bend grows along the way (1), so that slowing down
+    /// takes from the jerk that this asks of the joint, or falls (-1); 0 where that changes, or is not known.
     pub second_derivative_trend: [f64; 6],
 }
 
@@ -320,7 +320,7 @@ impl DerivativeBounds {
     }
 }
 
-/// Which way the speed changes.
+/// The direction in which the speed changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SpeedChange {
     Accelerate,

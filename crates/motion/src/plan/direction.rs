@@ -16,9 +16,9 @@ use super::{MotionRequest, PlanningContext, Warnings};
 const FARTHEST_TARGET: f64 = 10.0;
 /// Numbers beyond this are no direction that anybody means, m; such a target is out of reach.
 const FARTHEST_DIRECTION: f64 = 1e6;
-/// The slowest that the arm goes at the end of a direction, m/s, and as share of the speed that is wanted.
+/// The slowest that the arm goes at the end of a direction, m/s.
 const SLOWEST_END: f64 = 0.02;
-/// See [`SLOWEST_END`].
+/// The slowest that the arm goes at the end of a direction, as share of the speed that is wanted.
 const SLOWEST_SHARE: f64 = 0.1;
 /// An arm behind a plane already may be as deep as it is, up to rounding, m.
 const DEPTH_SLACK: f64 = 1e-9;
@@ -77,7 +77,7 @@ impl Direction {
         Ok(Some((direction, end)))
     }
 
-    /// Why the arm must not be at `q`.
+    /// The joint range or safety plane because of which the arm must not be at `q`; `None` when it may.
     pub(super) fn forbids(&self, q: &JointPositions, arm: &PlanningContext) -> Option<PathFault> {
         let limits = arm.limits;
         let outside = (0_u8..6).zip(0_usize..).find_map(|(number, joint)| {

@@ -37,7 +37,8 @@ pub struct MotionSegment {
     pub flange_from_tcp: Pose,
     /// How distances from the end are measured.
     pub measure: DistanceMeasure,
-    /// Why the arm goes no further than to the end, which is not where it was to go.
+    /// The refusal to report when the leg ends, because it leads less far than the program asked; `None` when it does
+    /// not.
     pub beyond: Option<Refusal>,
 }
 

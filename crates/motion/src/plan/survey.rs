@@ -277,13 +277,13 @@ impl PathScan {
         }
     }
 
-    /// Why no solution inside the limits reaches the place.
+    /// The reason for which no solution inside the limits reaches the place.
     fn unreachable_fault(&self, line: &impl TcpPath, s: f64, arm: &PlanningContext) -> PathFault {
         self.joint_limit(line, s, arm)
             .unwrap_or(PathFault::OutOfReach)
     }
 
-    /// Why the joints do not go on smoothly.
+    /// The reason for which the joints do not go on smoothly.
     fn discontinuity_fault(&self, line: &impl TcpPath, s: f64, arm: &PlanningContext) -> PathFault {
         self.joint_limit(line, s, arm)
             .unwrap_or_else(|| singularity(line, self.previous.s, &self.previous.q, arm.model))

@@ -69,7 +69,7 @@ impl RigidPlant {
         Ok(plant)
     }
 
-    /// The same in the rapier engine; `gravity` is the free-fall acceleration in the base frame, m/s².
+    /// An arm of rigid bodies in the rapier engine; `gravity` is the free-fall acceleration in the base frame, m/s².
     ///
     /// # Errors
     /// [`ConfigError::Plant`] when a link has no mass, when the engine cannot join the links, or for what it does not

@@ -11,7 +11,7 @@ use crate::path::PathContext;
 use crate::scalar::ScalarState;
 use crate::setpoint::elbow_speed;
 
-/// See [`MotionQueue::cap_speeds_ahead`].
+/// How far the way ahead of a motion has been brought within the limits ([`MotionQueue::cap_speeds_ahead`]).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpeedCapProgress {
     pub(super) place: f64,

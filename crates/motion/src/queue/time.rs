@@ -15,7 +15,7 @@ use crate::scalar::{Pace, PathProgress};
 const SAME_TIME: f64 = 1e-4;
 /// A chain that ends so much later than wanted is in time, s.
 const NOT_FELT: f64 = 2e-3;
-/// So often a leg that the arm is too fast for begins later to be slower.
+/// Most later beginnings that are tried for a slower leg while the arm is too fast for it.
 const ATTEMPTS_TO_FIT: u32 = 6;
 
 /// What the pace of the last leg is chosen for.

@@ -11,7 +11,7 @@ pub struct IntervalLimits {
     /// Largest acceleration when speeding up at rest and at that speed; evenly less with the square of the speed in
     /// between.
     pub asked: [f64; 2],
-    /// The same for slowing down, which bends of the way may make easier than speeding up, or harder.
+    /// Largest deceleration at rest and at that speed; bends of the way may make it smaller or larger than `asked`.
     pub braking: [f64; 2],
     /// The hardest slowing down that a plan may ask for, at rest and at that speed: every limit is kept, that of the
     /// jerk as well.
@@ -35,10 +35,10 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// As fast as it can be.
+    /// No slowing down: the way is gone along as fast as it can be.
     pub const FULL: Self = Self::stretched(1.0);
 
-    /// The same motion at a share of its speed.
+    /// The pace of a motion that takes its way at a share of its speed.
     pub const fn stretched(share: f64) -> Self {
         Self {
             share,
@@ -69,7 +69,7 @@ impl IntervalLimits {
         all.iter().all(|x| x.is_finite() && *x > 0.0)
     }
 
-    /// The same way counted in a unit of which one has `rate` of the present ones.
+    /// The limits counted in another unit of the way, of which one has `rate` of the present ones.
     #[must_use]
     pub fn reparametrized(&self, rate: f64) -> Self {
         Self {
@@ -112,7 +112,7 @@ impl IntervalLimits {
         }
     }
 
-    /// The same where nobody is faster than `speed`.
+    /// The limits where nobody is faster than `speed`.
     pub(super) fn up_to(&self, speed: f64) -> Self {
         if speed >= self.speed {
             return *self;

@@ -18,7 +18,7 @@ pub(super) struct WindowExtremum {
     from: usize,
 }
 
-/// Which changes count.
+/// The change of speed that counts: the largest or the smallest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Extremum {
     /// The larger one.

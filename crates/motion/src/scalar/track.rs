@@ -9,10 +9,9 @@
 use super::{IntervalLimits, Pace};
 use crate::constants::{HARD_STOP_SHARE, PAUSE_SHARE};
 
-/// A cell that is passed within so many windows counts as short, and a step to a next one whose square of the speed is
-/// such a share as gentle; less is not felt.
+/// A cell that is passed within so many windows counts as short.
 const SHORT_CELL: f64 = 2.0;
-/// See [`SHORT_CELL`].
+/// Range of gentle steps: the squared speed limit of the next cell over that of this one. Above it a step is not felt.
 const GENTLE_STEP: (f64, f64) = (0.6, 0.98);
 
 /// A piece of the way.
@@ -63,13 +62,13 @@ const SLOWEST_CAP: f64 = 1e-6;
 /// The end of a way while it is not known what comes behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Zone {
-    /// From this place on the motion may slow down so many times as hard as asked.
+    /// Where the motion may begin to slow down `times` as hard as asked.
     pub hard_from: f64,
-    /// See [`Zone::hard_from`].
+    /// How many times as hard as asked the motion may slow down from `hard_from` on.
     pub times: f64,
-    /// From this place on nobody may be faster than that.
+    /// Where `speed` begins to be the most.
     pub slow_from: f64,
-    /// See [`Zone::slow_from`].
+    /// The largest speed from `slow_from` on.
     pub speed: f64,
 }
 
@@ -387,7 +386,7 @@ impl VelocityLimitCurve {
         k.min(self.cells.len().saturating_sub(1))
     }
 
-    /// The same for a place that is not before the cell `from`, and had better be near behind it.
+    /// The index of the cell at a place that is not before the cell `from`; quick when the place is near behind it.
     pub fn index_from(&self, from: usize, place: f64) -> usize {
         let ahead = self.cells.get(from..).unwrap_or_default();
         let passed = ahead.iter().take_while(|cell| cell.until <= place).count();
@@ -399,13 +398,13 @@ impl VelocityLimitCurve {
         self.squared_limit_in(self.index(place), place)
     }
 
-    /// The same, where it is known in which cell that is.
+    /// Square of the speed allowed at a place in a cell that is known.
     pub fn squared_limit_in(&self, cell: usize, place: f64) -> f64 {
         let cell = self.cells.get(cell);
         cell.map_or(0.0, |cell| cell.square(place))
     }
 
-    /// The same without caps.
+    /// Square of the speed that would be allowed at a place without caps.
     pub fn uncapped_squared_limit_at(&self, place: f64) -> f64 {
         let cell = self.cells.get(self.index(place));
         cell.map_or(0.0, |cell| {
@@ -413,7 +412,7 @@ impl VelocityLimitCurve {
         })
     }
 
-    /// The least of it between two places; of the first its cell is known.
+    /// The least square of the speed allowed from a place, whose cell is known, to another place.
     pub fn min_squared_limit(&self, (first, from): (usize, f64), to: f64) -> f64 {
         if to >= self.end() {
             return 0.0;
@@ -459,7 +458,7 @@ impl VelocityLimitCurve {
         self.follow(place, speed, time, |cell| &cell.squared_limit)
     }
 
-    /// The same down the squares without caps.
+    /// Follows the squares of the speeds without caps for `time`, s: place and speed then.
     pub fn follow_uncapped_limit(&self, place: f64, speed: f64, time: f64) -> (f64, f64) {
         self.follow(place, speed, time, |cell| &cell.uncapped_squared_limit)
     }

@@ -459,7 +459,7 @@ impl PathProgress {
             .including(newest, &self.knots, Extremum::Min);
     }
 
-    /// The same with other knots.
+    /// This motion with other knots.
     fn with_knots(self, knots: [Knot; STEPS + 2]) -> Self {
         let halts = knots[1..].iter().filter(|knot| knot.speed <= 0.0);
         Self {
@@ -498,7 +498,7 @@ impl PathProgress {
                 speed: (speed / rate).min(now.speed),
             };
         }
-        // But no later than was planned.
+        // A motion above a lowered limit still slows down no later than was planned.
         if is_over && next > track.uncapped_squared_limit_at(there).sqrt() / rate {
             let (place, speed) = track.follow_uncapped_limit(now.s, now.speed * rate, h / rate);
             return Knot {
@@ -506,7 +506,7 @@ impl PathProgress {
                 speed: (speed / rate).min(now.speed),
             };
         }
-        // It may come to rest within the step.
+        // The motion may come to rest within the step.
         let lasts = if next > 0.0 || a == 0.0 {
             h
         } else {
@@ -569,7 +569,7 @@ impl PathProgress {
             return knot_at_speed(now, speed, h, track);
         }
         if speed <= 0.0 && up <= 0.0 && least < 0.0 {
-            // It has just come to rest: in a moment it may go on.
+            // The motion has just come to rest, and may go on in a moment.
             return now;
         }
         if speed <= 0.0 {

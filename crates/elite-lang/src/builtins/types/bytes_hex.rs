@@ -29,7 +29,7 @@ pub(super) fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         push_hex(ev, &data, &mut out)?;
         return ev.new_str(out);
     };
-    // Its length is asked before its type.
+    // CPython asks the separator for its length before it looks at its type.
     if ev.len(separator)? != 1 {
         return Err(ev.value_error("sep must be length 1."));
     }

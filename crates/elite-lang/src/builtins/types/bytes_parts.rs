@@ -110,7 +110,7 @@ impl<'p, 'y> BytesSplitter<'p, 'y> {
         let part = of_receiver(self.ev, self.receiver, self.whole, part)?;
         self.list.push(part);
         self.ev.charge(WORK_PER_BYTE)?;
-        // So that what is taken apart never goes far beyond the limit.
+        // Asked now and then, so that the parts never go far beyond the memory limit.
         match self.list.len().is_multiple_of(1024) {
             true => self.ev.check_memory(),
             false => Ok(()),

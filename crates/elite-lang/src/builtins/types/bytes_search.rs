@@ -11,7 +11,7 @@ use crate::ops::search::Occurrences;
 use crate::value::bytes::BytesRef;
 use crate::value::{R, Value};
 
-/// Which end of the bytes a search looks at.
+/// The end of the bytes at which a search begins.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum SearchEnd {
     Left,

@@ -230,7 +230,7 @@ const INTEGER_BITS: MethodTable = integer_bits! {
     "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
 };
 
-/// As `number`, of integers: two truth values give a number here.
+/// A bit operation of an integer's method, which gives a number for two truth values, too.
 fn integer_bits(ev: &Evaluator<'_>, op: BinaryOp, args: &[Value], reflected: bool) -> R {
     Ok(match number(ev, op, args, reflected)? {
         Value::Bool(flag) => Value::Int(i64::from(flag)),

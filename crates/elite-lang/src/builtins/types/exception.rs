@@ -61,7 +61,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
         }
         Err(super::wrong_receiver(ev, "BaseException", &args[0]))
     };
-    // As in CPython each has its own, but for the one that is made of two others.
+    // CPython gives each class an `__init__` of its own, but for the one that is made of two others.
     for kind in ExceptionKind::ALL {
         if *kind != ExceptionKind::ExceptionGroup {
             methods(

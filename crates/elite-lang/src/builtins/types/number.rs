@@ -12,7 +12,7 @@ use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
 use crate::value::{Bytes, R, Raised, Symbol, Value};
 
-/// So much of what is no integer is shown, in characters.
+/// Most characters that an error message shows of a text that is no integer.
 const SHOWN: usize = 200;
 
 pub(super) fn install(core: &Rc<InterpreterState>) {

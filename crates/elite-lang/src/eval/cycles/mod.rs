@@ -43,13 +43,13 @@ const AGED_MIN: usize = 25_000;
 #[derive(Default)]
 pub struct CycleCollector {
     noted: GcCandidates,
-    /// Noted since the last search.
+    /// Candidates noted since the last search.
     new_candidates: Cell<usize>,
-    /// The next search is due with so many.
+    /// Number of new candidates that makes the next search due.
     fresh_due: Cell<usize>,
-    /// Or with so many bytes in use.
+    /// Bytes in use that make the next search due.
     memory_due: Cell<usize>,
-    /// With so many bytes in use everything is looked at.
+    /// Bytes in use that make a search through everything due.
     memory_due_all: Cell<usize>,
     /// Objects found in use since the last search through everything, and by it.
     promoted: Cell<usize>,
@@ -222,7 +222,7 @@ impl InterpreterState {
     #[cold]
     fn begin_search(&self, all: bool) {
         if !self.cycles.searching.replace(true) {
-            // Its tables may take an eighth of what the task may hold.
+            // The tables of a search may take an eighth of what the task may hold.
             let most = self.limits.memory_bytes / 8 / search::BYTES_OF_NODE;
             *self.cycles.search.borrow_mut() = Some(Box::new(GcRun::new(all, most)));
         }
@@ -254,7 +254,8 @@ impl InterpreterState {
             cycles
                 .promoted
                 .set(cycles.promoted.get() + search.alive_count());
-            // So the work stays in proportion to what the program itself does.
+            // The next search waits for that many new candidates, so that searching stays in proportion to the
+            // program's own work.
             cycles.fresh_due.set(search.seen_count());
         }
         let used = self.memory_used();

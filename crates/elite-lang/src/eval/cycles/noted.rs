@@ -10,7 +10,7 @@ use crate::value::{CellVar, Class, Dict, Function, Instance, List, Set, Value};
 pub(super) const KINDS: usize = 8;
 /// Listed objects that are looked at for each one that grows old.
 const TIDIED: usize = 4;
-/// The same for each one that is noted: about half of those that are listed are alive, or more.
+/// Listed objects that are looked at for each one that is noted: about half of those listed are alive, or more.
 const TIDIED_YOUNG: usize = 2;
 
 /// Weak references of one kind. A dead object's memory is kept while it is listed; the lists are looked through little

@@ -137,7 +137,7 @@ fn collect(iterable: &Value, single: bool, callee: &Value, ev: &Evaluator<'_>) -
     })
 }
 
-/// So many items are copied at once.
+/// Longest tuple or list whose items are copied at once, without an iterator.
 const UNPACK_CHUNK: usize = 64;
 
 /// Evaluates arguments with stars and keywords; `names` keeps the names of the keywords while they are in use. `callee`
@@ -263,7 +263,7 @@ fn add_keyword(
 
 /// Work for a name that is given in a mapping.
 const WORK_PER_KEYWORD: usize = 16 * WORK_PER_VALUE;
-/// So many names are looked through; more of them are kept in a table.
+/// Most names that are looked through one by one; more of them are kept in a table.
 const LINEAR_SCAN_MAX: usize = 16;
 
 /// Names that are given already, where they may be many.

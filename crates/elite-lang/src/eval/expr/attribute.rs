@@ -270,7 +270,7 @@ impl Attribute {
     /// Where the attribute of an instance in a local variable lies, if that is known.
     ///
     /// # Safety
-    /// As `ScriptCell::glimpse`.
+    /// The caller promises what `ScriptCell::get_unguarded` asks.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {

@@ -12,7 +12,7 @@ use crate::value::R;
 
 /// An operator as a type.
 pub trait Operator: 'static {
-    /// Which one.
+    /// The operator that the type stands for.
     const OP: BinaryOp;
 }
 
@@ -142,9 +142,9 @@ fn specialize<O: Operator>(left: Operand, right: Operand, span: Span) -> BoxExpr
 
 /// `-x`, `+x`, `~x`
 pub struct Unary {
-    /// Which operator.
+    /// The operator.
     pub op: UnaryOp,
-    /// Its operand.
+    /// The operand.
     pub operand: BoxExpr,
     /// Where it is written.
     pub span: Span,

@@ -166,8 +166,8 @@ pub(super) fn call_native(
     }
 }
 
-/// The same for one that takes and is given at most `N` arguments: they are evaluated straight into the places it wants
-/// them in.
+/// Calls a function written in Rust that takes and is given at most `N` arguments: they are evaluated straight into the
+/// places it wants them in.
 #[inline(never)]
 fn run_native<const N: usize>(
     builtin: &Rc<Builtin>,

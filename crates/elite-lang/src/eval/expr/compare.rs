@@ -14,7 +14,7 @@ use crate::value::{R, Value};
 
 /// An ordering operator as a type.
 pub trait Ordering: 'static {
-    /// Which one.
+    /// The operator that the type stands for.
     const OP: CompareOp;
 }
 

@@ -132,7 +132,7 @@ impl ExprNode for SetComprehension {
 pub struct DictComprehension {
     /// The keys.
     pub key: BoxExpr,
-    /// Their values.
+    /// The values of the keys.
     pub value: BoxExpr,
     /// From where.
     pub clauses: Clauses,

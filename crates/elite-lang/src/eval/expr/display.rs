@@ -193,7 +193,7 @@ impl Evaluator<'_> {
         })
     }
 
-    /// The same with what is raised as it is.
+    /// `dict.update(mapping)` for a mapping; what looking for its keys raises is raised unchanged.
     pub fn merge_mapping(&self, dict: &Dict, mapping: &Value) -> R<()> {
         let is_dict = matches!(self.unwrap_builtin(mapping), Value::Dict(_));
         if !is_dict

@@ -40,7 +40,7 @@ impl ExprNode for FString {
         if out.len() <= BULK_CHUNK {
             return Ok(Value::str(out));
         }
-        // Its characters are counted with pauses.
+        // The characters of a long text are counted with pauses.
         ev.new_str(out)
     }
 }

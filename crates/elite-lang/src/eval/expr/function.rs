@@ -10,15 +10,15 @@ use crate::value::{CellVar, Dict, Function, R, Raised, Value};
 
 /// Makes a function with the variables of this frame.
 pub struct MakeFunction {
-    /// Its code.
+    /// The code of the function.
     pub code: Rc<Code>,
     /// Defaults of the last positional parameters.
     pub defaults: NodeList<BoxExpr>,
     /// Defaults of the keyword-only parameters.
     pub keyword_defaults: NodeList<Option<BoxExpr>>,
-    /// Where its closure comes from.
+    /// Where the cells of its closure come from.
     pub closure: Box<[Storage]>,
-    /// Its annotations, if it has any.
+    /// The function's annotations, if it has any.
     pub annotations: Option<Box<Annotations>>,
 }
 

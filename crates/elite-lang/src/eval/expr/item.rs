@@ -57,7 +57,7 @@ impl Item {
     /// tuple.
     ///
     /// # Safety
-    /// As `Held::glimpse`.
+    /// The caller promises what `ScriptCell::get_unguarded` asks.
     #[inline(never)]
     #[allow(unsafe_code)]
     pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
@@ -142,7 +142,7 @@ impl Item {
         }
     }
 
-    /// The same, container and index evaluated one after the other.
+    /// The item, with container and index evaluated one after the other.
     #[inline(never)]
     fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
         PairOf::pack(self.eval_general(ev, f))

@@ -48,7 +48,7 @@ impl ExprNode for Const {
 /// A local variable.
 #[derive(Clone, Copy)]
 pub struct LocalVar {
-    /// Its slot.
+    /// The slot of the variable in the frame.
     pub slot: u32,
     /// Where it is read.
     pub span: Span,
@@ -147,7 +147,7 @@ impl FreeVar {
     /// Where its value lies, if it is bound.
     ///
     /// # Safety
-    /// As `Held::get_unguarded`.
+    /// The caller promises what `ScriptCell::get_unguarded` asks.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
@@ -202,7 +202,7 @@ pub struct GlobalVar {
 }
 
 impl GlobalVar {
-    /// Its value.
+    /// The variable's value; a `NameError` if nothing defines the name.
     #[inline]
     pub fn value(&self, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
         match self.try_load(f) {
@@ -214,7 +214,7 @@ impl GlobalVar {
     /// Where its value lies, if it or the builtin of that name is bound.
     ///
     /// # Safety
-    /// As `Held::get_unguarded`.
+    /// The caller promises what `ScriptCell::get_unguarded` asks.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub unsafe fn reach<'v>(&'v self, _: &'v Frame<'_>) -> Option<&'v Value> {

@@ -25,7 +25,7 @@ pub enum Operand {
 }
 
 impl Operand {
-    /// As an expression.
+    /// Makes a boxed expression of the operand.
     pub fn into_expr(self) -> BoxExpr {
         match self {
             Operand::Local(local) => Box::new(local),
@@ -38,7 +38,7 @@ impl Operand {
         }
     }
 
-    /// Its value.
+    /// Evaluates the operand.
     #[inline(always)]
     pub fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match self {
@@ -52,7 +52,7 @@ impl Operand {
         }
     }
 
-    /// Its truth.
+    /// Evaluates the operand and asks for its truth.
     #[inline(always)]
     pub fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         match self {
@@ -66,7 +66,7 @@ impl Operand {
         }
     }
 
-    /// The same, with variables that others can change as expressions.
+    /// The operand for use where others may change variables meanwhile: such variables are boxed as expressions.
     pub fn without_cells(self) -> Operand {
         match self {
             Operand::Free(_) | Operand::Global(_) | Operand::Attribute(_) | Operand::Item(_) => {
@@ -76,7 +76,7 @@ impl Operand {
         }
     }
 
-    /// Its value, if it can be looked at without evaluating anything; `Unbound` if the variable is not bound.
+    /// The value of a local variable or a constant, found without evaluating anything; `Unbound` if it is not bound.
     #[inline(always)]
     pub fn peek<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
         match self {
@@ -90,7 +90,7 @@ impl Operand {
         }
     }
 
-    /// Its value, if it can be looked at without evaluating anything and is bound.
+    /// The value of a local variable or a constant, found without evaluating anything, if it is bound.
     #[inline(always)]
     pub fn bound_ref<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
         self.peek(f).filter(|value| !value.is_unbound())
@@ -99,7 +99,8 @@ impl Operand {
     /// Where its value lies, if that is found without evaluating anything and it is bound.
     ///
     /// # Safety
-    /// As `Held::glimpse`: while the reference is in use values are read and copied only.
+    /// The caller promises what `ScriptCell::get_unguarded` asks: while the reference is in use values are only read and
+    /// copied.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub unsafe fn value_ref<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
@@ -146,7 +147,8 @@ impl Operand {
         }
     }
 
-    /// The same for all that is no item of a container.
+    /// What `look` makes of the value of a variable, a constant or an attribute that lies in an instance; None for an
+    /// item or any other expression. No script code may run meanwhile.
     #[inline(always)]
     pub fn with_variable<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
         match self {

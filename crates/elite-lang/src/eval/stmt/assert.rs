@@ -36,7 +36,7 @@ pub struct AssertComparison {
     pub left: BoxExpr,
     /// How they must compare.
     pub op: CompareOp,
-    /// The other side.
+    /// The side behind the operator.
     pub right: BoxExpr,
     /// What the error says.
     pub message: Option<BoxExpr>,

@@ -125,7 +125,7 @@ impl<T: PairTarget, V: ExprNode, W: ExprNode> StmtNode for AssignPair<T, V, W> {
 /// `a, b = b, a` for two local names.
 struct SwapLocals {
     slots: [u32; 2],
-    /// The same, for names that are not bound.
+    /// The general form of the statement, for names that are not bound.
     pair: AssignPair<ReversedSlots, LocalVar, LocalVar>,
 }
 
@@ -146,7 +146,7 @@ pub fn assign_pair(targets: [LocalOrTarget; 2], values: (Operand, Operand)) -> B
     by_values(targets, values)
 }
 
-/// The same for the local names in two slots, of which the last one is assigned to first.
+/// The statement `a, b = x, y` for the local names in two slots, of which the last one is assigned to first.
 pub fn assign_last_first(slots: [u32; 2], values: (Operand, Operand)) -> Box<dyn DynStmt> {
     let targets = ReversedSlots(slots);
     match values {
@@ -185,11 +185,11 @@ fn by_values(targets: impl PairTarget + 'static, values: (Operand, Operand)) -> 
 
 /// `a, b = value` for `N` local names: the items of a tuple or list of as many are put there without a detour.
 pub struct AssignItems<const N: usize> {
-    /// Their slots.
+    /// The slots of the names.
     pub slots: [u32; N],
     /// What is unpacked.
     pub value: Operand,
-    /// The same names, for whatever else that may be.
+    /// The names as targets of the general form, for any other value.
     pub targets: Unpack,
 }
 
@@ -263,11 +263,11 @@ fn items_of<const N: usize>(list: &List) -> Option<[Value; N]> {
     Some(items.clone())
 }
 
-/// The same as `AssignPair` for more targets.
+/// `a, b, c, … = x, y, z, …`: the values are taken first, no tuple is made.
 pub struct AssignTargets {
     /// The targets.
     pub targets: Box<[LocalOrTarget]>,
-    /// Their values, as many.
+    /// The values, one for each target.
     pub values: Box<[Operand]>,
     /// The last target is assigned to first.
     pub last_first: bool,
@@ -511,7 +511,7 @@ pub struct AugName {
     pub target: Box<dyn Target>,
     /// The operator.
     pub op: BinaryOp,
-    /// The other operand.
+    /// The right operand.
     pub value: Operand,
     /// Where it is written.
     pub span: Span,
@@ -535,9 +535,9 @@ pub struct AugAttribute {
     pub cache: crate::eval::expr::attribute::InlineCache,
     /// The operator.
     pub op: BinaryOp,
-    /// The other operand.
+    /// The right operand.
     pub value: Operand,
-    /// Evaluating the other operand leaves local variables as they are.
+    /// Evaluating the right operand leaves local variables as they are.
     pub preserves_locals: bool,
     /// Where it is written.
     pub span: Span,
@@ -601,9 +601,9 @@ pub struct AugItem {
     pub index: Operand,
     /// The operator.
     pub op: BinaryOp,
-    /// The other operand.
+    /// The right operand.
     pub value: Operand,
-    /// Evaluating the index and the other operand leaves local variables as they are.
+    /// Evaluating the index and the right operand leaves local variables as they are.
     pub keeps: bool,
     /// Where the item is written.
     pub item_span: Span,

@@ -15,7 +15,7 @@ use crate::value::{Dict, R, Raised, Value};
 
 /// A name of a class body.
 pub struct ClassSlot {
-    /// Its slot.
+    /// The slot of the name in the frame of the body.
     pub slot: u32,
     /// Where it is written.
     pub span: Span,

@@ -22,7 +22,7 @@ use crate::value::{Class, Function, R, Raised, Symbol, Value, ValueVec};
 pub struct DefineFunction {
     /// The function.
     pub function: MakeFunction,
-    /// Its decorators, outermost first, with their places.
+    /// The decorators of the function, outermost first, with their places.
     pub decorators: NodeList<(BoxExpr, Span)>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
@@ -63,7 +63,7 @@ pub struct DefineClass {
     pub names: usize,
     /// The slot with the cell of `__class__`.
     pub class_cell: Option<u32>,
-    /// Its decorators, outermost first, with their places.
+    /// The decorators of the class, outermost first, with their places.
     pub decorators: NodeList<(BoxExpr, Span)>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,

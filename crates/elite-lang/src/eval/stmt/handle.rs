@@ -27,7 +27,7 @@ pub struct ExceptClause {
 
 /// Statements of a block that `except` clauses protect.
 pub struct ProtectedRange {
-    /// Which ones.
+    /// The numbers of the protected statements in the block.
     pub body: Range<usize>,
     /// The statement that follows a clause: the first one behind the `else` clause.
     pub after: usize,

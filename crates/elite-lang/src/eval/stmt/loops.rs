@@ -45,7 +45,7 @@ impl LoopBody {
 pub struct While {
     /// The condition.
     pub test: BoxExpr,
-    /// The rest.
+    /// What is done each turn, and at the end.
     pub turns: LoopBody,
 }
 
@@ -139,7 +139,7 @@ pub struct For {
     pub iterable: BoxExpr,
     /// Where that is written.
     pub span: Span,
-    /// The rest.
+    /// What is done each turn, and at the end.
     pub turns: LoopBody,
 }
 

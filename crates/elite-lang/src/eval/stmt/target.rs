@@ -30,7 +30,7 @@ pub trait Target {
 
 /// A local variable or a name of a class body.
 pub struct SlotTarget {
-    /// Its slot.
+    /// The slot of the name in the frame.
     pub slot: u32,
     /// Where it is written.
     pub span: Span,
@@ -107,7 +107,7 @@ pub enum CellRef {
 
 /// A shared variable as a target.
 pub struct SharedTarget {
-    /// Which one.
+    /// The place of the variable.
     pub place: CellRef,
     /// Where it is written.
     pub span: Span,
@@ -183,7 +183,8 @@ impl AttributeTarget {
         }
     }
 
-    /// The same for an attribute that is set already: what was there, or the new value back.
+    /// Sets an attribute that an instance of a known class has already; what was there, or the new value back if more
+    /// is to be done.
     #[inline(always)]
     pub fn replace_at_once(&self, instance: &Instance, value: Value) -> Result<Value, Value> {
         match self.slot_for(instance, &value) {
@@ -395,7 +396,7 @@ impl LocalOrTarget {
 pub struct Unpack {
     /// The targets.
     pub targets: NodeList<LocalOrTarget>,
-    /// Which of them takes the rest.
+    /// The number of the target that takes all remaining items, if there is one with a star.
     pub star: Option<usize>,
     /// Where it is written.
     pub span: Span,

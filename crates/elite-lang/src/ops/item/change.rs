@@ -152,12 +152,12 @@ impl Evaluator<'_> {
     #[cold]
     fn no_item_assignment(&self, value: &Value, index: &Value, is_deletion: bool) -> Raised {
         let name = self.core.types.name_of(value);
-        // CPython asks a sequence for an item by a number, which must fit, and has other words then.
+        // CPython asks a sequence for an item by a number, which must fit, and has other words then. Objects of a
+        // script's class count as sequences here, those of builtin classes do not.
         let plain = match value {
             Value::Instance(_) => value.clone(),
             other => self.unwrap_builtin(other),
         };
-        // So it takes objects of a script's class, but not those of builtin ones.
         let is_of_script = matches!(&plain, Value::Instance(instance)
             if instance.class.is_script && !instance.class.is_c_type.get());
         let is_sequence = is_of_script
@@ -184,7 +184,7 @@ impl Evaluator<'_> {
     }
 
     fn set_list_slice(&self, list: &List, slice: &Slice, item: &Value) -> R<()> {
-        // As in CPython: the indices, the length, the new items; then what is left of the old ones.
+        // The order is CPython's: the indices, the length, the new items; then what is left of the old ones.
         let indices = self.slice_indices(slice)?;
         let before = indices.resolve(list.len());
         let refusal = || {

@@ -30,7 +30,7 @@ impl SliceBounds {
         .len() as usize
     }
 
-    /// The same places as far as there are still `length` of them, for a step of 1.
+    /// The places that are still there in a sequence of `length` items, for a step of 1.
     pub fn clamp_to(self, length: usize) -> SliceBounds {
         let start = self.start.min(length as i64);
         SliceBounds {
@@ -56,8 +56,8 @@ impl SliceBounds {
         self.place(self.len() as i64 - 1)
     }
 
-    /// The same places in order, some at a time: few enough, and near enough to each other, for one safepoint after
-    /// each.
+    /// Divides the places, in order, into parts: few enough places, and near enough to each other, for one safepoint
+    /// after each part.
     fn parts(self, size: usize) -> impl Iterator<Item = SliceBounds> {
         let step = usize::try_from(self.step.unsigned_abs()).unwrap_or(usize::MAX);
         let size = (size / step).max(1);

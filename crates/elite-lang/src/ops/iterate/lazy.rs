@@ -144,7 +144,7 @@ impl Evaluator<'_> {
                 Ok(pair.map(|(number, value)| Value::pair(number, value)))
             }
             Iter::Native(native) => native.steps.next(self),
-            // The others are stepped by `next_of`.
+            // Iterators of all other kinds are stepped by `next_of`.
             _ => Ok(None),
         }
     }

@@ -157,8 +157,8 @@ impl Evaluator<'_> {
         }
     }
 
-    /// The same for an iterator that hands on what its source does, the end as well: a `StopIteration` with its value
-    /// stays an exception.
+    /// The next value for an iterator that hands on what its source does, the end as well: a `StopIteration` with its
+    /// value stays an exception.
     pub fn next_with_end(&self, iterator: &Value) -> R<Option<Value>> {
         match iterator {
             Value::Iter(iter) => self.next_of(iter),

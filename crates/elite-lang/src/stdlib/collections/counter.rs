@@ -191,7 +191,7 @@ fn compare_counts(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
     Ok(all_counts(ev, args, op)?.map_or(Value::NotImplemented, Value::Bool))
 }
 
-/// As `compare_counts`, for an order that equal ones do not have.
+/// Whether `op` holds between all counts and some are not equal: the strict orders (`<`, `>`).
 fn strictly(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
     Ok(match all_counts(ev, args, op)? {
         None => Value::NotImplemented,
@@ -265,7 +265,8 @@ fn gc_track_result(ev: &Evaluator<'_>, made: Value) -> Value {
     made
 }
 
-/// The same into the receiver. What has counts is walked through as it stands: `c -= c` empties it.
+/// Combines the counts of the argument into the receiver. What has counts is walked through as it stands: `c -= c`
+/// empties it.
 fn merge_in_place(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
     let own = DictReceiver::of(ev, &args[0])?;
     let set = |hash: u64, key: Value, theirs: &Value| {

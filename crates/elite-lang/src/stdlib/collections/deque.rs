@@ -28,7 +28,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
         })),
         METHODS,
     );
-    // As in CPython, where the public module claims it.
+    // CPython names the public module `collections`, although the type is made elsewhere.
     class.set(
         crate::value::symbol::known::MODULE,
         Value::str("collections"),

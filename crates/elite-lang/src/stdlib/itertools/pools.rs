@@ -143,7 +143,7 @@ struct PoolCursor(RefCell<PoolState>);
 enum PoolState {
     /// The places in the pools that come next; a copy of the iterator shares them until one of the two goes on.
     At(Rc<Vec<usize>>),
-    /// They are taken out while it goes on: others may have their turn meanwhile.
+    /// The places are taken out while the iterator goes on: others may have their turn meanwhile.
     Working,
     Over,
 }

@@ -138,7 +138,7 @@ fn advance(ev: &Evaluator<'_>, shared: &Rc<List>) -> R<bool> {
     Ok(true)
 }
 
-/// As CPython's itertoolsmodule.c has it.
+/// Groups neighbours with equal keys, step for step like CPython's itertoolsmodule.c.
 fn groupby(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let key = args[1].if_given().cloned().unwrap_or(Value::None);
     let none = Value::default;

@@ -233,7 +233,7 @@ impl JsonDecoder<'_, '_> {
         }
     }
 
-    /// The rest of a string whose opening quote has been read.
+    /// Reads a string behind its opening quote, to the closing one.
     fn string(&mut self) -> R<String> {
         let begin = self.at - 1;
         let mut out = String::new();

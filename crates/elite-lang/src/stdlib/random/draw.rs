@@ -254,7 +254,7 @@ fn randrange(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return int_in_range(ev, &args[0], start, stop);
     }
     let width = &stop - &start;
-    // As many steps as begin within the range.
+    // The number of steps that begin within the range.
     let steps = match step.sign() {
         Sign::Plus => rounded_up(&width, &step),
         Sign::Minus => rounded_up(&-width, &-&step),

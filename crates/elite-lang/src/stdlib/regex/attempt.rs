@@ -13,9 +13,10 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::R;
 
-/// Operations that one search may take before the states of the program are walked: so many, and so many for each byte.
+/// Operations that one search may take before the states of the program are walked: a constant, and a share for each
+/// byte.
 const BACKTRACK_BUDGET: (usize, usize) = (10_000, 16);
-/// The same for programs without such states, where it is an error to take more.
+/// Operations that a program without such states may take before it is an error: a constant, and a share for each byte.
 const STEPS_MAX: (usize, usize) = (10_000_000, 1_000);
 
 /// Where to search, and for what.
@@ -25,7 +26,7 @@ pub(super) struct MatchRequest<'t> {
     pub(super) start: usize,
     /// The match has to begin at `start`.
     pub(super) anchored: bool,
-    /// It has to end where the text does.
+    /// The match has to end where the text does.
     pub(super) full: bool,
     /// An empty match at `start` is none.
     pub(super) not_empty: bool,
@@ -44,7 +45,7 @@ impl MatchRequest<'_> {
 enum AttemptResult {
     Found,
     Failed,
-    /// It has taken too long.
+    /// The attempt has taken too long.
     Spent,
 }
 

@@ -172,7 +172,7 @@ impl Backtracker<'_, '_> {
             self.set_round(number, begun)?;
             return Ok((group, place));
         }
-        // The other way is found with the round as it is set here.
+        // Pushed after the round is set, so that stepping back to the other way finds the round like that.
         self.set_round(number, begun)?;
         self.push(BacktrackEntry::Way { at: group, place })?;
         Ok((at + 1, place))
@@ -236,7 +236,7 @@ impl Backtracker<'_, '_> {
     pub(super) fn group(&self, group: usize) -> Option<(usize, usize)> {
         let slots = self.scratch.slots.get(2 * group..2 * group + 2)?;
         let (start, end) = (slots[0], slots[1]);
-        // It may have begun anew.
+        // A group that has begun anew has no text until it ends.
         (end != NOWHERE && start <= end).then_some((start, end))
     }
 

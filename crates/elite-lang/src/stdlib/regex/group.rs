@@ -19,7 +19,7 @@ enum Extension {
         negated: bool,
     },
     Atomic,
-    /// It has been read to its end, and has a width.
+    /// The extension has been read to its end, and has a width.
     Complete(Width),
     Comment,
 }

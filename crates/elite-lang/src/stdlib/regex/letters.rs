@@ -11,7 +11,7 @@ const MEMBER: usize = 64;
 /// Characters of a range that are folded one by one.
 const FOLDED_MAX: u32 = 4096;
 
-/// Which characters differ in case only, or are letters, digits and space.
+/// The characters that count as letters, digits and space, and as equal but for their case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CaseFolding {
     /// Everything is what it is.
@@ -119,13 +119,13 @@ pub(super) struct CharClasses {
 struct CharClass {
     /// The answer for all characters below 256.
     low: [u64; 4],
-    /// Its ranges in the list.
+    /// Where the set has its ranges in the list of all sets: first index, and the index behind the last.
     from: u32,
     to: u32,
     categories: Categories,
     /// What categories mean.
     of: CaseFolding,
-    /// Which characters count as the same.
+    /// The folding by which characters count as equal.
     same: CaseFolding,
     negated: bool,
 }
@@ -136,7 +136,7 @@ pub(super) struct CharClassBuilder {
     pub(super) categories: Categories,
     /// What categories mean.
     pub(super) of: CaseFolding,
-    /// Which characters count as the same.
+    /// The folding by which characters count as equal.
     pub(super) same: CaseFolding,
     /// Ranges by their first characters; none touches another.
     ranges: BTreeMap<u32, u32>,

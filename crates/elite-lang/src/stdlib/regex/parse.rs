@@ -39,12 +39,12 @@ pub(super) struct ParsedPattern {
     pub groups: usize,
     /// Names of groups in the order of their numbers.
     pub names: Vec<(Rc<str>, usize)>,
-    /// The same by name.
+    /// The numbers of the groups by their names.
     pub by_name: BTreeMap<Rc<str>, usize>,
     pub flags: u32,
 }
 
-/// Why there is no program.
+/// The reason for which there is no program.
 pub(super) enum PatternError {
     /// What is wrong with the pattern, and at which character.
     Wrong {
@@ -156,11 +156,11 @@ pub(super) struct PatternParser<'p, 'y> {
 
 /// What a quantifier may stand behind.
 pub(super) enum PatternItem {
-    /// It can be repeated, and has a width.
+    /// An item that can be repeated, and its width.
     Repeatable(Width),
-    /// It cannot.
+    /// An item that cannot be repeated.
     Assertion,
-    /// As if it were not there.
+    /// A comment, which counts as if it were not there.
     Comment,
 }
 
@@ -235,7 +235,7 @@ impl PatternParser<'_, '_> {
         }
     }
 
-    /// Which characters count as the same here.
+    /// The folding by which characters count as equal here.
     pub(super) fn folding(&self) -> CaseFolding {
         match self.has(flag::IGNORECASE) {
             true => self.class_mode(),

@@ -40,7 +40,7 @@ pub(super) enum Op {
     RepeatSingle(u32),
     /// A repeated group begins; `RerunTimeline` is beyond it.
     RepeatBegin(u32),
-    /// It has ended once more.
+    /// A repeated group has ended once more.
     RepeatEnd(u32),
     /// What follows up to `CleanupLimit` is looked for from here, and so is what it does.
     Look(u32),

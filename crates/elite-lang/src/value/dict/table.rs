@@ -66,7 +66,7 @@ impl DropItem for Entry {
 }
 
 impl Entry {
-    /// Its value, and whether there is one.
+    /// The value of the entry; None if it is deleted, or a variable that is not bound.
     pub(super) fn read(&self, of_variables: bool) -> Option<Value> {
         match &self.value {
             Value::Cell(variable) if of_variables => {
@@ -325,7 +325,7 @@ impl DictTable {
         }
         if first == 0 {
             let room = self.live.max(SCAN_MAX);
-            // As much at the end, or the next key that is added throws the room at the front away again.
+            // There is as much room at the end, or the next key that is added throws the room at the front away again.
             let mut entries = Vec::with_capacity(2 * room + self.live);
             entries.resize(room, Entry::default());
             for (at, entry) in std::mem::take(&mut self.entries).into_iter().enumerate() {

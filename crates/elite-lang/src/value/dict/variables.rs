@@ -221,7 +221,7 @@ impl DictTable {
         };
         let entered = match (known, value) {
             (Value::Cell(variable), value) => {
-                // It was unbound.
+                // The variable was unbound, so one unbound variable less is left.
                 let unbound = self.known_unbound();
                 drop(variable.replace(value));
                 self.note_unbound(unbound.map(|count| count.saturating_sub(1)));

@@ -4,7 +4,7 @@
 
 use std::sync::OnceLock;
 
-/// Which of them.
+/// The encodings that this table serves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GbEncoding {
     Gb2312,
@@ -120,7 +120,7 @@ struct GbTables {
 
 fn tables() -> &'static GbTables {
     static TABLES: OnceLock<GbTables> = OnceLock::new();
-    // They outlive the task that needs them first.
+    // The tables outlive the task that needs them first, so they do not count as its memory.
     TABLES.get_or_init(|| task_memory::uncounted(GbTables::make))
 }
 

@@ -111,7 +111,7 @@ impl<'p, 'y> TextSplitter<'p, 'y> {
     fn push(&mut self, part: &str) -> R<()> {
         self.ev.grow(&mut *self.list, 1)?;
         self.list.push(part_of(self.ev, self.whole, part)?);
-        // So that what a text is taken apart into never goes far beyond the limit.
+        // Asked now and then, so that the parts never go far beyond the memory limit.
         match self.list.len().is_multiple_of(1024) {
             true => self.ev.check_memory(),
             false => Ok(()),
