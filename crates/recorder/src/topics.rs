@@ -191,10 +191,10 @@ pub struct VariableMessage {
     pub program_id: u32,
     /// The variable.
     pub name: String,
-    /// Its type, as `type(x).__name__`.
+    /// Type of the variable, the text of `type(x).__name__`.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// Its value, as `repr(x)`; long ones are cut.
+    /// Value of the variable, the text of `repr(x)`; long ones are cut.
     pub value: String,
 }
 
@@ -391,7 +391,7 @@ fn io_schema() -> Value {
 pub enum LogLevel {
     /// For developers.
     Debug,
-    /// As expected.
+    /// Something happened that was expected.
     Info,
     /// Worth reading.
     Warning,
@@ -429,7 +429,7 @@ impl LogLevel {
 pub struct LogMessage {
     /// How much it matters.
     pub level: LogLevel,
-    /// Which part of the controller, or which program, says it.
+    /// Part of the controller, or program, that writes the message.
     pub source: String,
     /// The sentence.
     pub message: String,
