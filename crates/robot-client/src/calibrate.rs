@@ -76,12 +76,13 @@ pub struct KinematicDeviation {
 pub struct CalibrationReading {
     /// Kinematics of the robot's arm.
     pub calibration: Calibration,
-    /// How far it is from its sheet.
+    /// How far the arm is from the data sheet of its model.
     pub distance: KinematicDeviation,
     /// TCP of the robot's tool in the flange frame, where the robot reports one.
     pub tcp: Option<RpyPose>,
-    /// How far the TCP that the robot reports is from where these numbers have it, m, where it says so: more than a
-    /// millimetre means that it counts with something that it does not send, such as offsets of the joints.
+    /// Distance between the TCP that the robot reports and the one that follows from these numbers, m, where the robot
+    /// reports one: more than a millimetre means that its kinematics have something that it does not send, such as
+    /// offsets of the joints.
     pub tcp_residual: Option<f64>,
     /// The state that all of this was read from, but for the configuration.
     pub state: State,

@@ -159,15 +159,15 @@ pub enum InterpreterError {
     /// The connection broke.
     #[error("the connection for statements to the robot at {address} broke: {source}")]
     Broken {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The robot takes no bytes.
     #[error("the robot at {address} takes no statement: {} s", SEND_PATIENCE.as_secs())]
     SendTimeout {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
     },
     /// The robot does not answer a statement.
