@@ -294,7 +294,7 @@ pub struct NameTables {
     pub foreign: HashMap<Box<str>, Vec<Occurrence>>,
     /// Every place of a name with its symbol (none: foreign), in the order of the text.
     pub(super) places: Vec<(Occurrence, Option<SymbolId>)>,
-    /// Which entries of these tables belong to which piece of the text.
+    /// The piece of the text that each entry of these tables belongs to.
     pub(super) parts: UnitIndex,
 }
 
