@@ -32,22 +32,22 @@ use toml::de::{DeTable, DeValue};
 
 use schema::{ActiveLevel, InputValue, SafetyFunction, SerialPort, Tables};
 
-/// Why there is no cell. Each is one sentence and ends the program with exit status 2.
+/// A reason why there is no cell: one sentence, which ends the program with exit status 2.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CellError {
     /// The file cannot be read.
     #[error("cannot read the cell file {}: {source}", path.display())]
     Unreadable {
-        /// Which.
+        /// The file as it was given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A key or value that the schema does not have, or no TOML at all.
     #[error("{} line {line}: {message}", path.display())]
     Schema {
-        /// Which file.
+        /// The cell file.
         path: PathBuf,
         /// Line from 1.
         line: usize,
@@ -57,11 +57,11 @@ pub enum CellError {
     /// A value that has the right type but makes no sense.
     #[error("{}: {table} has {key} = {given}; {allowed}", path.display())]
     Value {
-        /// Which file.
+        /// The cell file.
         path: PathBuf,
-        /// Which table, as `obstacle "bench"`.
+        /// The table with its name, for instance `obstacle "bench"`.
         table: String,
-        /// Which key.
+        /// The key.
         key: &'static str,
         /// The value.
         given: String,
@@ -71,9 +71,9 @@ pub enum CellError {
     /// A Modbus signal that cannot be added.
     #[error("the cell's modbus signal {name:?} cannot be added: {reason}")]
     Signal {
-        /// Which.
+        /// Name of the signal.
         name: String,
-        /// Why.
+        /// What is wrong with the signal.
         reason: String,
     },
     /// A device that may not be reached.
@@ -89,9 +89,9 @@ pub enum CellError {
     /// A safety setting that cannot be used.
     #[error("{}: {source}", path.display())]
     Safety {
-        /// Which file.
+        /// The cell file.
         path: PathBuf,
-        /// Why.
+        /// What is wrong with the setting.
         source: SafetySettingError,
     },
 }

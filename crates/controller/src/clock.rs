@@ -19,7 +19,8 @@ use crate::start::StartError;
 
 /// How often the pump looks for events when no motion thread wakes it (virtual clock, nothing running).
 const IDLE_PUMP: Duration = Duration::from_millis(2);
-/// The same where time passes only for somebody who pumps: many idle controllers must cost nothing.
+/// How often the pump looks for events where time passes only for somebody who pumps: rarely, because many idle
+/// controllers must cost nothing.
 const RARE_PUMP: Duration = Duration::from_millis(100);
 
 /// What moves time.
@@ -106,7 +107,7 @@ impl EventPump {
     pub(crate) fn stop(self) {
         self.ending.store(true, Ordering::Release);
         self.thread.thread().unpark();
-        // It is begun again after a fault, so it ends by itself.
+        // The thread is begun again after a fault, therefore it always ends by itself.
         let _ = self.thread.join();
     }
 }

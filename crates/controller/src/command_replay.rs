@@ -8,24 +8,24 @@ use motion_api::{Command, CommandKind, CommandSender, PointList, Refusal};
 use recorder::{ArgumentError, CommandMessage};
 use thiserror::Error;
 
-/// Why a recorded command cannot be given again.
+/// A reason why a recorded command cannot be given again.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CommandReplayError {
-    /// It is not one of this version.
+    /// The command is not one of this version.
     #[error("command {id} cannot be given again: {source}")]
     Command {
-        /// Its number.
+        /// Number of the command.
         id: u64,
-        /// Why.
+        /// What is wrong with its arguments.
         source: ArgumentError,
     },
     /// The points of a moveml are not in the recording, or none that can be.
     #[error("command {id}, a moveml, cannot be given again: {refusal}")]
     Points {
-        /// Its number.
+        /// Number of the command.
         id: u64,
-        /// Why.
+        /// What is wrong with the points.
         refusal: Refusal,
     },
     /// A command is missing in the recording.

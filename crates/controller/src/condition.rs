@@ -26,16 +26,17 @@ const TURNS_MAX: u32 = 5;
 /// Numbers of modes that are looked for.
 const MODE_NUMBERS: std::ops::Range<i32> = -1..256;
 
-/// Why a condition has no answer.
+/// A reason why a condition has no answer.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConditionError {
     /// The text is no expression, or names something that is not in a cycle. Rendered with the place marked.
     #[error(
-        "the condition cannot be read:\n{0}\nnames are the columns of --csv /cycle, line, program, command and the names of modes"
+        "the condition cannot be read:\n{0}\nnames are the columns of --csv /cycle, \
+         line, program, command and the names of modes"
     )]
     Text(String),
-    /// It raised an exception.
+    /// The condition raised an exception.
     #[error("the condition fails at {time:.3} s:\n{report}")]
     Raised {
         /// Time of the cycle, s.
@@ -43,7 +44,7 @@ pub enum ConditionError {
         /// The exception.
         report: String,
     },
-    /// It is a program.
+    /// The condition computes too long: it is a program rather than an expression.
     #[error("the condition takes too long for one cycle")]
     StepLimit,
 }

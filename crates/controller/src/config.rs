@@ -16,7 +16,7 @@ use crate::options::{
 /// Settings of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerConfig {
-    /// Which arm.
+    /// Model of the arm.
     pub model: ModelChoice,
     /// What was measured of it.
     pub calibration: Option<Calibration>,

@@ -37,9 +37,9 @@ enum CycleBudget {
 /// What the gate sees of the task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GateStatus {
-    /// It stands before the door, and everything it was allowed is used.
+    /// The task stands before the gate, and every cycle it was allowed is used.
     pub waits: bool,
-    /// It has ended, or is about to leave.
+    /// The task has ended, or is about to leave.
     pub over: bool,
     /// Cycles that it has used so far.
     pub used: u64,

@@ -14,7 +14,7 @@ use recorder::{CustomTopic, CustomTopicId, RecorderHandle};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
 
-/// Its name.
+/// Name of the topic.
 pub const TOPIC: &str = "/external";
 /// The first extra topic of a recording of ours.
 const NUMBER: CustomTopicId = CustomTopicId(0);

@@ -121,7 +121,7 @@ impl RegisterValue {
     }
 }
 
-/// Why a point was not set: one sentence that names it, what was given and what is allowed.
+/// A reason why a point was not set: one sentence that names it, what was given and what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum PointError {
     /// No such point.
@@ -142,9 +142,9 @@ pub enum PointError {
     /// The value does not fit.
     #[error("{point} is {given}; it must be {allowed}")]
     Value {
-        /// Which point.
+        /// The point.
         point: IoPointName,
-        /// As given.
+        /// The value as it was given.
         given: String,
         /// What is allowed.
         allowed: String,

@@ -14,7 +14,7 @@ use recorder::RotationTrigger;
 /// Names of the built-in models.
 pub const MODEL_NAMES: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
 
-/// Which arm.
+/// The model of an arm.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ModelChoice {
     /// One of [`MODEL_NAMES`].
@@ -76,7 +76,7 @@ impl FromStr for ClockChoice {
 pub enum PlantChoice {
     /// Rigid bodies with contact.
     Rigid,
-    /// The same bodies in the rapier engine.
+    /// Rigid bodies with contact, computed by the rapier engine.
     Rapier,
     /// The arm is always where it is told to be.
     Ideal,
@@ -158,7 +158,9 @@ impl FromStr for RotationLimit {
         let secs = with_unit(text, &units).filter(|secs| (1.0..=31_536_000.0).contains(secs));
         match secs {
             Some(secs) => Ok(Self(RotationTrigger::Secs(secs))),
-            None => Err("allowed are sizes from 1 MB and times from 1 s to a year, as in 500MB, 2GB, 90s, 30min or 8h".to_owned()),
+            None => Err("allowed are sizes from 1 MB and times from 1 s to a year, \
+                as in 500MB, 2GB, 90s, 30min or 8h"
+                .to_owned()),
         }
     }
 }
@@ -252,7 +254,9 @@ impl FromStr for HomeJoints {
         six_numbers(text)
             .map(|q| Self(JointPositions(q)))
             .ok_or_else(|| {
-                "six joint positions in rad are needed, separated by commas, as in 0,-1.57,1.57,-1.57,-1.57,0".to_owned()
+                "six joint positions in rad are needed, separated by commas, \
+                 as in 0,-1.57,1.57,-1.57,-1.57,0"
+                    .to_owned()
             })
     }
 }
@@ -285,8 +289,16 @@ impl FromStr for PayloadChoice {
             _ => None,
         };
         match payload {
-            Some((mass, cog)) if mass >= 0.0 => Ok(Self(Payload { mass, cog: cog.into(), ..Payload::default() })),
-            _ => Err("a mass in kg of at least 0 is needed, then perhaps the centre of gravity in m, as in 2.5 or 2.5,0,0,0.08".to_owned()),
+            Some((mass, cog)) if mass >= 0.0 => Ok(Self(Payload {
+                mass,
+                cog: cog.into(),
+                ..Payload::default()
+            })),
+            _ => Err(
+                "a mass in kg of at least 0 is needed, then perhaps the centre of gravity in m, \
+                as in 2.5 or 2.5,0,0,0.08"
+                    .to_owned(),
+            ),
         }
     }
 }

@@ -24,17 +24,17 @@ const REPORT_BYTES_MAX: usize = 1 << 20;
 /// How a program ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ProgramOutcome {
-    /// It ran to its end.
+    /// The program ran to its end.
     Ended,
-    /// It does not compile, met an exception that it did not catch, or an alarm.
+    /// The program does not compile, met an exception that it did not catch, or an alarm.
     Failed,
-    /// Somebody stopped it.
+    /// Somebody stopped the program.
     Stopped,
     /// The arm went into a protective stop.
     ProtectiveStop,
     /// The arm went into an emergency stop.
     EmergencyStop,
-    /// It had not ended in the time it was given.
+    /// The program had not ended in the time it was given.
     Timeout,
 }
 

@@ -61,7 +61,8 @@ impl Peaks {
         };
         value.ok_or_else(|| {
             format!(
-                "there is no peak {name:?}; allowed are tcp_speed, tcp_force, tcp_torque, joint_speed and joint_torque, \
+                "there is no peak {name:?}; allowed are tcp_speed, tcp_force, tcp_torque, joint_speed \
+                 and joint_torque, \
                  the last two also of one joint, joint_speed[0] to joint_speed[5]"
             )
         })

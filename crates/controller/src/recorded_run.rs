@@ -23,7 +23,7 @@ const BYTES_MAX: usize = 512 << 20;
 /// More missing cycles are not worth waiting for.
 const MISSING_MAX: u64 = 200_000;
 
-/// Why the controller of a recording cannot be started as it was.
+/// A reason why the controller of a recording cannot be started with its setup.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum InitialSetupError {
@@ -33,7 +33,7 @@ pub enum InitialSetupError {
     /// Something of the start is not known in this version.
     #[error("the recording cannot be run again in this version: {0}")]
     Setup(#[from] SetupError),
-    /// It does not begin with the controller's start.
+    /// The recording does not begin with the controller's start.
     #[error("this is part {0} of a recording in several files; only the first can be run again")]
     Part(u32),
 }
@@ -53,7 +53,7 @@ pub fn initial_setup(recording: &Recording) -> Result<&Setup, InitialSetupError>
     Ok(setup)
 }
 
-/// Why the programs of a recording cannot be run again.
+/// A reason why the programs of a recording cannot be run again.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RecordedRunError {
@@ -74,27 +74,27 @@ pub enum RecordedRunError {
         external_topic::TOPIC
     )]
     Message {
-        /// Its number.
+        /// Number of the message.
         number: usize,
-        /// Why.
+        /// What is wrong with the message.
         reason: String,
     },
     /// A recorded command is not one of this version.
     #[error("command {id} cannot be given again: {source}")]
     Command {
-        /// Its number.
+        /// Number of the command.
         id: u64,
-        /// Why.
+        /// What is wrong with its arguments.
         source: ArgumentError,
     },
-    /// So many cycles are missing that running them would take for ever.
+    /// More cycles are missing than can be run in a bearable time.
     #[error(
         "the recording has {recorded} cycles up to cycle {last}; at most {MISSING_MAX} missing ones are run"
     )]
     Gap {
-        /// So many are there.
+        /// Number of cycles in the recording.
         recorded: u64,
-        /// The last one.
+        /// Number of the last cycle.
         last: u64,
     },
     /// More than is read.

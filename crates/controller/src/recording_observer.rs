@@ -35,9 +35,9 @@ pub struct LogLine {
     pub time: f64,
     /// How bad it is.
     pub level: LogLevel,
-    /// Which program or which part of the controller says it.
+    /// Program or part of the controller that writes the line.
     pub source: String,
-    /// What.
+    /// Text of the line.
     pub text: String,
 }
 
@@ -224,7 +224,7 @@ impl Observer for RecordingObserver {
             let known = programs.get_mut(&program);
             known.and_then(|known| known.beginning.take())
         };
-        // It did not compile: why is in the log, the whole text is with whoever sent it.
+        // The program did not compile: the log has the reason, and whoever sent the program has the whole text.
         if let Some(beginning) = beginning {
             let name = self.name_of(program);
             self.recording

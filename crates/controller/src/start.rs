@@ -50,17 +50,17 @@ pub enum StartError {
     /// The arm's description is not usable.
     #[error("cannot use the model {model}: {source}")]
     Model {
-        /// As given.
+        /// Name of the model as it was given.
         model: String,
-        /// Why.
+        /// What is wrong with the model.
         source: ModelError,
     },
     /// The URDF file cannot be read.
     #[error("cannot read the model {}: {source}", path.display())]
     ModelFile {
-        /// Which.
+        /// The file as it was given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The calibration does not fit the arm.
@@ -78,9 +78,9 @@ pub enum StartError {
     /// The file of the recording cannot be made.
     #[error("cannot write the recording {}: {source}", path.display())]
     RecordingFile {
-        /// Which.
+        /// The file as it was given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The arm of a recording cannot be made.

@@ -25,7 +25,7 @@ pub enum SetupError {
     /// The plant is none of this version's.
     #[error("there is no plant {0:?}; allowed are {RIGID:?}, {RAPIER:?} and {IDEAL:?}")]
     Plant(String),
-    /// It was not our controller that moved the arm.
+    /// Another controller than ours moved the arm.
     #[error(
         "this is a recording of a robot elsewhere, which has no commands to run again; `compare` tells how far another \
          recording is from it"
@@ -34,11 +34,11 @@ pub enum SetupError {
     /// A payload the arm is not rated for.
     #[error("--payload {mass} kg is more than the {rated} kg that {model} is rated for")]
     Payload {
-        /// As given, kg.
+        /// Mass that was given, kg.
         mass: f64,
-        /// Allowed, kg.
+        /// Mass that the arm is rated for, kg.
         rated: f64,
-        /// The arm.
+        /// Model of the arm.
         model: String,
     },
 }

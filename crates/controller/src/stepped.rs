@@ -34,7 +34,7 @@ const LEAVING_POLL: Duration = Duration::from_micros(20);
 /// Who the sender of its programs is, for messages.
 const SENDER: &str = "the owner of the controller";
 
-/// Why a call could not do what it was asked for.
+/// A reason why a call could not do what it was asked for.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SteppedError {
@@ -44,11 +44,15 @@ pub enum SteppedError {
     /// No program was started.
     #[error("no program was started")]
     NoProgram,
-    /// It could not be started.
+    /// The program could not be started.
     #[error(transparent)]
     Submit(#[from] SubmitError),
     /// A program computes without end.
-    #[error("no simulated time passed for {} s: the program computes without waiting; it was stopped{}", .wall.as_secs_f64(), in_line(*.line))]
+    #[error(
+        "no simulated time passed for {} s: the program computes without waiting; it was stopped{}",
+        .wall.as_secs_f64(),
+        in_line(*.line)
+    )]
     Stuck {
         /// The bound.
         wall: Duration,
@@ -338,7 +342,7 @@ impl SteppedController {
     /// [`SteppedError::DoesNotEnd`]: threads of the controller are left behind.
     pub fn shut_down(self) -> Result<bool, SteppedError> {
         if let Err(error) = self.stop() {
-            // Its program still uses everything.
+            // The program still uses everything.
             std::mem::forget(self);
             return Err(error);
         }

@@ -104,13 +104,13 @@ pub fn check_determinism(text: String) {
 /// How a program ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrialOutcome {
-    /// It does not compile.
+    /// The program does not compile.
     Refused,
-    /// It came to its end.
+    /// The program came to its end.
     Done,
-    /// An exception ended it.
+    /// An exception ended the program.
     Failed,
-    /// It was still running, and was stopped.
+    /// The program was still running at the end of its time, and was stopped.
     Stopped,
 }
 

@@ -153,7 +153,7 @@ fn recorded() -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The same records without compression.
+/// A copy of a recording whose records are not compressed.
 fn plain(file: &[u8]) -> Option<Vec<u8>> {
     let recording = Recording::from_bytes(file, "seed").ok()?;
     let mut out = Vec::new();

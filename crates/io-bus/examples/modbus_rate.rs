@@ -48,7 +48,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let late = idle.join().map_err(|_| "the idle thread panicked")?;
     let updates = 200 * 50 * seconds;
     println!(
-        "{spacing} apart, {seconds} s: {missed} of {updates} updates late ({:.2} %), {invalid} signals invalid at the end; a thread \
+        "{spacing} apart, {seconds} s: {missed} of {updates} updates late ({:.2} %), \
+         {invalid} signals invalid at the end; a thread \
          that only sleeps was late in {late} of {} beats ({:.2} %)",
         100.0 * missed as f64 / updates as f64,
         50 * seconds,

@@ -88,7 +88,7 @@ async fn connect_from_anywhere(address: SocketAddr) -> io::Result<TcpStream> {
     socket.connect(address).await
 }
 
-/// The same for `host:port`.
+/// Connects to an address written `host:port`.
 ///
 /// # Errors
 /// Those of [`connect`]; that the text is no such pair.

@@ -79,7 +79,7 @@ pub struct SerialSettings {
     pub is_daemon_owned: bool,
 }
 
-/// Why a line did not do what was asked.
+/// A reason why a serial line did not do what was asked.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SerialError {
@@ -169,7 +169,7 @@ impl SerialLine {
         }
     }
 
-    /// The same port; `faults` hears of those on its thread.
+    /// This port with a supervisor, which hears of the faults on its thread.
     pub fn with_supervisor(self, faults: ThreadSupervisor) -> Self {
         Self { faults, ..self }
     }

@@ -171,7 +171,7 @@ fn sub(to: &Poses, from: &Poses) -> Poses {
 /// The rows of an argument: one for each result, or one for all of them.
 #[derive(Clone, Copy, Debug)]
 pub enum Operand<'a> {
-    /// The same row for every result.
+    /// One row that serves every result.
     Broadcast(&'a [f64; 6]),
     /// A row for each result.
     PerRow(&'a [[f64; 6]]),

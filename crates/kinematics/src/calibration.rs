@@ -42,22 +42,22 @@ pub struct Calibration {
     path: PathBuf,
 }
 
-/// Why there is no calibrated arm. Each is one sentence.
+/// A reason why there is no calibrated arm, told in one sentence.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrationError {
     /// The file cannot be read.
     #[error("cannot read the calibration file {}: {source}", path.display())]
     Unreadable {
-        /// Which.
+        /// The file as it was given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The file is not TOML.
     #[error("{} line {line} is not TOML: {message}", path.display())]
     Syntax {
-        /// Which file.
+        /// The calibration file.
         path: PathBuf,
         /// Line from 1.
         line: usize,
@@ -67,7 +67,7 @@ pub enum CalibrationError {
     /// A key or a table that does not exist.
     #[error("{}: {place} has an unknown key `{key}`; the keys are {allowed}", path.display())]
     UnknownKey {
-        /// Which file.
+        /// The calibration file.
         path: PathBuf,
         /// The table, or the file.
         place: &'static str,
@@ -79,7 +79,7 @@ pub enum CalibrationError {
     /// A key or a table that must be there.
     #[error("{}: {place} has no `{key}`; {allowed}", path.display())]
     Missing {
-        /// Which file.
+        /// The calibration file.
         path: PathBuf,
         /// The table, or the file.
         place: &'static str,
@@ -91,11 +91,11 @@ pub enum CalibrationError {
     /// A value that a key does not take.
     #[error("{}: {place} has {key} = {given}; {allowed}", path.display())]
     Value {
-        /// Which file.
+        /// The calibration file.
         path: PathBuf,
         /// The table, or the file.
         place: &'static str,
-        /// Which key, with the number of the element where it is one.
+        /// The key; in an array, with the number of the element.
         key: String,
         /// The value.
         given: String,
@@ -109,7 +109,7 @@ pub enum CalibrationError {
         path.display()
     )]
     ModelMismatch {
-        /// Which file.
+        /// The calibration file.
         path: PathBuf,
         /// The model that was asked for.
         asked: String,
@@ -119,11 +119,11 @@ pub enum CalibrationError {
     /// The model cannot be had.
     #[error("{}: model = {given:?}: {source}", path.display())]
     Model {
-        /// Which file.
+        /// The calibration file.
         path: PathBuf,
-        /// As written.
+        /// The model's name as the file has it.
         given: String,
-        /// Why.
+        /// What is wrong with that name.
         source: Box<ModelError>,
     },
     /// An arm of another shape.
@@ -133,7 +133,7 @@ pub enum CalibrationError {
         path.display()
     )]
     UnsupportedGeometry {
-        /// Which file.
+        /// The calibration file.
         path: PathBuf,
         /// The model.
         model: String,
@@ -226,7 +226,8 @@ impl Calibration {
                         format!("{key}[{joint}]"),
                         value,
                         format!(
-                            "the {model} has {own} {unit} there, and a measured arm is within {tolerance} {unit} of it{hint}"
+                            "the {model} has {own} {unit} there, \
+                             and a measured arm is within {tolerance} {unit} of it{hint}"
                         ),
                     ));
                 }
@@ -254,7 +255,8 @@ impl Calibration {
                     format!("d[{joint}]"),
                     given.d[joint],
                     format!(
-                        "with alpha[{}] = {} it puts the axis of joint {} {beside} m aside, and a measured arm is within {LENGTH_TOLERANCE} m",
+                        "with alpha[{}] = {} it puts the axis of joint {} {beside} m aside, \
+                         and a measured arm is within {LENGTH_TOLERANCE} m",
                         joint + 1,
                         given.alpha[joint + 1],
                         joint + 2,
@@ -321,8 +323,8 @@ fn hint(
 }
 
 impl RobotModel {
-    /// The same arm with measured lengths and twists: everything that is computed with it follows them. Whether the
-    /// calibration is for this model is not looked at, see [`Calibration::model_for`].
+    /// This arm with measured lengths and twists instead of nominal ones; everything computed with it follows them.
+    /// Whether the calibration belongs to this model is not checked here but in [`Calibration::model_for`].
     ///
     /// # Errors
     /// [`CalibrationError::UnsupportedGeometry`] for a URDF of another shape, [`CalibrationError::Value`] for numbers

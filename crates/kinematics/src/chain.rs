@@ -45,7 +45,7 @@ impl Chain {
         self.frames(&self.posture(q))
     }
 
-    /// The same of a posture.
+    /// All joint frames and the flange of a posture that [`Self::posture`] has computed.
     pub fn frames(&self, Posture(transforms): &Posture) -> Frames {
         let mut base_from_joint = *transforms;
         for joint in 1..DOF {

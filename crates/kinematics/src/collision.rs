@@ -10,16 +10,16 @@ use nalgebra::Vector3;
 /// All points within `radius` of the segment from `p0` to `p1`, metres. A ball if the ends coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
-    /// One end of the segment.
+    /// First end of the segment, m.
     pub p0: Vector3<f64>,
-    /// The other end.
+    /// Second end of the segment, m.
     pub p1: Vector3<f64>,
     /// Radius, m.
     pub radius: f64,
 }
 
 impl Capsule {
-    /// The same capsule described in frame a instead of frame b.
+    /// This capsule described in frame a instead of frame b.
     pub fn expressed_in(&self, a_from_b: &Pose) -> Self {
         Self {
             p0: a_from_b.transform_point(self.p0),

@@ -75,7 +75,7 @@ impl Composite {
         }
     }
 
-    /// The same body about the parent's origin, in the parent's axes.
+    /// This body about the parent's origin, in the parent's axes.
     #[inline]
     pub(crate) fn in_parent(&self, parent_from_child: &Pose) -> Self {
         let r = parent_from_child.rotation.matrix();

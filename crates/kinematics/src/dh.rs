@@ -36,8 +36,8 @@ impl DhTable {
         })
     }
 
-    /// The same arm in the modified layout, T_i = Rx(alpha_i) Tx(a_i) Rz(q_i) Tz(d_i) with a and alpha of the link
-    /// before: the layout in which a controller sends them (SDK calibration program).
+    /// This arm in the modified layout, T_i = Rx(alpha_i) Tx(a_i) Rz(q_i) Tz(d_i) with a and alpha of the link before:
+    /// the layout in which a controller sends them (SDK calibration program).
     pub fn modified(&self) -> Self {
         let shifted = |v: [f64; DOF]| [0.0, v[0], v[1], v[2], v[3], v[4]];
         Self {

@@ -22,7 +22,7 @@ pub const GRAVITY_UPRIGHT: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 pub struct Dynamics {
     chain: Chain,
     bodies: [RigidBody; DOF],
-    /// The same bodies about the joints' origins.
+    /// The bodies, each about the origin of its joint.
     about_origin: [Composite; DOF],
     gravity: Vector3<f64>,
 }
@@ -259,9 +259,9 @@ impl Dynamics {
         self.forward_dynamics_with_armature(q, qd, tau, &[0.0; DOF])
     }
 
-    /// As [`Self::forward_dynamics`], where each joint turns a rotor as well: `armature` is the rotors' inertia about
-    /// the joint axes, kg m² (gear ratio squared times their own), whose gyroscopic effects are left out (Featherstone
-    /// 9.6).
+    /// Joint accelerations (rad/s²) that the torques `tau` cause where each joint turns a rotor as well: `armature` is
+    /// the rotors' inertia about the joint axes, kg m² (gear ratio squared times their own), whose gyroscopic effects
+    /// are left out (Featherstone 9.6).
     pub fn forward_dynamics_with_armature(
         &self,
         q: &JointPositions,
@@ -332,7 +332,7 @@ impl Dynamics {
 struct JointInertia {
     /// Wrench for a unit angular acceleration about the joint axis.
     column: Spatial,
-    /// Its moment about the joint axis, kg m².
+    /// Moment of `column` about the joint axis, kg m².
     inertia_about_axis: f64,
     /// Torque left for acceleration, Nm.
     torque: f64,
@@ -393,7 +393,7 @@ impl ArticulatedInertia {
         }
     }
 
-    /// The same in the parent's axes about the parent's origin.
+    /// This inertia in the parent's axes about the parent's origin.
     fn to_parent(self, parent_from_child: &Pose) -> Self {
         let r = parent_from_child.rotation.matrix();
         let back = r.transpose();

@@ -24,7 +24,7 @@ macro_rules! joint_quantity {
                 self.0
             }
 
-            /// As a column for matrix algebra.
+            /// The six numbers in a column for matrix algebra.
             pub fn to_vector(self) -> Vector6<f64> {
                 Vector6::from(self.0)
             }
@@ -39,8 +39,8 @@ macro_rules! joint_quantity {
                 self.0.iter().fold(true, |all, x| all & x.is_finite())
             }
 
-            /// The same numbers to the last bit, signs of zeros and NaN included: whatever follows from one follows
-            /// from the other.
+            /// Whether both have the same numbers to the last bit, signs of zeros and NaN included: then whatever
+            /// follows from one follows from the other.
             pub fn has_bits_of(&self, other: &Self) -> bool {
                 let differing = |bits: u64, k: usize| bits | (self.0[k].to_bits() ^ other.0[k].to_bits());
                 (0..DOF).fold(0, differing) == 0

@@ -85,7 +85,7 @@ impl RobotModel {
         &self.limits
     }
 
-    /// The same arm with other joint limits; what `[limits]` of a cell file sets.
+    /// This arm with other joint limits, for instance those that `[limits]` of a cell file sets.
     pub fn with_limits(self, limits: JointLimits) -> Self {
         Self { limits, ..self }
     }

@@ -16,7 +16,7 @@ pub struct RigidBody {
 }
 
 impl RigidBody {
-    /// The same body described in frame a instead of frame b.
+    /// This body described in frame a instead of frame b.
     pub fn expressed_in(&self, a_from_b: &Pose) -> Self {
         let r = a_from_b.rotation.matrix();
         Self {

@@ -162,7 +162,7 @@ impl core::fmt::Display for ProtectedPart {
     }
 }
 
-/// Why a position is not allowed.
+/// A reason why a position is not allowed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
@@ -202,7 +202,7 @@ pub struct SafetyBounds {
 pub const OVERLAP_SLACK: f64 = 1e-6;
 
 impl SafetyBounds {
-    /// The same bounds and one more plane, which gets the next number from 0.
+    /// These bounds and one more plane, which gets the next number from 0.
     ///
     /// # Errors
     /// [`SafetySettingError::TooManyPlanes`].
@@ -212,12 +212,12 @@ impl SafetyBounds {
         Ok(self)
     }
 
-    /// The same bounds for another tool; without one only the TCP is held back.
+    /// These bounds with another tool; without one, only the TCP is held back.
     pub fn with_tool(self, tool: Option<SafetyTool>) -> Self {
         Self { tool, ..self }
     }
 
-    /// The same bounds with the planes holding back the elbow too (by default they do not).
+    /// These bounds with planes that hold back the elbow too (by default they do not).
     pub fn with_restricted_elbow(self, restrict_elbow: bool) -> Self {
         Self {
             restrict_elbow,
@@ -225,7 +225,7 @@ impl SafetyBounds {
         }
     }
 
-    /// The same bounds with other joint ranges in reduced mode, rad.
+    /// These bounds with other joint ranges in reduced mode, rad.
     pub fn with_reduced_range(self, min: JointPositions, max: JointPositions) -> Self {
         Self {
             reduced_range: Some([min, max]),
@@ -233,7 +233,7 @@ impl SafetyBounds {
         }
     }
 
-    /// The same bounds where links of the arm may overlap by so much, m; infinite: as far as they like.
+    /// These bounds with links of the arm that may overlap by `allowed`, m; an infinite value allows any overlap.
     pub fn with_link_overlap(self, allowed: f64) -> Self {
         Self {
             link_overlap: allowed.is_finite().then_some(allowed),

@@ -35,7 +35,7 @@ pub fn sin_cos<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {
         (sines[i], cosines[i]) = reduced(angles[i]);
     }
     if !in_range {
-        // Also reached for NaN and infinity, which come out as NaN.
+        // NaN and infinity get here too, and come out as NaN.
         for i in 0..N {
             if angles[i].abs() > RANGE || angles[i].is_nan() {
                 (sines[i], cosines[i]) = elementary::sin_cos(angles[i]);

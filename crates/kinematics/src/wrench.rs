@@ -27,7 +27,7 @@ impl Twist {
         [l.x, l.y, l.z, a.x, a.y, a.z]
     }
 
-    /// As a six-vector, linear before angular.
+    /// The twist in six numbers, linear velocity (m/s) before angular (rad/s).
     pub fn to_vector(self) -> Vector6<f64> {
         Vector6::from(self.to_array())
     }
@@ -70,7 +70,7 @@ impl Wrench {
         [f.x, f.y, f.z, m.x, m.y, m.z]
     }
 
-    /// As a six-vector, force before moment.
+    /// The wrench in six numbers, force (N) before moment (Nm).
     pub fn to_vector(self) -> Vector6<f64> {
         Vector6::from(self.to_array())
     }

@@ -120,7 +120,8 @@ fn the_way_back_from_every_pose_is_among_the_solutions() {
         }
     }
     println!(
-        "{count} configurations: residual {worst:.1e}, lost {lost} and {lost_near} near singularities, at most {most} found"
+        "{count} configurations: residual {worst:.1e}, lost {lost} and {lost_near} near singularities, \
+         at most {most} found"
     );
     assert!(worst < 1e-10, "{worst}");
     // An arm off by 8 mm in every length is as good as near a singularity in many places.

@@ -3,15 +3,15 @@
 /// One file.
 #[derive(Clone, Copy, Debug)]
 pub struct Asset {
-    /// Where it is, with its slash.
+    /// Path in the address, with its slash.
     pub path: &'static str,
-    /// Its media type.
+    /// Media type, for instance `text/html; charset=utf-8`.
     pub media_type: &'static str,
-    /// Its bytes, as they go out.
+    /// Content, byte for byte what is sent.
     pub bytes: &'static [u8],
-    /// They are compressed with gzip.
+    /// The content is compressed with gzip.
     pub is_gzipped: bool,
-    /// Its entity tag: another content has another one.
+    /// Entity tag: another content has another one.
     pub mark: &'static str,
 }
 
@@ -30,7 +30,8 @@ pub fn find(path: &str) -> Option<&'static Asset> {
 /// What the page may load: its own files alone. `nonce` lets the editor add its style sheet.
 pub fn content_security_policy(nonce: &str) -> String {
     format!(
-        "default-src 'self'; style-src 'self' 'nonce-{nonce}'; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        "default-src 'self'; style-src 'self' 'nonce-{nonce}'; object-src 'none'; base-uri 'none'; \
+         form-action 'none'; frame-ancestors 'none'"
     )
 }
 

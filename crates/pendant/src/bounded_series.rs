@@ -56,8 +56,8 @@ impl<T: HeapSize> BoundedSeries<T> {
         }
     }
 
-    /// As [`new`](Self::new), but thinned out evenly: the longest gap is one stretch of time, at most twice the whole
-    /// time divided by the number of entries (of entries that come often enough).
+    /// An empty series that is thinned out evenly: the longest gap is one stretch of time, at most twice the whole time
+    /// divided by the number of entries (of entries that come often enough).
     pub fn even(most_entries: usize, most_bytes: usize) -> Self {
         let gives = ThinningPolicy::Evenly(FIRST_STRETCH);
         Self {

@@ -48,7 +48,7 @@ impl core::fmt::Debug for Token {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PageId(pub u64);
 
-/// Why an order is not taken: a sentence.
+/// A reason why an order is not taken, told in a sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ControlError {
     /// No token, or a wrong one.

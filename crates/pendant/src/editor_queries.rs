@@ -37,7 +37,7 @@ pub struct TextQuery {
     pub language: String,
 }
 
-/// Why a question is not answered: a sentence.
+/// A reason why a question is not answered, told in a sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum QuestionError {
     /// The text is too long.

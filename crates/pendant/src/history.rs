@@ -31,7 +31,7 @@ const STILL_PERIOD: f64 = 1.0;
 /// Something that has happened.
 #[derive(Clone, Debug)]
 struct TimedEvent {
-    /// As of lines of the log: 1 debug to 5 fatal.
+    /// Level of a log line: 1 debug to 5 fatal.
     level: u8,
     json: Arc<str>,
 }
@@ -42,18 +42,18 @@ impl HeapSize for TimedEvent {
     }
 }
 
-/// Which events are asked for.
+/// Selection of events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventQuery {
     /// From this time, s.
     pub from: f64,
     /// To this time, s.
     pub to: f64,
-    /// Of this level or above.
+    /// Lowest level, 1 debug to 5 fatal.
     pub level: u8,
-    /// So many at most, and never more than [`EVENTS_GIVEN_MAX`].
+    /// Most events of an answer, never more than [`EVENTS_GIVEN_MAX`].
     pub most: usize,
-    /// The first ones of the span, not the latest.
+    /// The first events of the span are given, not the latest.
     pub first: bool,
 }
 

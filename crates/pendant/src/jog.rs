@@ -58,11 +58,11 @@ pub enum JogFrame {
 pub enum HoldToRun {
     /// A joint or an axis at a share of its speed.
     Jog {
-        /// Which.
+        /// Joint or axis that moves.
         axis: JogAxis,
-        /// Whose axes.
+        /// Frame of the axes.
         frame: JogFrame,
-        /// -1 to 1.
+        /// Share of the speed, -1 to 1.
         speed: f64,
     },
     /// A move to joint positions.
@@ -198,7 +198,7 @@ impl HoldToRunState {
         self.held.map(|(.., last)| last + SIGN_OF_LIFE)
     }
 
-    /// It is held no more: what ends it.
+    /// Ends the motion that is held, if there is one: the command that stops it.
     pub fn end(&mut self) -> Option<CommandKind> {
         let (held, id, _) = self.held.take()?;
         Some(held.end(id))

@@ -92,7 +92,7 @@ pub enum PageOrder {
     },
     /// Run a file of the task folder.
     RunTask {
-        /// Its name there.
+        /// Name of the file in that folder.
         name: String,
     },
     /// The speed slider.
@@ -102,7 +102,7 @@ pub enum PageOrder {
     },
     /// Answer a popup.
     ClosePopup {
-        /// Its number.
+        /// Number of the popup.
         popup: u64,
         /// End the program as well.
         #[serde(default)]
@@ -110,7 +110,7 @@ pub enum PageOrder {
     },
     /// Move one joint or one axis of the TCP as long as the page gives signs of life.
     Jog {
-        /// Which.
+        /// Joint or axis that moves.
         axis: JogAxis,
         /// Whose axes those of the TCP are.
         #[serde(default)]
@@ -136,18 +136,18 @@ pub enum PageOrder {
         wrench: [f64; 6],
         /// s.
         duration: f64,
-        /// Its axes.
+        /// Frame of the wrench.
         #[serde(default)]
         frame: JogFrame,
     },
     /// Set inputs, all or none: names of points to values.
     Inputs {
-        /// As `/api/inputs` takes them.
+        /// Values by the names of points, in the form that `/api/inputs` takes.
         values: serde_json::Map<String, serde_json::Value>,
     },
     /// Set outputs by hand, all or none: names of points to values.
     Outputs {
-        /// As `inputs` takes them.
+        /// Values by the names of points, in the form that `inputs` takes.
         values: serde_json::Map<String, serde_json::Value>,
     },
 }
@@ -156,7 +156,7 @@ const fn full() -> f64 {
     1.0
 }
 
-/// Why an order is none: a sentence.
+/// A reason why a request is no order, told in a sentence.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum OrderError {
     /// Not the form of a request.
@@ -165,11 +165,11 @@ pub enum OrderError {
     /// A number is outside its range.
     #[error("{name} is {given}; it must be {allowed}")]
     Range {
-        /// Which.
+        /// Name of the value.
         name: &'static str,
-        /// As given.
+        /// The value as it was given.
         given: String,
-        /// What would do.
+        /// What is allowed.
         allowed: &'static str,
     },
 }

@@ -23,7 +23,7 @@ const DEPTH_MAX: usize = 4;
 /// Folder entries that are looked at.
 const LOOKED_AT_MAX: usize = 20_000;
 
-/// Why a program was not saved: a sentence.
+/// A reason why a program was not saved, told in a sentence.
 #[derive(Debug, Error)]
 pub enum SaveError {
     /// Not a name of a program.
@@ -37,20 +37,20 @@ pub enum SaveError {
     /// Somebody else has saved it since.
     #[error("{name} is not what it was when it was opened; somebody else has saved it")]
     Changed {
-        /// Which.
+        /// Name of the program.
         name: String,
-        /// What it is now; none when it is gone.
+        /// Text of the program now; none when the file is gone.
         now: Option<String>,
     },
-    /// It is XML.
+    /// The program is a task in XML.
     #[error("{0} is a task of the pendant in XML, which is not edited here")]
     Xml(String),
     /// The folder does not take it.
     #[error("{name} cannot be saved: {source}")]
     System {
-        /// Which.
+        /// Name of the program.
         name: String,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
 }
@@ -199,7 +199,7 @@ fn write_whole(path: &Path, text: &str) -> io::Result<()> {
     });
     let done = written.and_then(|()| fs::rename(&beside, path));
     if done.is_err() {
-        // It may never have been there.
+        // An error here is no harm: the file may never have been created.
         let _ = fs::remove_file(&beside);
     }
     done

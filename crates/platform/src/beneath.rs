@@ -35,7 +35,7 @@ impl ConfinedDir {
         imp::find(&self.0, way, false).map(ConfinedEntry)
     }
 
-    /// The same, and it has to be a folder.
+    /// The folder that a path from this folder on leads to, links followed.
     ///
     /// # Errors
     /// As [`ConfinedDir::find`].

@@ -41,7 +41,7 @@ pub struct OpenMode {
     pub append: bool,
     /// Made if it is not there.
     pub create: bool,
-    /// It must not be there.
+    /// The file must not exist yet.
     pub exclusive: bool,
     /// Emptied first.
     pub truncate: bool,
@@ -52,9 +52,9 @@ pub struct OpenMode {
 pub enum FileError {
     /// There is nothing of this name.
     NotFound,
-    /// It is a folder.
+    /// A folder has this name.
     IsAFolder,
-    /// It is no folder.
+    /// Something else than a folder has this name.
     NotAFolder,
     /// Too many files are open.
     TooManyOpen,
@@ -173,7 +173,7 @@ pub fn open_nonblocking(options: &mut OpenOptions, path: &Path) -> io::Result<Fi
     options.open(path)
 }
 
-/// The same for a program.
+/// Opens a file for a program in the mode that it asks for.
 ///
 /// # Errors
 /// What the system says.

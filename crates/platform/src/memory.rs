@@ -38,7 +38,7 @@ mod allocator_options {
 
     use libmimalloc_sys::{mi_option_set, mi_option_t};
 
-    // Their numbers are those of the header mimalloc.h (version 3), which the crate leaves out.
+    // The numbers of the options are those of the header mimalloc.h (version 3), which the crate leaves out.
     /// Whether an arena, a reserve of addresses, is writable at once: who locks the process's memory would then fill
     /// it.
     const ARENA_EAGER_COMMIT: mi_option_t = 4;

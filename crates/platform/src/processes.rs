@@ -17,7 +17,7 @@ pub struct ProcessEntry {
     pub group: i32,
     /// Number of its session.
     pub session: i32,
-    /// It has ended, and its parent has not asked how.
+    /// The process has ended, and its parent has not asked how.
     pub ended: bool,
 }
 
@@ -195,7 +195,8 @@ mod imp {
         let mut open = vec![own];
         while let Some(number) = open.pop() {
             let Some(children) = children(number) else {
-                // It has just ended, or this system does not tell children: then everybody is looked at.
+                // Either the process has just ended, or this system does not tell children: then the whole table is
+                // read.
                 match number == own {
                     true => return whole_table(),
                     false => continue,
@@ -244,7 +245,7 @@ mod imp {
     }
 
     fn entry(number: i32) -> Option<ProcessEntry> {
-        // As bytes: a process may have any name.
+        // The file is read as bytes, because a process may have any name.
         parse(&std::fs::read(format!("/proc/{number}/stat")).ok()?)
     }
 

@@ -128,7 +128,7 @@ impl<const K: usize> Rows<K> {
 }
 
 impl Rows<6> {
-    /// As an operand of a batch.
+    /// The rows in the form that a computation over many rows takes.
     pub(crate) fn operand(&self) -> Operand<'_> {
         match self {
             Self::One(row) => Operand::Broadcast(row),

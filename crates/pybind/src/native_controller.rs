@@ -81,7 +81,7 @@ pub(crate) fn start_error(error: &StartError) -> PyErr {
     }
 }
 
-/// Why a condition was not answered.
+/// A reason why a condition was not answered.
 enum RunUntilError {
     Stepped(SteppedError),
     Condition(ConditionError),
@@ -156,7 +156,8 @@ impl NativeController {
         match self.busy.swap(true, Ordering::AcqRel) {
             false => Ok(BusyGuard(&self.busy)),
             true => Err(PyRuntimeError::new_err(
-                "another call lets the time of this controller pass just now; stop(), state, trace and io can be used beside it",
+                "another call lets the time of this controller pass just now; \
+                 stop(), state, trace and io can be used beside it",
             )),
         }
     }
@@ -420,7 +421,8 @@ impl NativeController {
             "release_brakes" => CommandKind::ReleaseBrakes,
             _ => {
                 return Err(PyValueError::new_err(format!(
-                    "there is no order {name:?}; allowed are unlock, emergency_stop, release_emergency_stop, power_on and \
+                    "there is no order {name:?}; allowed are unlock, emergency_stop, release_emergency_stop, \
+                     power_on and \
                      release_brakes"
                 )));
             }

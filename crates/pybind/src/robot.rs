@@ -53,7 +53,7 @@ type PickleParts<'py> = (
 /// array([-0.8175, -0.3395,  0.066 ,  1.5708,  0.    ,  0.    ])
 #[pyclass(frozen, module = "elitescript")]
 pub(crate) struct Robot {
-    /// As given, for `repr` and pickling.
+    /// The model's name or file as it was given, for `repr` and pickling.
     source: String,
     model: RobotModel,
     tcp: RpyPose,

@@ -95,7 +95,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-const SCRIPT: &str = "while True:\n    movej([0.8, -1.2, 1.2, -1.6, -1.6, 0.5])\n    movej([0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0])\nend\n";
+const SCRIPT: &str = "while True:\n    movej([0.8, -1.2, 1.2, -1.6, -1.6, 0.5])\n    \
+    movej([0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0])\nend\n";
 
 struct Arm {
     model: RobotModel,

@@ -158,7 +158,7 @@ impl<W: Write> ChunkedFile<W> {
         self.write(topic.index(), time, data)
     }
 
-    /// The same for a topic that is not ours; nothing for one that the file does not have.
+    /// Writes a message of a custom topic at a simulated time, s. A topic that the file does not have is left out.
     pub(crate) fn put_extra(
         &mut self,
         topic: CustomTopicId,

@@ -40,7 +40,8 @@ pub fn difference(first: &CycleMessage, second: &CycleMessage) -> Option<Differe
     difference_ignoring(first, second, &[])
 }
 
-/// As [`difference`], but for the fields `except`: those that an earlier version did not record.
+/// What differs between two cycles outside the fields `except`, for instance those that an earlier version did not
+/// record. Otherwise like [`difference`].
 pub fn difference_ignoring(
     first: &CycleMessage,
     second: &CycleMessage,

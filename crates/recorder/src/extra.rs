@@ -6,7 +6,7 @@
 /// A topic with messages in JSON.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CustomTopic {
-    /// Its name, with the slash, and none of [`Topic`](crate::Topic)'s.
+    /// Name of the topic, with the slash; none of [`Topic`](crate::Topic)'s.
     pub name: String,
     /// What its messages are called, `elite.RtsiOutputs` for instance.
     pub schema_name: String,

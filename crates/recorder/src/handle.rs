@@ -57,8 +57,8 @@ impl RecorderHandle {
         self.script_position(time, (program, thread), line, None);
     }
 
-    /// The same for a program that the pendant made of a task: the thread is also in the node with this number and
-    /// label. Every change of node is recorded, however many there are in one cycle.
+    /// A script thread is in this line and, where the pendant made the program of a task, in the node with this number
+    /// and label. Every change of node is recorded, however many there are in one cycle.
     pub fn script_position(
         &self,
         time: f64,

@@ -30,8 +30,8 @@ pub fn truncate_marked(text: &str, most: usize) -> Option<String> {
     Some(format!("{}{mark}", &text[..end]))
 }
 
-/// The same for a text whose end matters, as that of a report: the mark stands in the middle, most of the rest behind
-/// it.
+/// Shortens a text of more than `most` bytes whose end matters, for instance a report: a mark stands in the middle, and
+/// most of what is kept comes behind it. `None` for a text that fits.
 pub fn truncate_middle_marked(text: &str, most: usize) -> Option<String> {
     if text.len() <= most {
         return None;

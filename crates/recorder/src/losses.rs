@@ -1,16 +1,16 @@
 //! What a recording says of itself in `/log` where something is missing, and how a reader finds it again.
 
-/// Who says it.
+/// Source of these log entries.
 pub(crate) const SOURCE: &str = "recorder";
 const NOTES: &str =
     " messages about programs and registers are missing here: the recording did not keep up";
 
-/// So many messages were dropped.
+/// The sentence for `count` dropped messages.
 pub(crate) fn annotations_lost_text(count: u64) -> String {
     format!("{count}{NOTES}")
 }
 
-/// So many cycles were lost before this one.
+/// The sentence for `count` cycles that were lost before cycle `before`.
 pub(crate) fn cycles_lost_text(count: u64, before: u64) -> String {
     format!("{count} cycles are missing before cycle {before}: the recording did not keep up")
 }

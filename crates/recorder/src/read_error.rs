@@ -1,4 +1,4 @@
-//! Why a recording cannot be read.
+//! Reasons why a recording cannot be read.
 
 use std::io;
 
@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::setup::SetupError;
 
-/// Why a recording cannot be read.
+/// A reason why a recording cannot be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -15,7 +15,7 @@ pub enum ReadError {
     Io {
         /// The file.
         path: String,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// Not an MCAP file.
@@ -71,7 +71,7 @@ pub enum ReadError {
     Schema {
         /// The topic.
         topic: String,
-        /// Why.
+        /// What is wrong with the schema.
         reason: String,
     },
     /// A message has more values than a table may have columns.

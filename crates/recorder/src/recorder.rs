@@ -59,7 +59,7 @@ pub struct RecorderConfig {
 /// Told that the recording has stopped, and why.
 pub type FailureReport = Box<dyn FnOnce(&RecordError) + Send>;
 
-/// Why there is no recording, or no more.
+/// A reason why there is no recording, or why it ended early.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RecordError {
@@ -68,7 +68,7 @@ pub enum RecordError {
     Create {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The file cannot be written.
@@ -76,7 +76,7 @@ pub enum RecordError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Error of the writer.
         source: Arc<McapError>,
     },
     /// The thread cannot be started.
@@ -137,7 +137,8 @@ impl CloseHandle {
             self.shared.notes_dropped.load(Ordering::Relaxed),
         );
         format!(
-            "about {records} records and {bytes} bytes of messages wait unwritten, {dropped} messages were dropped, and what comes last in the file may be incomplete"
+            "about {records} records and {bytes} bytes of messages wait unwritten, \
+             {dropped} messages were dropped, and what comes last in the file may be incomplete"
         )
     }
 
@@ -170,7 +171,7 @@ impl Recorder {
         Self::start_on(file, config, records)
     }
 
-    /// As [`start`](Self::start), but into any output; `config.path` is only its name in messages.
+    /// Starts a recording into any output; `config.path` is only its name in messages.
     ///
     /// # Errors
     /// [`RecordError`] when the output cannot be written or the thread not started.

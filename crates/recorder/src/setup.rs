@@ -48,7 +48,7 @@ pub struct Setup {
     pub powered_off: bool,
     /// Time stamps in the file are this plus simulated time, ns since 1970. 0 counts them from the start.
     pub epoch_ns: u64,
-    /// Which part of a recording in several files this is, from 1. Only the first begins with the controller's start.
+    /// Number of this file in a recording of several files, from 1. Only the first begins with the controller's start.
     pub part: u32,
 }
 
@@ -179,7 +179,7 @@ fn parse<T: FromStr>(map: &BTreeMap<String, String>, key: &'static str) -> Resul
     convert(map, key, |text| text.parse().ok())
 }
 
-/// As [`parse`], but for an entry that need not be there.
+/// Reads an entry that need not be there; `default` stands for a missing one.
 fn parse_or<T: FromStr>(
     map: &BTreeMap<String, String>,
     key: &'static str,

@@ -83,7 +83,7 @@ pub struct JointLimitEvent {
     pub time: f64,
     /// The joint, from 0.
     pub joint: usize,
-    /// Which limit.
+    /// Kind of limit that the joint reached.
     pub kind: LimitKind,
 }
 

@@ -167,7 +167,8 @@ pub struct ScriptMessage {
 fn script_schema() -> Value {
     json!({
         "title": "elite.Script",
-        "description": "A program starts (text), or one of its threads is in another line (thread, line) or node (node, label).",
+        "description": "A program starts (text), or one of its threads is in another line (thread, line) \
+            or node (node, label).",
         "type": "object",
         "properties": {
             "program": {"type": "string", "description": "name of the program"},
@@ -191,10 +192,10 @@ pub struct VariableMessage {
     pub program_id: u32,
     /// The variable.
     pub name: String,
-    /// Its type, as `type(x).__name__`.
+    /// Type of the variable, the text of `type(x).__name__`.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// Its value, as `repr(x)`; long ones are cut.
+    /// Value of the variable, the text of `repr(x)`; long ones are cut.
     pub value: String,
 }
 
@@ -330,7 +331,8 @@ fn command_schema() -> Value {
         "properties": {
             "id": {"type": "integer", "description": "number of the command, from 1"},
             "cycle": {"type": "integer", "description": "the cycle that took it"},
-            "name": {"type": "string", "description": "what was asked; micro_points: points of the moveml with that number"},
+            "name": {"type": "string", "description": "what was asked; \
+                micro_points: points of the moveml with that number"},
             "arguments": {"type": "object", "description": "arguments by name, SI units"},
             "program": {"type": "string", "description": "the program that asked, empty for a port"},
             "program_id": {"type": "integer", "description": "number of that program, 0 for a port"},
@@ -375,7 +377,8 @@ fn io_schema() -> Value {
         "description": "An input, an output or a register has another value.",
         "type": "object",
         "properties": {
-            "cycle": {"type": "integer", "description": "the cycle in which it changed; of a register, the first that saw the change"},
+            "cycle": {"type": "integer", "description": "the cycle in which it changed; \
+                of a register, the first that saw the change"},
             "name": {"type": "string", "description": "name of the point, standard_digital_out[3] for instance"},
             "value": {
                 "type": ["boolean", "number", "null"],
@@ -391,7 +394,7 @@ fn io_schema() -> Value {
 pub enum LogLevel {
     /// For developers.
     Debug,
-    /// As expected.
+    /// Something happened that was expected.
     Info,
     /// Worth reading.
     Warning,
@@ -429,7 +432,7 @@ impl LogLevel {
 pub struct LogMessage {
     /// How much it matters.
     pub level: LogLevel,
-    /// Which part of the controller, or which program, says it.
+    /// Part of the controller, or program, that writes the message.
     pub source: String,
     /// The sentence.
     pub message: String,

@@ -21,30 +21,30 @@ pub struct RobotAddress {
     pub port: u16,
 }
 
-/// Why there is no connection; each is a sentence with the address.
+/// A reason why there is no connection, told in a sentence with the address.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConnectError {
     /// The name means nothing.
     #[error("the robot's name {host:?} is not known: {source}")]
     Unknown {
-        /// As given.
+        /// The robot's name as it was given.
         host: String,
-        /// Why.
+        /// Error of the name service.
         source: io::Error,
     },
     /// The name means no address.
     #[error("the robot's name {host:?} has no address")]
     NoAddress {
-        /// As given.
+        /// The robot's name as it was given.
         host: String,
     },
     /// Nobody takes the connection.
     #[error("no connection to the robot at {address}: {source}")]
     Refused {
-        /// Where.
+        /// Host and port of the robot.
         address: String,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// Nobody answers.
@@ -66,7 +66,7 @@ impl RobotAddress {
         }
     }
 
-    /// The same robot, another port.
+    /// The address of another port of this robot.
     pub fn with_port(&self, port: u16) -> Self {
         Self::new(self.host.clone(), port)
     }

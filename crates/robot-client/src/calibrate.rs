@@ -20,17 +20,17 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Places of every joint that the arm is compared in, rad: with six joints these are 729 places.
 const COMPARISON_ANGLES: [f64; 3] = [-1.1, 0.3, 1.7];
 
-/// Why there is no calibration; each is a sentence.
+/// A reason why there is no calibration, told in a sentence.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CalibrateError {
     /// The robot does not talk.
     #[error(transparent)]
     Primary(#[from] PrimaryError),
-    /// It does not say what it is.
+    /// The robot does not say what kind of arm it has.
     #[error("the robot at {address} sends states without the configuration of its arm")]
     NoConfiguration {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
     },
     /// Not an arm of ours.
@@ -39,7 +39,7 @@ pub enum CalibrateError {
         known_types()
     )]
     UnknownType {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
         /// The vendor's number.
         robot_type: u32,
@@ -74,14 +74,15 @@ pub struct KinematicDeviation {
 /// What was read of an arm.
 #[derive(Debug)]
 pub struct CalibrationReading {
-    /// Its kinematics.
+    /// Kinematics of the robot's arm.
     pub calibration: Calibration,
-    /// How far it is from its sheet.
+    /// How far the arm is from the data sheet of its model.
     pub distance: KinematicDeviation,
-    /// Its tool: TCP in the flange frame, where the robot says so.
+    /// TCP of the robot's tool in the flange frame, where the robot reports one.
     pub tcp: Option<RpyPose>,
-    /// How far the TCP that the robot reports is from where these numbers have it, m, where it says so: more than a
-    /// millimetre means that it counts with something that it does not send, such as offsets of the joints.
+    /// Distance between the TCP that the robot reports and the one that follows from these numbers, m, where the robot
+    /// reports one: more than a millimetre means that its kinematics have something that it does not send, such as
+    /// offsets of the joints.
     pub tcp_residual: Option<f64>,
     /// The state that all of this was read from, but for the configuration.
     pub state: State,

@@ -59,7 +59,7 @@ async fn ask(address: &RobotAddress, questions: &[&str]) -> Option<Vec<String>> 
     let limit = LINE_BYTES_MAX * (questions.len() as u64 + 1);
     let mut lines = BufReader::new(stream).take(limit);
     let mut line = String::new();
-    // It greets first, in one line or several, which come together.
+    // The server greets first, in one line or in several, which arrive together.
     lines.read_line(&mut line).await.ok()?;
     let greeting = lines.get_ref().buffer().len();
     lines.consume(greeting);

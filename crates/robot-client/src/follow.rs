@@ -15,9 +15,9 @@ const ERROR_GRACE_TIME: Duration = Duration::from_millis(250);
 /// What came of the program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MonitorOutcome {
-    /// It ran to its end.
+    /// The program ran to its end.
     Completed,
-    /// It did not compile, or failed; the news told why.
+    /// The program did not compile, or failed; an event before this one told why.
     Failed,
 }
 
@@ -26,13 +26,13 @@ pub enum MonitorOutcome {
 pub enum ProgramEvent {
     /// The program runs.
     Began,
-    /// It is paused.
+    /// The program is paused.
     Paused,
-    /// It goes on.
+    /// The program goes on.
     Resumed,
     /// An exception of the program or the robot.
     Exception(RobotException),
-    /// It is over.
+    /// The program is over.
     Finished(MonitorOutcome),
 }
 

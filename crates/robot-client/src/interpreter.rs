@@ -67,7 +67,7 @@ impl InterpreterRequest {
         Self::ALL.into_iter().find(|word| word.text() == line)
     }
 
-    /// As it is sent.
+    /// The word that is sent for this request.
     pub const fn text(self) -> &'static str {
         match self {
             Self::Skip => "skipbuffer",
@@ -85,14 +85,15 @@ impl InterpreterRequest {
 pub enum Reply {
     /// The statement waits for its turn.
     Ack {
-        /// Its number.
+        /// Number of the statement.
         id: u64,
-        /// It.
+        /// Text of the statement.
         statement: String,
     },
     /// The statement is not carried out.
     Discard {
-        /// Why, and the statement: the reason may hold colons, so the two cannot be told apart.
+        /// The reason and the statement in one text: the reason may hold colons, which makes it impossible to separate
+        /// the two.
         about: String,
     },
     /// The answer to a word.
@@ -142,37 +143,37 @@ impl Reply {
     }
 }
 
-/// Why the conversation ended.
+/// A reason why the conversation ended.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum InterpreterError {
-    /// It did not begin.
+    /// The conversation did not begin.
     #[error(transparent)]
     Connect(#[from] ConnectError),
     /// The robot closed the connection.
     #[error("the robot at {address} has closed the connection for statements")]
     Closed {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
     },
     /// The connection broke.
     #[error("the connection for statements to the robot at {address} broke: {source}")]
     Broken {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// It takes no bytes.
+    /// The robot takes no bytes.
     #[error("the robot at {address} takes no statement: {} s", SEND_PATIENCE.as_secs())]
     SendTimeout {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
     },
-    /// It says nothing to what it was sent.
+    /// The robot does not answer a statement.
     #[error("the robot at {address} does not answer on its port for statements: {} s", patience.as_secs())]
     ReceiveTimeout {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
         /// How long was waited.
         patience: Duration,
@@ -180,7 +181,7 @@ pub enum InterpreterError {
     /// Something else listens there.
     #[error("what {address} sends is not the stream of port 30020: {begin:?}")]
     NotInterpreter {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
         /// How it begins.
         begin: String,
@@ -193,7 +194,7 @@ pub struct InterpreterClient {
     address: RobotAddress,
     stream: TcpStream,
     received: Vec<u8>,
-    /// So much of it holds no line end.
+    /// Number of bytes of `received`, from its beginning, that hold no line end.
     scanned_bytes: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The other end of the vendor's ports: a controller, real or ours, as a peer.
+//! Clients of the vendor's ports: they talk to a controller, real or ours.
 //!
 //! Owns connections to a robot, what is made of its answers, and the sentences about what goes wrong between. Knows no
 //! simulated arm and no command line. Whatever a peer sends is bounded and checked (crate `wire`); a peer that is gone,

@@ -24,7 +24,7 @@ use variables::{VariableTarget, target_of};
 pub struct RtsiStateMapper {
     targets: Vec<VariableTarget>,
     registers: Registers,
-    /// As they were told of last.
+    /// Registers that were handed over last.
     reported_registers: RegisterImages,
 }
 

@@ -18,45 +18,45 @@ const SEND_PATIENCE: Duration = Duration::from_secs(10);
 /// Read at once.
 const READ_BYTES: usize = 16 * 1024;
 
-/// Why the conversation ended.
+/// A reason why the conversation ended.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PrimaryError {
-    /// It did not begin.
+    /// The conversation did not begin.
     #[error(transparent)]
     Connect(#[from] ConnectError),
     /// The robot closed the connection.
     #[error("the robot at {address} has closed the connection")]
     Closed {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
     },
     /// The connection broke.
     #[error("the connection to the robot at {address} broke: {source}")]
     Broken {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// Nothing came for a while.
     #[error("the robot at {address} says nothing any more: no state for {} s", SILENCE_MAX.as_secs())]
     ReceiveTimeout {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
     },
-    /// It takes no bytes.
+    /// The robot takes no bytes.
     #[error("the robot at {address} takes nothing: {} s", SEND_PATIENCE.as_secs())]
     SendTimeout {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
     },
     /// Something else listens there.
     #[error("what {address} sends is not the stream of port 30001: {source}")]
     NotPrimary {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
-        /// Why.
+        /// What is wrong with the bytes.
         source: DecodeError,
     },
 }

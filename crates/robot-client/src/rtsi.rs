@@ -24,7 +24,7 @@ pub const FREQUENCY_MAX: f64 = 250.0;
 /// Packets have at most 64 KiB; more than this is never held.
 const READ_BYTES: usize = 32 * 1024;
 
-/// Why there is no data.
+/// A reason why there is no data.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RtsiError {
@@ -34,21 +34,21 @@ pub enum RtsiError {
     /// The controller closed it.
     #[error("the robot at {address} has closed the connection for data")]
     Closed {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
     },
-    /// It broke.
+    /// The connection broke.
     #[error("the connection for data to the robot at {address} broke: {source}")]
     Broken {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// Nothing comes.
     #[error("the robot at {address} does not answer on its port for data ({what})")]
     ReceiveTimeout {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
         /// What was waited for.
         what: &'static str,
@@ -56,25 +56,25 @@ pub enum RtsiError {
     /// Something else listens there.
     #[error("what {address} sends is not RTSI: {source}")]
     NotRtsi {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
-        /// Why.
+        /// What is wrong with the bytes.
         source: InvalidPacketLength,
     },
-    /// It refuses.
+    /// The robot refuses a request.
     #[error("the robot at {address} refuses {what}")]
     Refused {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
-        /// What.
+        /// The request that is refused.
         what: &'static str,
     },
-    /// It answers something that does not fit what was asked.
+    /// The answer does not fit the request.
     #[error("the robot at {address} answers {what} with something else")]
     UnexpectedReply {
-        /// Which.
+        /// Address of the robot.
         address: RobotAddress,
-        /// What.
+        /// The request that was answered.
         what: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! Which tests there are: files by their names, functions by theirs.
+//! Finds the tests: files by their names, functions by theirs.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -16,30 +16,30 @@ const FILE_BYTES_MAX: u64 = 8 << 20;
 const ENTRIES_MAX: usize = 100_000;
 const DEPTH_MAX: usize = 64;
 
-/// Why there is nothing to run.
+/// A reason why there is nothing to run.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DiscoverError {
     /// A path is not there, or cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Unreadable {
-        /// Which.
+        /// The file or folder as it was given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// A file is larger than any test.
     #[error("{} has {bytes} bytes, at most {FILE_BYTES_MAX} are read", path.display())]
     TooLong {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// Its length.
+        /// Length of the file, bytes.
         bytes: u64,
     },
     /// A folder holds more than a project does.
     #[error("{} holds more than {ENTRIES_MAX} files; name the folders with the tests", path.display())]
     TooMany {
-        /// Which.
+        /// The folder.
         path: PathBuf,
     },
     /// A file does not compile.
@@ -55,7 +55,7 @@ pub enum DiscoverError {
         path: PathBuf,
         /// Line of the second.
         line: u32,
-        /// Their name.
+        /// Name that both tests have.
         name: String,
     },
     /// A test wants arguments.
@@ -63,9 +63,9 @@ pub enum DiscoverError {
     Arguments {
         /// The file.
         path: PathBuf,
-        /// Its line.
+        /// Line of the test.
         line: u32,
-        /// Its name.
+        /// Name of the test.
         name: String,
     },
 }
@@ -73,16 +73,16 @@ pub enum DiscoverError {
 /// A file with tests.
 #[derive(Debug)]
 pub struct TestFile {
-    /// As it was found, below what was asked for.
+    /// Path under which the file was found, below the path that was asked for.
     pub path: PathBuf,
-    /// Its text.
+    /// Text of the file.
     pub text: String,
 }
 
 /// One test.
 #[derive(Clone, Debug)]
 pub struct TestCase {
-    /// Its file.
+    /// File of the test.
     pub file: Arc<TestFile>,
     /// Name of the function.
     pub name: String,
@@ -108,7 +108,7 @@ pub fn discover(paths: &[PathBuf]) -> Result<Vec<TestCase>, DiscoverError> {
     discover_in(paths, &FileScope::default())
 }
 
-/// The same among certain files.
+/// All tests of some files and folders in the order of paths and lines, found in `among` only.
 ///
 /// # Errors
 /// [`DiscoverError`]

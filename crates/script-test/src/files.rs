@@ -5,7 +5,7 @@ use std::path::Path;
 
 use elite_runtime::{SandboxRoots, SandboxedPath};
 
-/// Which files tests, and programs that they start, may consist of.
+/// The files that may hold tests and the programs they start.
 #[derive(Clone, Debug, Default)]
 pub struct FileScope(Option<SandboxRoots>);
 

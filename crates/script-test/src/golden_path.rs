@@ -31,7 +31,7 @@ pub enum GoldenMode {
     Update,
 }
 
-/// Why a way cannot be compared, or is not the same.
+/// A reason why a path cannot be compared, or is not the same.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub(crate) enum GoldenError {
@@ -51,7 +51,7 @@ pub(crate) enum GoldenError {
     /// Nothing was driven or kept.
     #[error("{0} has no cycle")]
     Empty(String),
-    /// They differ.
+    /// The paths differ.
     #[error("{0}")]
     Differs(String),
 }
@@ -212,7 +212,8 @@ fn table(
     let apart = |(i, k): &(usize, usize)| distance(&own[*i], &golden[*k]);
     let beyond: Vec<&(usize, usize)> = pairs.iter().filter(|p| apart(p) > tolerance).collect();
     let mut text = format!(
-        "the way of the TCP is up to {worst:.6} away from {path} (m, or rad of its orientation), allowed are {tolerance}\n\
+        "the way of the TCP is up to {worst:.6} away from {path} \
+         (m, or rad of its orientation), allowed are {tolerance}\n\
          \x20   time s   driven x, y, z m            kept x, y, z m              apart"
     );
     let every = beyond.len().div_ceil(ROWS).max(1);

@@ -1,4 +1,4 @@
-//! Which test runs when: several at once, in an order that follows from the seed.
+//! Runs several tests at once, in an order that follows from the seed.
 
 use std::collections::BTreeMap;
 use std::io;

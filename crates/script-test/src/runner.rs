@@ -60,11 +60,11 @@ pub(crate) struct TestPlan {
 /// How a test went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// As it should.
+    /// The test ended without a failure.
     Passed,
-    /// Not.
+    /// The test failed.
     Failed,
-    /// It could not be run.
+    /// The test could not be run.
     Error,
 }
 
@@ -82,13 +82,13 @@ impl Status {
 /// What became of a test.
 #[derive(Clone, Debug)]
 pub struct TestResult {
-    /// Which test.
+    /// The test that was run.
     pub case: TestCase,
     /// How it went.
     pub status: Status,
     /// What went wrong, in a line or a few; empty when it passed.
     pub message: String,
-    /// The same with places, call stack and both sides of what was compared.
+    /// The whole report: the message with places, the call stack and both sides of what was compared.
     pub report: String,
     /// The line of the test that failed; of one that passed the line of the function.
     pub line: u32,
@@ -96,7 +96,7 @@ pub struct TestResult {
     pub time: f64,
     /// Time of the machine.
     pub wall: Duration,
-    /// Its seed.
+    /// Seed of the test.
     pub seed: u64,
     /// What it printed.
     pub prints: Vec<String>,

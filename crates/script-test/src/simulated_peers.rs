@@ -43,7 +43,7 @@ pub(crate) enum ReplySource {
     Ask,
 }
 
-/// Which server, and which of its connections.
+/// One connection of one server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ConnectionId {
     pub server: usize,
@@ -54,7 +54,7 @@ pub(crate) struct ConnectionId {
 #[derive(Debug, PartialEq)]
 pub(crate) struct ReceivedMessage {
     pub whom: ConnectionId,
-    /// Its number at the server, from 0.
+    /// Number of the message at its server, from 0.
     pub number: usize,
     /// The message, the body of a call, or a request.
     pub data: Vec<u8>,
@@ -84,7 +84,7 @@ struct PeerConnection {
     stream: LocalStream,
     unread: Vec<u8>,
     unsent: Vec<u8>,
-    /// The other end waits for what the test says; what came after it waits as well.
+    /// The peer waits for what the test says; whatever it sends after that waits as well.
     waits: bool,
     closed: bool,
 }
@@ -283,7 +283,7 @@ impl PeerConnection {
     fn close(&mut self) {
         self.closed = true;
         self.unread.clear();
-        // The other end sees it; an end that is closed already is as good.
+        // A shutdown tells the peer. An error means that the connection is closed already, which is as good.
         let _ = self.stream.shutdown(std::net::Shutdown::Both);
     }
 

@@ -47,7 +47,7 @@ pub(crate) enum RunnerRequest {
 pub(crate) struct Invariant {
     /// The condition.
     pub text: String,
-    /// It must always hold; otherwise it never may.
+    /// The condition must always hold; when false, it must never hold.
     pub always: bool,
     /// The line of the test that says so.
     pub line: u32,
@@ -55,11 +55,11 @@ pub(crate) struct Invariant {
 
 /// What a condition came to so far.
 pub(crate) enum InvariantCheck {
-    /// It is as it should be.
+    /// The condition is met so far.
     Kept,
-    /// It is not, as the sentence says.
+    /// The condition is broken; the sentence says how.
     Broken(String),
-    /// It is no condition.
+    /// The text is no condition; the sentence says why.
     NoCondition(String),
 }
 
@@ -81,9 +81,9 @@ pub(crate) struct TestContext {
     last_cycle: u64,
     /// Starts and stops the test itself.
     tests: OnceLock<Supervisor>,
-    /// Why the test was given up, if it was.
+    /// Reason why the test was given up, if it was.
     given_up: OnceLock<String>,
-    /// Why the robot did not take something.
+    /// Reason why the robot did not take something, if it refused.
     refused: OnceLock<String>,
 }
 
@@ -156,7 +156,7 @@ impl TestContext {
         }
     }
 
-    /// Why the test was given up.
+    /// Reason why the test was given up, if it was.
     pub(crate) fn abort_reason(&self) -> Option<&str> {
         self.given_up.get().map(String::as_str)
     }

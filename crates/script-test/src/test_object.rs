@@ -494,7 +494,7 @@ fn safety(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
         }
     };
     act(site, call, Seconds::default(), TestAction::Command(kind))?;
-    // So that what is asked next sees it.
+    // One cycle passes before the call returns: then the next question of the test sees the effect.
     let next = site.bench.turns.cycles() + 1;
     site.attendance.wait_until_cycle(call, next)?;
     Ok(Value::None)

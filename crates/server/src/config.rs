@@ -39,22 +39,22 @@ pub const QUERY_PORT: u16 = 40011;
 /// Where the controller's own Modbus server is: the vendor's port, and ours where this user may not open that one.
 pub const MODBUS_PORTS: (u16, u16) = (502, 5020);
 
-/// Why there are no settings. Each is one sentence and ends the program with exit status 2.
+/// A reason why there are no settings: one sentence, which ends the program with exit status 2.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConfigError {
     /// The file cannot be read.
     #[error("cannot read the configuration file {}: {source}", path.display())]
     Unreadable {
-        /// Which.
+        /// The file as it was given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The file is not TOML.
     #[error("{} line {line} is not TOML: {message}", path.display())]
     Syntax {
-        /// Which file.
+        /// The configuration file.
         path: PathBuf,
         /// Line from 1.
         line: usize,
@@ -70,7 +70,7 @@ pub enum ConfigError {
     /// A key that does not exist.
     #[error("{} has an unknown key `{key}`; the keys are {}", path.display(), allowed.join(", "))]
     UnknownKey {
-        /// Which file.
+        /// The configuration file.
         path: PathBuf,
         /// The key.
         key: String,
@@ -80,7 +80,7 @@ pub enum ConfigError {
     /// A key that is given twice, as `step-ms` and `step_ms`.
     #[error("{} gives `{key}` twice", path.display())]
     Twice {
-        /// Which file.
+        /// The configuration file.
         path: PathBuf,
         /// The key.
         key: String,
@@ -88,7 +88,7 @@ pub enum ConfigError {
     /// A value that a key does not take.
     #[error("{}: `{key}` is {given}; {allowed}", path.display())]
     BadValue {
-        /// Which file.
+        /// The configuration file.
         path: PathBuf,
         /// The key.
         key: String,
@@ -103,9 +103,9 @@ pub enum ConfigError {
     /// Two services on one port.
     #[error("{first} and {second} are both {port}; every service needs a port of its own")]
     SamePort {
-        /// One option.
+        /// Option that has the port first.
         first: &'static str,
-        /// The other.
+        /// Option that has the same port.
         second: &'static str,
         /// The port.
         port: u16,
@@ -210,7 +210,7 @@ pub struct ServeConfig {
     pub log: LogConfig,
     /// Address that every port listens on.
     pub bind: IpAddr,
-    /// Which services listen where.
+    /// Port of each service, or that it is off.
     pub ports: PortSettings,
     /// Names beside this machine's own that requests of the http and Foxglove ports may be for and from.
     pub trusted_hosts: Vec<String>,
@@ -309,7 +309,8 @@ impl RunConfig {
         Self::load_within(args, None)
     }
 
-    /// The same; every file that is named must be beneath these folders, links followed.
+    /// The configuration from what was typed and from the file, like [`Self::load`]; every file that is named must be
+    /// beneath these folders, links followed.
     ///
     /// # Errors
     /// [`ConfigError`]
@@ -603,7 +604,7 @@ impl FileEntry<'_> {
         Ok(())
     }
 
-    /// As `one`, for types whose own error does not say what is allowed.
+    /// Reads a value of a type whose own error does not say what is allowed; `allowed` does.
     fn named<T: FromStr>(&self, slot: &mut Option<T>, allowed: &str) -> Result<(), ConfigError> {
         let text = text_of(self.value).ok_or_else(|| self.bad(self.value, allowed))?;
         let value = text.parse().map_err(|_| self.bad(self.value, allowed))?;

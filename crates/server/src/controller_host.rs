@@ -29,9 +29,9 @@ pub enum HostError {
     /// No log files.
     #[error("--log-dir: cannot write into {}: {source}", path.display())]
     LogDir {
-        /// Which folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The operating system gave no thread.

@@ -28,7 +28,7 @@ pub fn choose(given: Option<TextLanguage>) {
     CHOSEN.get_or_init(|| language);
 }
 
-/// As POSIX has it: the first of these that is set and not empty.
+/// The language of the environment: the first of the variables of POSIX that is set and not empty decides.
 fn of_environment() -> Language {
     let names = ["LC_ALL", "LC_MESSAGES", "LANG"];
     let values = names

@@ -24,13 +24,13 @@ static STDERR: OnceLock<LogQueue> = OnceLock::new();
 /// What is shown when RUST_LOG is not set.
 const DEFAULT_FILTER: &str = "info,foxglove=warn,rmcp=warn";
 
-/// Why there is no log. Each is one sentence.
+/// A reason why there is no log, told in one sentence.
 #[derive(Debug, Error)]
 pub enum LoggingError {
     /// RUST_LOG is not a filter.
     #[error("RUST_LOG is `{given}`: {reason}; an example is `warn,server::ports=debug`")]
     Filter {
-        /// As set.
+        /// The filter as it was set.
         given: String,
         /// What the parser says.
         reason: String,

@@ -9,7 +9,7 @@ use core::str::FromStr;
 
 use io_bus::ControlMode;
 
-/// Which port a service listens on.
+/// The port that a service listens on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PortSetting {
     /// The service is not started.

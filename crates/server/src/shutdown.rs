@@ -56,7 +56,9 @@ impl Shutdown {
         Self::start_within(status, ORDERLY_TIMEOUT)
     }
 
-    /// The same for a process whose orderly way takes longer: it stops a robot first.
+    /// Listens for signals from now on, with `orderly` for the time that an orderly end may take: a process that stops
+    /// a robot first needs longer than others. `status` is that of a process that a signal ended with everything
+    /// flushed.
     ///
     /// # Errors
     /// The operating system gives no threads or no signals.

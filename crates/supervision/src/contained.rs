@@ -105,7 +105,7 @@ impl<F: Future> Future for CatchPanic<F> {
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
         let Some(inner) = &mut self.inner else {
-            // It has given its result: nobody asks a future again.
+            // The future has given its result already, and nobody may poll it again.
             return Poll::Pending;
         };
         let given = match catch(|| inner.as_mut().poll(context)) {

@@ -64,7 +64,7 @@ impl fmt::Display for ThreadRole {
 pub struct Fault {
     /// What the thread was for.
     pub kind: ThreadRole,
-    /// Its name.
+    /// Name of the thread.
     pub name: String,
     /// What the panic said.
     pub message: String,

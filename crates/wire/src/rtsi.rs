@@ -179,7 +179,7 @@ pub enum RtsiValue {
 }
 
 impl RtsiValue {
-    /// Its type.
+    /// Type of the value.
     pub const fn kind(&self) -> RtsiType {
         match self {
             Self::Bool(_) => RtsiType::Bool,

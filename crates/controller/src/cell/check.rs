@@ -346,7 +346,12 @@ fn conveyor(table: &TableCheck, belt: &Conveyor) -> ValidationResult {
     }
     table.finite("speed", &[belt.speed])?;
     table.not_negative("start_at", &[belt.start_at])?;
-    match (belt.direction, belt.ticks_per_meter, belt.center, belt.ticks_per_revolution) {
+    match (
+        belt.direction,
+        belt.ticks_per_meter,
+        belt.center,
+        belt.ticks_per_revolution,
+    ) {
         (Some(direction), Some(ticks), None, None) => {
             table.axis("direction", &direction)?;
             table.positive("ticks_per_meter", &[ticks])
@@ -358,7 +363,8 @@ fn conveyor(table: &TableCheck, belt: &Conveyor) -> ValidationResult {
         _ => Err(table.wrong(
             "encoder",
             belt.encoder,
-            "a conveyor is linear, with direction and ticks_per_meter, or circular, with center and ticks_per_revolution",
+            "a conveyor is linear, with direction and ticks_per_meter, \
+             or circular, with center and ticks_per_revolution",
         )),
     }
 }

@@ -16,7 +16,7 @@ pub enum IoDirection {
     Out,
 }
 
-/// Which group of points.
+/// A group of inputs or outputs that are numbered together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum IoGroup {
     /// 16 of the control box.
@@ -41,7 +41,7 @@ pub enum IoGroup {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(try_from = "String")]
 pub struct IoPointName {
-    /// Which group.
+    /// Group of the point.
     pub group: IoGroup,
     /// Read or written by the robot.
     pub direction: IoDirection,

@@ -99,11 +99,11 @@ impl Size {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
-    /// For messages.
+    /// Name of the obstacle, for messages.
     pub name: String,
-    /// Its shape.
+    /// Shape of the obstacle.
     pub shape: ShapeName,
-    /// Its size.
+    /// Lengths of the shape, m.
     #[serde(default)]
     pub size: Size,
     /// Where it stands.
@@ -120,9 +120,9 @@ pub struct Obstacle {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tool {
-    /// Its shape.
+    /// Shape of the tool.
     pub shape: ShapeName,
-    /// Its size.
+    /// Lengths of the shape, m.
     #[serde(default)]
     pub size: Size,
     /// Where it sits, from the flange.
@@ -273,7 +273,7 @@ pub struct ExternalWrench {
     pub duration: f64,
     /// N and Nm.
     pub wrench: SixNumbers,
-    /// Its axes.
+    /// Frame of the wrench.
     #[serde(default)]
     pub frame: LoadFrame,
 }
@@ -377,14 +377,14 @@ pub enum ActiveLevel {
 pub struct SafetyInput {
     /// What it asks for.
     pub function: SafetyFunction,
-    /// Which pair of configurable inputs, 0 to 3: pair n is inputs 2n and 2n + 1.
+    /// Number of the pair of configurable inputs, 0 to 3: pair n is inputs 2n and 2n + 1.
     pub pair: u8,
     /// The level that asks.
     #[serde(default)]
     pub active: ActiveLevel,
 }
 
-/// Which serial port.
+/// A serial port of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SerialPort {
@@ -398,7 +398,7 @@ pub enum SerialPort {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Serial {
-    /// Which port.
+    /// Port of the robot that the device is behind.
     pub port: SerialPort,
     /// A device or pty path, or `tcp:host:port`.
     pub device: String,

@@ -16,17 +16,17 @@ use crate::targets::Target;
 /// Address space of a child. A program is limited to 16 MiB; the rest is stacks and what is mapped anyway.
 const ADDRESS_SPACE: u64 = 3 << 30;
 
-/// Which cases to run.
+/// A selection of cases for a child to run.
 pub struct Case<'a> {
-    /// Of what.
+    /// Target that the cases are for.
     pub target: &'static Target,
-    /// Of the campaign.
+    /// Seed of the campaign.
     pub seed: u64,
-    /// The first number.
+    /// Number of the first case.
     pub from: u64,
-    /// How many at most.
+    /// Most cases.
     pub count: u64,
-    /// How long at most.
+    /// Longest time of the whole run.
     pub time: Duration,
     /// Where the number of the current case is written.
     pub progress: &'a Path,

@@ -20,7 +20,8 @@ pub struct Vocabulary {
 const LEFT_OUT: &[&str] = &["input", "breakpoint", "exit", "quit", "open", "help"];
 
 /// Modules every program imports.
-pub const IMPORTS: &str = "import abc, bisect, collections, contextlib, copy, dataclasses, datetime, enum, functools, heapq, io, itertools, json, \
+pub const IMPORTS: &str = "import abc, bisect, collections, contextlib, copy, dataclasses, datetime, enum, functools, \
+heapq, io, itertools, json, \
 math, operator, queue, random, re, statistics, string, struct, sys, threading, time, typing";
 
 /// Variables of every program, and a value that has the methods each will have.

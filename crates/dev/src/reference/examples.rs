@@ -12,7 +12,7 @@ use super::ReferenceError;
 /// A test, as an example.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Example {
-    /// Its name without `test_`.
+    /// Name of the example: that of its test without `test_`.
     pub name: String,
     /// What readers see.
     pub shown: String,

@@ -42,7 +42,7 @@ const GROUPS: &[(Category, &str, &str)] = &[
 
 /// A page that is made: its path below the top of the repository, and its text.
 pub struct GeneratedPage {
-    /// Such as `docs/reference/motion.md`.
+    /// Path of the page, for instance `docs/reference/motion.md`.
     pub path: String,
     /// Markdown.
     pub text: String,
@@ -76,15 +76,15 @@ pub fn make(root: &Path) -> Result<Vec<GeneratedPage>, ReferenceError> {
     Ok(made)
 }
 
-/// Why the pages cannot be made.
+/// A reason why the pages cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ReferenceError {
     /// A file of examples.
     #[error("cannot read {path}: {source}")]
     Examples {
-        /// Which one.
+        /// The file.
         path: std::path::PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A function that no example calls.

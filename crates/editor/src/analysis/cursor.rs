@@ -44,7 +44,7 @@ pub struct CursorContext<'a> {
     pub word: Span,
     /// The string around the cursor, and how much of it is before.
     pub string: Option<Span>,
-    /// It is in a comment or a directive.
+    /// The cursor is in a comment or a directive.
     pub is_comment: bool,
 }
 

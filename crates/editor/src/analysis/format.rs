@@ -28,13 +28,13 @@ impl Default for Indent {
     }
 }
 
-/// Why a text is not formatted.
+/// A reason why a text is not formatted.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FormatError {
-    /// It has errors.
+    /// The text has errors.
     #[error("a text with errors is not formatted: line {line}: {message}")]
     TextHasErrors {
-        /// The first one.
+        /// Line of the first error, from 1.
         line: u32,
         /// What it is.
         message: String,

@@ -18,9 +18,9 @@ use super::types::TypeRef;
 /// A place of a name that no scope within its piece binds.
 #[derive(Debug)]
 pub(super) struct UnresolvedName {
-    /// The name, by its number among those of the piece.
+    /// Number of the name among the names of the piece.
     pub(super) name: usize,
-    /// Its number among the places of the piece.
+    /// Number of this place among the places of the piece.
     pub(super) place: usize,
     /// What it was before it was known what the name is.
     pub(super) role: Role,

@@ -14,7 +14,7 @@ pub struct InlayHint {
     pub at: u32,
     /// The unit.
     pub unit: String,
-    /// Which parameter it is, in Markdown.
+    /// Name and meaning of the parameter, in Markdown.
     pub text: String,
 }
 

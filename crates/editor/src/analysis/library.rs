@@ -28,7 +28,7 @@ pub static PYTHON: LazyLock<BTreeMap<String, LibraryMember>> = LazyLock::new(|| 
 
 static TYPES: LazyLock<HashMap<String, &'static [LibraryMember]>> = LazyLock::new(|| {
     let found = syntax::type_members().into_iter();
-    // They are kept as long as the process lives.
+    // The members are leaked on purpose: they are needed as long as the process lives.
     found
         .map(|(name, members)| (name, &*members.leak()))
         .collect()

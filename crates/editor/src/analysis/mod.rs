@@ -69,11 +69,11 @@ impl TextKind {
 pub struct Analysis {
     /// The text.
     pub file: Arc<SourceFile>,
-    /// What it is for.
+    /// Purpose of the text.
     pub kind: TextKind,
-    /// Its tree, tokens and findings.
+    /// Tree, tokens and findings of the text.
     pub reading: ParsedDocument,
-    /// Its names.
+    /// Names in the text.
     pub names: NameTables,
 }
 

@@ -10,9 +10,9 @@ use super::types::{Type, TypeRef, attribute_of};
 /// A place where something is named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reference {
-    /// Where.
+    /// Place of the name in the text.
     pub span: Span,
-    /// It is bound there.
+    /// The name is bound at this place.
     pub is_bound: bool,
 }
 

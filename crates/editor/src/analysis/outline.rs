@@ -24,17 +24,17 @@ pub enum OutlineKind {
 /// An entry of the outline.
 #[derive(Debug)]
 pub struct OutlineEntry {
-    /// Its name.
+    /// Name of the function, class or variable.
     pub name: String,
     /// What it is.
     pub kind: OutlineKind,
-    /// Its parameters, if it has any.
+    /// Parameters of a function or method; empty without any.
     pub detail: String,
     /// The whole definition.
     pub span: Span,
-    /// Its name in the text.
+    /// Place of the name in the text.
     pub name_span: Span,
-    /// What is in it.
+    /// Entries inside of this one.
     pub children: Vec<OutlineEntry>,
 }
 

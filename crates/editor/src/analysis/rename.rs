@@ -11,19 +11,19 @@ use super::{Analysis, TextKind, library};
 /// Longest name, in bytes.
 const NAME_MAX: usize = 255;
 
-/// Why something cannot be renamed.
+/// A reason why something cannot be renamed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RenameError {
     /// Nothing is there.
     #[error("there is no name here that could be changed")]
     NoName,
-    /// It is not the program's.
+    /// The name is a builtin, not the program's.
     #[error("'{0}' is a builtin: it cannot be renamed")]
     Builtin(String),
     /// Nothing defines it.
     #[error("nothing in this program defines '{0}'")]
     Undefined(String),
-    /// It names a module or what is in one.
+    /// The name is that of a module or of something in one.
     #[error("'{0}' is the name of what is imported: give it another one with 'as'")]
     Imported(String),
     /// A name of an argument, or a text, may be it.
@@ -37,7 +37,7 @@ pub enum RenameError {
     /// Some places could be missed.
     #[error("the text has errors: places of '{0}' in lines that do not parse could be missed")]
     TextHasErrors(String),
-    /// It may be another one's.
+    /// The name may be that of another object's attribute.
     #[error(
         "'{name}' is also an attribute of something whose type is not known (line {line}): it could be the same"
     )]
@@ -50,10 +50,10 @@ pub enum RenameError {
     /// The language or Python gives it a meaning.
     #[error("'{0}' is called by the language under this name")]
     Special(String),
-    /// It cannot be a name.
+    /// The new name is no valid name.
     #[error("'{0}' is not a name")]
     Invalid(String),
-    /// It is one already.
+    /// The new name has a meaning at one of the places already.
     #[error("'{name}' means something else there already (line {line})")]
     Taken {
         /// The new name.
@@ -61,7 +61,7 @@ pub enum RenameError {
         /// Where.
         line: u32,
     },
-    /// It would hide a builtin that the program uses.
+    /// The new name would hide a builtin that the program uses.
     #[error("'{0}' is a builtin that this program uses")]
     HidesBuiltin(String),
 }

@@ -36,7 +36,7 @@ pub struct Scope {
     pub kind: ScopeKind,
     /// The scope around it.
     pub parent: Option<ScopeId>,
-    /// Its text, the header included.
+    /// Text of the scope, the header included.
     pub span: Span,
     /// Where the text that could still be added to it ends: the start of what follows.
     pub limit: u32,
@@ -46,7 +46,8 @@ pub struct Scope {
     pub symbols: HashMap<Box<str>, SymbolId>,
     pub(super) globals: HashSet<Box<str>>,
     pub(super) nonlocals: HashSet<Box<str>>,
-    /// Its text ends its piece of the program: `limit` is where the next statement of the top level begins.
+    /// The text of the scope ends its piece of the program: `limit` is where the next statement of the top level
+    /// begins.
     pub(super) is_open: bool,
 }
 
@@ -85,11 +86,11 @@ pub enum SymbolKind {
 /// What happens to a name at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// It is bound.
+    /// The name is bound.
     Bind,
-    /// It is used.
+    /// The name is used.
     Read,
-    /// `global` and `nonlocal` name it, `del` removes it.
+    /// A `global` or `nonlocal` statement has the name, or `del` removes it.
     Mention,
 }
 
@@ -152,44 +153,44 @@ impl Symbol {
 /// A parameter of a function.
 #[derive(Clone, Debug)]
 pub struct ParameterInfo {
-    /// Its name.
+    /// Name of the parameter.
     pub name: Box<str>,
     /// How it is written: with star, annotation and default.
     pub source_text: Box<str>,
     /// `*args`, `**kwargs`.
     pub is_rest: bool,
-    /// It cannot be given by position.
+    /// The parameter cannot be given by position.
     pub is_keyword_only: bool,
-    /// It cannot be given by name.
+    /// The parameter cannot be given by name.
     pub is_positional_only: bool,
-    /// It has no default.
+    /// The parameter has no default.
     pub is_required: bool,
 }
 
 /// A function of the program.
 #[derive(Debug)]
 pub struct FunctionInfo {
-    /// Its name.
+    /// Name of the function.
     pub name: Box<str>,
     /// Where the name is written.
     pub name_span: Span,
     /// The whole definition.
     pub span: Span,
-    /// Its own scope.
+    /// Scope of the function's body.
     pub scope: ScopeId,
     /// The class it is a method of.
     pub class: Option<usize>,
-    /// It takes no instance: `@staticmethod`.
+    /// The function takes no instance: `@staticmethod`.
     pub is_static: bool,
-    /// It is read like a value: `@property`.
+    /// The function is read like a value: `@property`.
     pub is_property: bool,
-    /// It is headed by `sec`.
+    /// The function is headed by `sec`.
     pub is_secondary: bool,
-    /// Its parameters.
+    /// Parameters in the order of the text.
     pub parameters: Vec<ParameterInfo>,
     /// What it returns.
     pub returns: Vec<TypeRef>,
-    /// Its docstring.
+    /// Docstring of the function.
     pub doc: Option<Box<str>>,
 }
 
@@ -212,7 +213,7 @@ impl FunctionInfo {
 /// An attribute of a class or of its instances.
 #[derive(Debug)]
 pub struct AttributeInfo {
-    /// Its name.
+    /// Name of the attribute.
     pub name: Box<str>,
     /// Where it is bound, in the order of the text.
     pub places: Vec<Span>,
@@ -225,24 +226,24 @@ pub struct AttributeInfo {
 /// A class of the program.
 #[derive(Debug)]
 pub struct ClassInfo {
-    /// Its name.
+    /// Name of the class.
     pub name: Box<str>,
     /// Where the name is written.
     pub name_span: Span,
     /// The whole definition.
     pub span: Span,
-    /// Its own scope.
+    /// Scope of the class's body.
     pub scope: ScopeId,
     /// The classes it is derived from.
     pub bases: Vec<TypeRef>,
     /// What it and its instances have, in the order of the text.
     pub attributes: Vec<AttributeInfo>,
-    /// Its docstring.
+    /// Docstring of the class.
     pub doc: Option<Box<str>>,
 }
 
 impl ClassInfo {
-    /// Its own attribute of this name.
+    /// The attribute of this name that the class itself has, not a base.
     pub fn attribute(&self, name: &str) -> Option<&AttributeInfo> {
         self.attributes.iter().find(|a| &*a.name == name)
     }
@@ -293,7 +294,7 @@ pub struct NameTables {
     pub foreign: HashMap<Box<str>, Vec<Occurrence>>,
     /// Every place of a name with its symbol (none: foreign), in the order of the text.
     pub(super) places: Vec<(Occurrence, Option<SymbolId>)>,
-    /// Which of all this belongs to which piece of the text.
+    /// The piece of the text that each entry of these tables belongs to.
     pub(super) parts: UnitIndex,
 }
 

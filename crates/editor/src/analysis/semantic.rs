@@ -52,7 +52,7 @@ pub struct SemanticToken {
     pub span: Span,
     /// What it is.
     pub kind: SemanticTokenKind,
-    /// It is bound here.
+    /// The name is bound here.
     pub is_declared: bool,
     /// The robot or Python provides it.
     pub is_builtin: bool,

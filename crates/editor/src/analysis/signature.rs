@@ -29,13 +29,13 @@ pub struct Callable {
 
 /// A parameter of whatever is called.
 pub struct CallableParameter {
-    /// For keyword arguments; none if it cannot be given by name.
+    /// Name for keyword arguments; none if the parameter cannot be given by name.
     pub name: Option<String>,
-    /// As signatures show it.
+    /// Text of the parameter in the label of the signature, with annotation and default.
     pub written: String,
-    /// What it means, in Markdown.
+    /// Meaning of the parameter, in Markdown.
     pub text: String,
-    /// It takes any number of arguments.
+    /// The parameter takes any number of arguments.
     pub is_rest: bool,
 }
 

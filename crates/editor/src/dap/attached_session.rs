@@ -24,9 +24,9 @@ const ASKS_MAX: usize = 256;
 /// What an attached session is attached to.
 pub(crate) struct Attachment {
     pub hub: Arc<DebugHub>,
-    /// Its number; 0 before `attach`.
+    /// Number of the client in the hub; 0 before `attach`.
     pub client: u32,
-    /// It has shown the token.
+    /// The client has shown the token.
     is_trusted: bool,
     drives: bool,
     asks: BTreeMap<i64, RequestId>,
@@ -34,7 +34,7 @@ pub(crate) struct Attachment {
 }
 
 impl Attachment {
-    /// It drives the program.
+    /// Whether this client drives the program.
     pub fn drives(&self) -> bool {
         self.drives && self.client > 0
     }
@@ -181,7 +181,9 @@ impl DapSession<'_> {
     fn not_watched(&self) -> String {
         match &self.launched {
             None => "no program is running".to_owned(),
-            Some(_) => "this program had begun before anybody attached, so it has no places to be held at; start it again to debug it, pause it at the server's ports, or start the server with --attachable".to_owned(),
+            Some(_) => "this program had begun before anybody attached, so it has no places to be held at; \
+                start it again to debug it, pause it at the server's ports, \
+                or start the server with --attachable".to_owned(),
         }
     }
 
@@ -197,7 +199,9 @@ impl DapSession<'_> {
         }
         let drives = wants.unwrap_or(true);
         if drives && !attachment.is_trusted {
-            return Err("who drives has to show the token of the server; with \"drive\": false this debugger looks on".to_owned());
+            return Err("who drives has to show the token of the server; \
+                with \"drive\": false this debugger looks on"
+                .to_owned());
         }
         let (client, begun) = attachment.hub.join(events, drives)?;
         (attachment.client, attachment.drives) = (client, drives);

@@ -158,7 +158,8 @@ impl DapSession<'_> {
             let name = breakpoint.name.trim().to_owned();
             bound.push(match breakpoint.breakpoint(id) {
                 Ok(_) if name.is_empty() => {
-                    json!({"id": id, "verified": false, "message": "name is empty; allowed is the name of a function, with or without that of its class"})
+                    json!({"id": id, "verified": false, "message": "name is empty; \
+                        allowed is the name of a function, with or without that of its class"})
                 }
                 Ok(at) => {
                     self.breakpoints

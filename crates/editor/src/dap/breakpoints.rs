@@ -72,7 +72,8 @@ impl HitCondition {
         });
         match parsed {
             Some((0, Self::Every(_))) | None => Err(format!(
-                "the hit condition {text:?} cannot be read; allowed are a number, as in 3, and a comparison, as in >= 4, < 4 or % 2"
+                "the hit condition {text:?} cannot be read; \
+                 allowed are a number, as in 3, and a comparison, as in >= 4, < 4 or % 2"
             )),
             Some((_, condition)) => Ok(Some(condition)),
         }
@@ -94,7 +95,7 @@ impl HitCondition {
 /// A place in the text at which the program is held, or a message is written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceBreakpoint {
-    /// Its number.
+    /// Number of the breakpoint.
     pub id: u64,
     /// Holds only where this expression is true.
     pub condition: Option<String>,
@@ -107,7 +108,7 @@ pub struct SourceBreakpoint {
 /// A function at whose first statement the program is held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FunctionBreakpoint {
-    /// Its name, with or without that of its class.
+    /// Name of the function, with or without that of its class.
     pub name: String,
     /// What else must be true.
     pub at: SourceBreakpoint,
@@ -116,7 +117,7 @@ pub struct FunctionBreakpoint {
 /// A condition of the arm, as `replay --find` has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataBreakpoint {
-    /// Its number.
+    /// Number of the breakpoint.
     pub id: u64,
     /// The condition; the run is held when it becomes true.
     pub condition: String,
@@ -153,9 +154,9 @@ pub struct BreakpointRequest {
     pub data_id: String,
     /// An expression.
     pub condition: Option<String>,
-    /// See [`HitCondition`].
+    /// Text of a [`HitCondition`].
     pub hit_condition: Option<String>,
-    /// See [`SourceBreakpoint::message`].
+    /// Text of a [`SourceBreakpoint::message`].
     pub log_message: Option<String>,
 }
 
@@ -256,7 +257,8 @@ pub fn condition_of_arm(text: &str) -> Result<(), String> {
             let is_so = |line: &&str| always.iter().any(|kind| line.starts_with(kind));
             match report.lines().find(is_so) {
                 Some(line) => Err(refused(format!(
-                    "it has no answer in any cycle: {line}; allowed is an expression that is true or false, as in actual_q[0] > 0.5"
+                    "it has no answer in any cycle: {line}; \
+                     allowed is an expression that is true or false, as in actual_q[0] > 0.5"
                 ))),
                 None => Ok(()),
             }

@@ -29,7 +29,8 @@ const READY_WITHIN: Duration = Duration::from_secs(1);
 /// Orders that may wait for the program.
 const ORDERS_MAX: usize = 256;
 
-/// See the module.
+/// The debuggers of one controller: clients that are there, what the driver wants programs to be held for, and the
+/// program that is held.
 #[derive(Default)]
 pub struct DebugHub {
     state: Mutex<HubState>,
@@ -330,7 +331,7 @@ impl HubState {
         };
         match client.notes.try_send(note.clone()) {
             Ok(()) => {}
-            // It does not read what it is told: its session ends when it does.
+            // A client that does not take its events loses them; its session ends when it goes.
             Err(TrySendError::Full(_)) => {
                 tracing::warn!("a debugger is too slow and misses events")
             }

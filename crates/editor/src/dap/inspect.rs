@@ -206,7 +206,10 @@ impl Probe {
         let index = id.checked_sub(1);
         let known = index.and_then(|index| table.calls.get(index).copied());
         known.ok_or_else(|| {
-            format!("frameId {id}: there is no such call; stackTrace gives the numbers of those that there are while the program is held")
+            format!(
+                "frameId {id}: there is no such call; \
+                stackTrace gives the numbers of those that there are while the program is held"
+            )
         })
     }
 
@@ -236,7 +239,11 @@ impl Probe {
         let index = reference.checked_sub(1);
         let known = index.and_then(|index| table.referred.get(index).cloned());
         known.ok_or_else(|| {
-            format!("variablesReference {reference}: there are no such variables; scopes, variables and evaluate give the numbers of those that there are while the program is held")
+            format!(
+                "variablesReference {reference}: there are no such variables; \
+                scopes, variables and evaluate give the numbers \
+                of those that there are while the program is held"
+            )
         })
     }
 
@@ -448,9 +455,9 @@ impl Probe {
         let calls = thread.map(|thread| halt.calls(thread)).unwrap_or_default();
         let position = self.position(halt);
         let tick = match calls.first() {
-            // It is over: to the last statement.
+            // The thread is over: its last statement.
             None => position.tick,
-            // In the midst of a statement: to its beginning.
+            // The thread is held within a statement: the beginning of that statement.
             Some(call) if self.is_within.get() => call.statement_number,
             Some(call) if call.previous_number > 0 => call.previous_number,
             _ => calls.get(1).map_or(0, |caller| caller.statement_number),

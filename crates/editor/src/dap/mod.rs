@@ -65,7 +65,8 @@ pub fn serve(
     serve_attaching(input, output, launch, None)
 }
 
-/// The same for a client that may attach to a controller elsewhere.
+/// Serves one client, which may also attach to a controller elsewhere, until it leaves. What it has launched ends with
+/// it.
 ///
 /// # Errors
 /// The operating system gives no thread.
@@ -77,7 +78,7 @@ pub fn serve_attaching(
 ) -> std::io::Result<()> {
     let (sender, notes) = sync_channel(WAITING_MAX);
     let of_client = sender.clone();
-    // It ends with the stream; a session that ends first leaves it waiting for a client that says no more.
+    // The thread ends with the input stream; after a session that ends first, it waits for a client that says no more.
     let reading =
         ThreadSupervisor::default().start(ThreadRole::Service, "debug client", move || {
             read_all(input, &of_client);

@@ -106,7 +106,7 @@ pub(crate) struct Probe {
     pub(super) table: RefCell<ReferenceTable>,
     /// The thread that is held; 0 if none is.
     pub(super) held: Cell<u32>,
-    /// It is not held before a statement, but within one.
+    /// The thread is held within a statement, not before one.
     pub(super) is_within: Cell<bool>,
     /// The program is held although its task goes on: before a statement of this thread, or within what all wait for.
     pub(super) holding: Cell<Option<Option<ThreadId>>>,

@@ -60,11 +60,11 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// A variable of the arm.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RobotVariable {
-    /// Its name.
+    /// Name of the variable.
     pub name: String,
-    /// Its value.
+    /// Value of the variable.
     pub text: String,
-    /// The parts of a vector.
+    /// Elements of a vector.
     pub parts: Vec<String>,
 }
 

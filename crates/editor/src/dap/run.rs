@@ -52,7 +52,7 @@ pub(crate) struct Run {
     pub(crate) link: Arc<RunChannel>,
     orders: SyncSender<RunCommand>,
     thread: Option<ThreadHandle<()>>,
-    /// It goes on when nobody wants it any more.
+    /// Others have started this run: it goes on when this session gives it up.
     is_another: bool,
 }
 

@@ -47,10 +47,10 @@ pub(crate) enum RunCommand {
     Stop,
 }
 
-/// Which request an answer is to: its number and name.
+/// Number and name of the request that an answer is for.
 pub(crate) type RequestId = (i64, String);
 
-/// Why a program is held.
+/// A reason why a program is held.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct SuspendReason {
     /// The protocol's word.
@@ -59,7 +59,7 @@ pub(crate) struct SuspendReason {
     pub description: Option<String>,
     /// More of it.
     pub text: Option<String>,
-    /// Which breakpoints.
+    /// Numbers of the breakpoints that hold it.
     pub ids: Vec<u64>,
 }
 
@@ -85,7 +85,7 @@ pub(crate) enum Purpose {
     Seek(SeekTarget, SuspendReason),
     /// To find the last place before this moment at which a breakpoint holds, without a word.
     Scan {
-        /// See [`Position::moment`].
+        /// Moment of the run, counted like [`Position::moment`].
         before: u64,
     },
 }
@@ -93,15 +93,15 @@ pub(crate) enum Purpose {
 /// What the run tells.
 #[derive(Clone)]
 pub(crate) enum RunEvent {
-    /// It is held.
+    /// The program is held.
     Stopped {
-        /// The thread.
+        /// Number of the thread that stands.
         thread: u32,
-        /// All that there are.
+        /// Numbers of all threads.
         threads: Vec<u32>,
-        /// Why.
+        /// Reason of the stop.
         why: SuspendReason,
-        /// Where.
+        /// Place of the stop in the run.
         position: Position,
         /// Where a breakpoint held last before, as far as that is known: not where breakpoints were changed on the way.
         last: Option<Option<(Position, SuspendReason)>>,
@@ -130,18 +130,18 @@ pub(crate) enum RunEvent {
     Said(u64, &'static str, String, u32),
     /// A script thread is there, or is gone.
     Thread {
-        /// Its number.
+        /// Number of the thread.
         number: u32,
-        /// It is there.
+        /// True for a new thread, false for one that is gone.
         is_there: bool,
     },
     /// What a scan has found.
     Scanned(Option<(Position, SuspendReason)>),
     /// An exception has ended the program: this is where it was raised.
     Raised {
-        /// See [`Position::moment`].
+        /// Moment of the run, counted like [`Position::moment`].
         moment: u64,
-        /// What is said there.
+        /// Reason that the client is told when it is held there.
         why: SuspendReason,
     },
     /// The program has ended, and nothing is left of it.
@@ -167,7 +167,7 @@ pub(crate) enum SessionEvent {
 
 /// Between a session and one run.
 pub(crate) struct RunChannel {
-    /// Which run of the session it is.
+    /// Number of this run in its session.
     pub generation: u64,
     /// The program belongs to a controller that serves: it is held without the task standing still, and goes on without
     /// us.
@@ -182,25 +182,25 @@ pub(crate) struct RunChannel {
     pub interventions: Vec<Intervention>,
     /// Held at the end, however the program ends.
     pub stop_at_end: bool,
-    /// What the client wants it held for; the number counts changes.
+    /// What the client wants the program held for.
     pub breakpoints: Mutex<Arc<Breakpoints>>,
-    /// See above.
+    /// Number of changes of `breakpoints` so far.
     pub changes: AtomicU64,
-    /// The client wants it held.
+    /// The client wants the program held.
     pub pause: AtomicBool,
     /// Nobody wants it any more.
     pub is_over: AtomicBool,
     /// The client has it stopped: what it does on its way out is told, and so is its end.
     pub is_stopping: AtomicBool,
-    /// Its output has been seen.
+    /// Events of this run are kept from the client, because an earlier run has told them.
     pub is_muted: AtomicBool,
-    /// How much the program has said so far, and how much of that the client has seen in earlier runs.
+    /// Number of outputs of the program so far.
     pub said: AtomicU64,
-    /// See above.
+    /// Number of outputs that the client has seen in earlier runs.
     pub seen: AtomicU64,
     /// The line of the latest statement.
     pub line: AtomicU32,
-    /// Its column.
+    /// The column of the latest statement.
     pub column: AtomicU32,
     /// To the session; false when it is gone.
     pub events: Box<dyn Fn(SessionEvent) -> bool + Send + Sync>,

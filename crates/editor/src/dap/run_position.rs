@@ -35,6 +35,6 @@ pub struct Intervention {
     pub call: usize,
     /// What was executed.
     pub text: String,
-    /// It may wait and move the arm.
+    /// Executing the text may wait and move the arm.
     pub may_move: bool,
 }

@@ -34,9 +34,9 @@ pub type Launch<'l> = dyn Fn(&Json) -> Result<RunTarget, String> + 'l;
 
 /// The program that was launched.
 pub(super) struct LaunchedProgram {
-    /// Its text.
+    /// Text of the program.
     pub program: ProgramText,
-    /// What is run; None where another runs it.
+    /// Source of the run; none where another controller runs the program.
     what: Option<RunTarget>,
     pub path: PathBuf,
     pub places: Vec<BreakpointLocation>,
@@ -44,7 +44,7 @@ pub(super) struct LaunchedProgram {
     pub(super) is_on_disk: bool,
     stop_on_entry: bool,
     stop_at_end: bool,
-    /// It is only to be run.
+    /// The program is launched without debugging (`noDebug`).
     pub(super) is_free: bool,
 }
 
@@ -67,15 +67,15 @@ impl LaunchedProgram {
 /// What the program does, as far as the client knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ProgramPhase {
-    /// Not begun.
+    /// The program has not begun.
     Before,
-    /// It runs.
+    /// The program runs.
     Running,
     /// A run is being repeated; the client believes that it runs.
     Repeating,
-    /// It is held.
+    /// The program is held.
     Suspended,
-    /// It has ended.
+    /// The program has ended.
     Over,
 }
 

@@ -11,7 +11,7 @@ const MESSAGE_MAX: usize = 16 << 20;
 const HEADER_LINE_MAX: u64 = 1024;
 const HEADER_LINES_MAX: usize = 32;
 
-/// Why there is no next message.
+/// A reason why there is no next message.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StreamError {

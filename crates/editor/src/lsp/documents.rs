@@ -21,7 +21,7 @@ const OPEN_MAX: usize = 1000;
 /// Longest text, in bytes.
 const TEXT_MAX: usize = 32 << 20;
 
-/// Why an order about a document is not carried out.
+/// A reason why an order about a document is not carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum DocumentError {
     /// Nobody opened it.
@@ -30,16 +30,16 @@ pub enum DocumentError {
     /// There are too many.
     #[error("{OPEN_MAX} documents are open, more are not taken")]
     TooMany,
-    /// It would be too long.
+    /// The change would make the document too long.
     #[error("the document would have {0} bytes, at most {TEXT_MAX} are taken")]
     TooLong(usize),
 }
 
 /// An open text.
 pub struct Document {
-    /// Its address.
+    /// Address of the document.
     pub uri: Uri,
-    /// Its version as the client counts.
+    /// Version of the document, counted by the client.
     pub version: i32,
     /// The text.
     pub text: String,

@@ -41,7 +41,7 @@ pub struct ServerOptions {
     pub follow_client: bool,
 }
 
-/// Why the server could not go on.
+/// A reason why the server could not go on.
 #[derive(Debug, thiserror::Error)]
 pub enum LspError {
     /// The client takes no answers.

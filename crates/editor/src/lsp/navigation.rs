@@ -22,7 +22,7 @@ use crate::analysis::{navigate, rename};
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct DocumentParams {
-    /// Which.
+    /// The document that is asked about.
     pub text_document: TextDocumentIdentifier,
 }
 

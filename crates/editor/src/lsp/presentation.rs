@@ -24,9 +24,9 @@ use crate::analysis::semantic::{SemanticToken, semantic_tokens};
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct PartOfText {
-    /// Which.
+    /// The document that is asked about.
     pub text_document: TextDocumentIdentifier,
-    /// Which part.
+    /// The part of the document that is asked about.
     pub range: Range,
 }
 

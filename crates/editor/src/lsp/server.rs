@@ -23,7 +23,7 @@ use crate::analysis::words::Language;
 /// Requests whose cancellation came before they did, at most.
 const CANCELLED_MAX: usize = 1000;
 
-/// Why a request gets no answer.
+/// A reason why a request gets no answer.
 #[derive(Debug)]
 pub struct RequestError {
     /// The number of the protocol.

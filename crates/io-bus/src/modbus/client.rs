@@ -26,7 +26,7 @@ const CUSTOM_WAITING_MAX: usize = 64;
 /// How long a blocking reset waits for the connection.
 const RESET_TIME: Duration = Duration::from_secs(3);
 
-/// Why something cannot be done with a signal.
+/// A reason why something cannot be done with a signal.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ModbusError {
@@ -50,7 +50,7 @@ pub enum ModbusError {
     /// A signal of another kind is needed.
     #[error("signal {name:?} is not {needed}")]
     WrongKind {
-        /// Which.
+        /// Name of the signal.
         name: String,
         /// What is needed.
         needed: &'static str,
@@ -58,27 +58,28 @@ pub enum ModbusError {
     /// A list of the wrong length.
     #[error("signal {name:?} takes 1 to {most} values, got {given}")]
     Length {
-        /// Which.
+        /// Name of the signal.
         name: String,
-        /// As given.
+        /// Number of values that were given.
         given: usize,
-        /// Allowed.
+        /// Most values that the signal takes.
         most: u16,
     },
     /// No good answer for longer than the watchdog.
     #[error(
-        "signal {name:?} has had no good answer for {invalid:.1} s, its watchdog allows {watchdog:.1} s (device error {device}, connection error {connection})"
+        "signal {name:?} has had no good answer for {invalid:.1} s, its watchdog allows {watchdog:.1} s \
+         (device error {device}, connection error {connection})"
     )]
     Invalid {
-        /// Which.
+        /// Name of the signal.
         name: String,
-        /// s.
+        /// Time since the last good answer, s.
         invalid: f64,
-        /// s.
+        /// Time that the watchdog allows, s.
         watchdog: f64,
-        /// Table 6-2.
+        /// Error code of the device (manual, table 6-2).
         device: i32,
-        /// errno.
+        /// Error number of the connection (errno).
         connection: i32,
     },
     /// Too many custom commands wait.

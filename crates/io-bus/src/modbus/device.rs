@@ -42,7 +42,7 @@ const IO_ERROR: i32 = 5;
 
 /// How a connection was used to its end.
 enum ConnectionEnd {
-    /// It is to be opened anew.
+    /// The connection is to be opened anew.
     Reset,
     /// Nobody uses the device.
     Unused,

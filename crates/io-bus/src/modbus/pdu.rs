@@ -7,7 +7,7 @@ use thiserror::Error;
 pub enum Request {
     /// Functions 1 to 4.
     Read {
-        /// Which table.
+        /// Table that is read.
         table: Table,
         /// First value.
         address: u16,
@@ -66,7 +66,7 @@ pub enum Reply {
     Done,
 }
 
-/// Why an answer is no result.
+/// A reason why an answer is no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum PduError {
     /// The device refused.

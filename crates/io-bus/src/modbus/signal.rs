@@ -73,7 +73,7 @@ impl SignalSpec {
 /// One signal.
 pub(super) struct Signal {
     pub(super) spec: SignalSpec,
-    /// As read last, or as set; bits as 0 and 1. Empty before the first answer.
+    /// Values read last, or set; bits are 0 and 1. Empty before the first answer.
     pub(super) values: Vec<u16>,
     /// What is written from now on; empty until it is set for the first time.
     pub(super) output: Vec<u16>,
@@ -146,8 +146,8 @@ impl Signal {
         }
     }
 
-    /// It is asked for now: when the next time is. The rate is kept on average; what is lost for good is counted, and
-    /// not made up for.
+    /// Sets the time of the next request while this one is due at `now`. The rate is kept on average; a request that is
+    /// a whole period late is counted and not made up for.
     pub(super) fn schedule_next(&mut self, now: Instant) {
         let Some(period) = self.period else { return };
         if self.lateness(now) > period {

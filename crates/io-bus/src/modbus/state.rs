@@ -52,7 +52,7 @@ impl SimulatedInstant {
         SimulatedInstant { began, now: began }
     }
 
-    /// It is so long after the beginning now.
+    /// Moves the instant to `time` after the beginning.
     pub(super) fn set(&mut self, time: Duration) -> Instant {
         self.now = self.began + time;
         self.now

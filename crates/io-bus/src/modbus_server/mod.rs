@@ -20,7 +20,7 @@ use tables::Tables;
 /// A request that has begun has to be complete, and a reply taken, within this time.
 pub const MESSAGE_TIME: Duration = Duration::from_secs(5);
 
-/// Why a conversation ended before the client closed it.
+/// A reason why a conversation ended before the client closed it.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ModbusSessionError {

@@ -4,7 +4,8 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Why a request is refused (MODBUS Application Protocol Specification V1.1b3, 7). The numbers are those on the wire.
+/// A reason why a request is refused (MODBUS Application Protocol Specification V1.1b3, 7). The numbers are those on
+/// the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Refusal {
@@ -14,11 +15,11 @@ pub enum Refusal {
     Address = 2,
     /// A count or a value that is not allowed.
     Value = 3,
-    /// It cannot be passed on just now.
+    /// The request cannot be passed on just now.
     Busy = 6,
 }
 
-/// Which of the two spaces of a kind is read: that which can be written or that which cannot.
+/// One of the two spaces of a kind: values that a client can write, or values that it can only read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Space {
     /// Coils and holding registers: functions 1 and 3.
@@ -126,7 +127,7 @@ impl Tables for Store {
     }
 }
 
-/// It has no inputs.
+/// Refuses a read of inputs, because the store has none.
 const fn outputs_only(space: Space) -> Result<(), Refusal> {
     match space {
         Space::Outputs => Ok(()),

@@ -83,7 +83,7 @@ impl RpcUrl {
     }
 }
 
-/// Why a call has no result.
+/// A reason why a call has no result.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RpcError {
@@ -98,7 +98,7 @@ pub enum RpcError {
     Connect {
         /// Host and port.
         address: String,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The connection broke before anything of the call was sent.
@@ -106,7 +106,7 @@ pub enum RpcError {
     NotSent {
         /// Host and port.
         address: String,
-        /// Why.
+        /// What went wrong with the connection.
         reason: String,
     },
     /// The connection broke after the call was sent, or what came is no HTTP.
@@ -116,7 +116,7 @@ pub enum RpcError {
     Unanswered {
         /// Host and port.
         address: String,
-        /// Why.
+        /// What went wrong with the connection or the answer.
         reason: String,
     },
     /// Another status than 200.
@@ -148,15 +148,15 @@ pub struct RpcClient {
 /// An open connection.
 struct HttpConnection {
     sender: SendRequest<Full<Bytes>>,
-    /// The same socket, to look at.
+    /// The connection's socket, kept to see whether the server has closed it or sent something.
     socket: Socket,
 }
 
 /// What became of a call that has no answer.
 enum SendFailure {
-    /// Nothing of it was sent; here it is again.
+    /// Nothing of the request was sent; it comes back so that it can be sent over a new connection.
     NotSent(Box<Request<Full<Bytes>>>, String),
-    /// It was sent, in part at least.
+    /// The request was sent, in part at least.
     Unanswered(String),
 }
 
@@ -196,7 +196,8 @@ impl RpcClient {
         }
     }
 
-    /// The same; who stands in for its server is asked first.
+    /// This client with stand-ins, which are asked first: a server that one of them plays is not called over the
+    /// network.
     pub fn with_simulated_peers(self, stand_ins: Option<Arc<dyn SimulatedPeers>>) -> Self {
         Self { stand_ins, ..self }
     }
@@ -293,7 +294,7 @@ impl RpcClient {
         let (sender, connection) = handshake(TokioIo::new(stream))
             .await
             .map_err(|error| self.not_sent(error.to_string()))?;
-        // Its end shows at the next call.
+        // An error that ends the connection shows at the next call.
         let faults = ThreadSupervisor::default();
         drop(
             faults.spawn(ThreadRole::Service, "rpc connection", async move {

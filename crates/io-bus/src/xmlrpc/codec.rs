@@ -35,9 +35,9 @@ pub enum RpcValue {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("fault {code}: {text}")]
 pub struct RpcFault {
-    /// Its number.
+    /// Number of the fault.
     pub code: i64,
-    /// Its sentence.
+    /// The server's explanation.
     pub text: String,
 }
 

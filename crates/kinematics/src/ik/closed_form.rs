@@ -366,7 +366,7 @@ pub(super) const BRANCHES: usize = 8;
 pub(super) struct NewtonSeeds {
     /// By joint, then by branch: shoulder, wrist, elbow.
     pub(super) q: [[f64; BRANCHES]; DOF],
-    /// Which branches are within reach.
+    /// By branch: the target is within reach.
     pub(super) is_reachable: [bool; BRANCHES],
     /// By shoulder: axes 4 and 6 are nearly parallel.
     pub(super) wrist_is_near: [bool; 2],

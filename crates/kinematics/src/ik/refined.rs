@@ -31,17 +31,17 @@ const SINE_MAX: f64 = 0.4;
 const BORDER_OFFSETS: [f64; 4] = [1.0, 0.1, 0.01, 4.0];
 /// Newton steps from places side by side; those that need more go on by themselves.
 const STEPS: usize = 8;
-/// The same from places that are many and mostly lead nowhere.
+/// Newton steps from places that are many and mostly lead nowhere.
 const STEPS_OF_MANY: usize = 24;
 /// Least motion of the flange (m and rad) for a turn of a radian below which a solution may have another beside it.
 const NEARLY_SINGULAR: f64 = 0.1;
-/// How far away that one may be, rad: places a little further are tried.
+/// How far away that second solution may be, rad: places a little further are tried.
 const TWIN_STEPS: [f64; 4] = [0.002, 0.02, 0.1, 0.5];
 /// A solution this near to a branch of the form, rad, belongs to it.
 const BRANCH_RADIUS: f64 = 0.8;
 /// Places around the turn of joint 6.
 const RING: usize = 16;
-/// So many of them are looked at side by side, with both elbows.
+/// How many places of the ring are looked at side by side: each of them takes a lane for either elbow.
 const FIXED_Q6_LANES: usize = BRANCHES / 2;
 /// Around the turn with joint 6 held, this much (m and rad) may be missing.
 const FIXED_Q6_TOLERANCE: f64 = 1e-6;
@@ -233,7 +233,8 @@ impl SolutionSearch<'_> {
         }
     }
 
-    /// As [`Self::add`], but places that do not arrive soon are left.
+    /// Adds the solutions that these places lead to within [`STEPS_OF_MANY`]; those that do not arrive by then are
+    /// dropped.
     fn add_converging(&mut self, q: &mut [Lane; DOF], used: &[bool; BRANCHES]) {
         let left = newton(self.chain, &self.target, q, used, STEPS_OF_MANY);
         for branch in (0..BRANCHES).filter(|branch| used[*branch]) {

@@ -22,9 +22,10 @@ type Vectors = [Lane; 3];
 
 const ZERO: Lane = [0.0; BRANCHES];
 
-/// Remaining error (m and rad) at which nothing is left to do.
+/// Remaining error (m and rad) at which the search ends.
 const DONE: f64 = 1e-13;
-/// The same where joint 6 is held: the place is a beginning only.
+/// Remaining error (m and rad) at which the search ends while joint 6 is held: a coarser one, because the result is
+/// only the start of another search.
 const DONE_HELD: f64 = 1e-8;
 /// Joint step above which it is shortened, rad.
 const STEP_MAX: f64 = 0.5;
@@ -50,8 +51,8 @@ pub(super) fn newton(
     dispatch::<false>(chain, target, q, used, steps)
 }
 
-/// The same with joint 6 held and nothing asked of the rotation that is `unreachable_rotation` where the wrist is
-/// singular.
+/// Newton's method with joint 6 held. The rotation that a singular wrist cannot make is left out of the residual and
+/// returned in `unreachable_rotation`.
 pub(super) fn newton_with_fixed_q6(
     chain: &Chain,
     target: &Pose,

@@ -97,6 +97,6 @@ impl SafetyPlane {
 pub struct PlaneSwitches {
     /// The safety system is in reduced mode.
     pub reduced: bool,
-    /// Which pairs of configurable inputs are set.
+    /// By pair of configurable inputs: the pair is set.
     pub ci_pairs: [bool; CI_PAIRS],
 }

@@ -25,7 +25,7 @@ pub const DEFAULT_JOINT_ACCELERATION: f64 = 10.0;
 /// A URDF larger than this is refused unread, bytes.
 const SIZE_MAX: usize = 4 << 20;
 
-/// Why a robot model cannot be had.
+/// A reason why there is no robot model.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]

@@ -33,9 +33,9 @@ const fn color(r: f64, g: f64, b: f64, a: f64) -> shown::Color {
 /// A thing of the cell that the arm can hit, in the base frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneObstacle {
-    /// Its name in the cell file.
+    /// Name of the obstacle in the cell file.
     pub name: String,
-    /// Its shape.
+    /// Shape of the obstacle.
     pub shape: ObstacleShape,
     /// Where its middle is; of a plane, a point on it.
     pub pose: RpyPose,
@@ -48,14 +48,14 @@ pub enum ObstacleShape {
     Box([f64; 3]),
     /// Along z.
     Cylinder {
-        /// Its radius.
+        /// Radius, m.
         radius: f64,
-        /// Its length.
+        /// Length along z, m.
         length: f64,
     },
     /// A ball.
     Sphere {
-        /// Its radius.
+        /// Radius, m.
         radius: f64,
     },
     /// Everything below the x-y plane; z points out of it. Drawn as a plate of 3 m.
@@ -104,7 +104,7 @@ pub(super) fn obstacle(obstacle: &SceneObstacle, at: Timestamp) -> shown::SceneE
         }
         ObstacleShape::Plane => {
             let (side, thickness) = PLATE;
-            // Its upper face is the plane.
+            // The upper face of the plate is the plane.
             let middle = base_from_shape * Pose::from_translation(0.0, 0.0, -thickness / 2.0);
             drawn
                 .cubes

@@ -1,10 +1,11 @@
-//! Which moment of one run belongs to which of the other: first by the first motion, then by what fits best.
+//! Finds the moments of two runs that belong together: first by the first motion, then by the best fit.
 
 use super::track::{RunTrace, TraceCursor};
 
-/// A joint that is so far from where it began has moved, rad: well above what a standing arm's sensors say.
+/// Least distance of a joint from where it began that counts as motion, rad: well above the noise of a standing arm's
+/// sensors.
 const MOTION_THRESHOLD: f64 = 0.002;
-/// The best shift is looked for so far around that of the first motions, s.
+/// The best shift is searched for this far around the shift of the first motions, s.
 const REACH: f64 = 0.5;
 /// Steps of the first search, s.
 const STEP: f64 = 0.004;

@@ -10,13 +10,13 @@ use kinematics::{Pose, RpyPose};
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RunTraceError {
-    /// It cannot be read.
+    /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// It has no cycles.
+    /// The recording has no cycles.
     #[error("there is nothing to compare: {name} has no cycles")]
     Empty {
-        /// Which recording.
+        /// Name of the recording.
         name: String,
     },
 }
@@ -30,7 +30,7 @@ pub struct TraceSample {
     pub q: [f64; 6],
     /// Place of the TCP in the base frame, m.
     pub position: Vector3<f64>,
-    /// Its orientation; the identity where it is not known.
+    /// Orientation of the TCP in the base frame; the identity where it is not known.
     pub rotation: UnitQuaternion<f64>,
     /// Speed of the TCP, m/s.
     pub speed: f64,
@@ -76,7 +76,7 @@ impl RunTrace {
         }
     }
 
-    /// Its moments in order.
+    /// The samples of the run in the order of time.
     pub fn samples(&self) -> impl ExactSizeIterator<Item = &TraceSample> {
         self.samples.iter()
     }

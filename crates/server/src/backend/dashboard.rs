@@ -26,9 +26,9 @@ const SENDER: &str = "the dashboard";
 /// A reply waits no longer than this for a cycle that takes its command.
 const TAKEN_WITHIN: Duration = Duration::from_millis(100);
 
-/// Lines of clients for the log: a burst of so many, then one each interval.
+/// Lines of clients that are logged in a burst; after that, one is logged each [`LOG_INTERVAL`].
 const LOG_BURST: u32 = 100;
-/// See [`LOG_BURST`].
+/// Time between two logged lines of clients once [`LOG_BURST`] is used up.
 const LOG_INTERVAL: Duration = Duration::from_millis(10);
 
 /// When lines of clients are written (the generic cell rate algorithm).
@@ -128,7 +128,7 @@ impl DashboardBackend for PortBackend {
                     ..Popup::default()
                 });
             }
-            // Also one that a program waits for: that is how it is answered.
+            // A popup that a program waits for is closed as well: that is how it is answered.
             DashboardOrder::ClosePopup => drop(self.supervisor.panel().close_newest_popup()),
             // No dialog is ever open: what it would say is in the log and on port 30001.
             DashboardOrder::CloseSafetyDialog => {}
@@ -204,7 +204,7 @@ impl DashboardBackend for PortBackend {
         let started = self.supervisor.submit_with(program, SENDER, presets).await;
         let id = started.map_err(|error| error.to_string())?;
         locked(&self.variables).runs(id);
-        // It may be over already.
+        // The program may be over already.
         self.take_variables();
         *locked(&self.last_played) = Some((id, name));
         Ok(())
@@ -253,9 +253,10 @@ impl PortBackend {
     }
 }
 
-/// Without power the power comes first, within this time; that it is switched on is seen sooner.
+/// Longest wait for power before the brakes are released.
 const POWERED_WITHIN: Duration = Duration::from_secs(30);
-/// See [`POWERED_WITHIN`].
+/// Longest wait until the controller reports that power is being switched on; power itself takes up to
+/// [`POWERED_WITHIN`].
 const SWITCHED_ON_WITHIN: Duration = Duration::from_secs(1);
 
 impl PortBackend {

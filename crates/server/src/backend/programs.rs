@@ -119,7 +119,7 @@ impl primary::PrimaryBackend for PortBackend {
             phrase,
             ControlPhrase::StopTask | ControlPhrase::PauseTask | ControlPhrase::ResumeTask
         );
-        // The same rule as on the dashboard.
+        // Local control mode refuses these phrases here and on the dashboard alike.
         if task_only && !self.takes_programs() {
             let phrase = match phrase {
                 ControlPhrase::StopTask => "stop task",

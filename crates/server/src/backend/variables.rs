@@ -40,7 +40,7 @@ pub(super) struct ConfigurationVariables {
 
 /// How a task begins.
 pub(super) struct TaskStart {
-    /// Its text with the current values.
+    /// Text of the task with the current values.
     pub text: String,
     /// Variables that the text does not set.
     pub presets: Vec<Preset>,

@@ -111,7 +111,7 @@ pub fn read_script(path: &Path) -> Result<ProgramText, String> {
     })
 }
 
-/// The same of files that `open` opens.
+/// Reads a script through `open`; the error is a sentence. For the pendant's XML that is the program beside it.
 pub(crate) fn program_of<R: Read>(
     path: &Path,
     open: &dyn Fn(&Path) -> io::Result<R>,

@@ -31,7 +31,7 @@ const CURVE_POINTS: usize = 3200;
 
 const JOINTS: [&str; 6] = ["J1", "J2", "J3", "J4", "J5", "J6"];
 
-/// Why there is no comparison; each is a sentence.
+/// A reason why there is no comparison, told in a sentence.
 #[derive(Debug, Error)]
 enum CompareError {
     #[error(transparent)]

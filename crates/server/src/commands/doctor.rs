@@ -37,7 +37,7 @@ const FAST_CLOCK_SOURCES: [&str; 5] = [
 /// How good something is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum CheckResult {
-    /// As it should be.
+    /// The machine needs no change.
     Good,
     /// The controller runs, less well.
     Poor,

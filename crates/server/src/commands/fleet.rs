@@ -35,14 +35,14 @@ use robot::{READY_WITHIN, RestartRequest, RobotProcess};
 /// All robots have so long to bring their arms to rest and to end.
 const ORDERLY: Duration = Duration::from_secs(15);
 
-/// Why a fleet is not started: a sentence.
+/// A reason why a fleet is not started, told in a sentence.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FleetError {
-    /// Its file.
+    /// The fleet's file cannot be used.
     #[error(transparent)]
     File(#[from] FleetFileError),
-    /// The port of its page.
+    /// The port of the fleet's page cannot be opened.
     #[error(transparent)]
     Bind(#[from] BindError),
     /// Threads, signals, the program itself.

@@ -47,7 +47,7 @@ const OUTPUTS: CustomTopicId = CustomTopicId(0);
 /// States of port 30001.
 const STATES: CustomTopicId = CustomTopicId(1);
 
-/// Why there is no recording; each is a sentence.
+/// A reason why there is no recording, told in a sentence.
 #[derive(Debug, Error)]
 enum RecordingError {
     #[error("cannot start: {0}")]

@@ -19,7 +19,7 @@ pub(super) const STOP_PATIENCE: Duration = Duration::from_secs(3);
 /// The process ends so long after Ctrl-C, whatever the robot does.
 pub(super) const END_PATIENCE: Duration = Duration::from_millis(3600);
 
-/// Why nothing is sent to a robot; each is a sentence.
+/// A reason why nothing is sent to a robot, told in a sentence.
 #[derive(Debug, Error)]
 pub(super) enum ConsentError {
     #[error(

@@ -40,7 +40,7 @@ const NOT_SENT: u8 = 2;
 /// The moments between messages are looked at so often.
 const TICK: Duration = Duration::from_millis(50);
 
-/// Why nothing was sent; each is a sentence.
+/// A reason why nothing was sent, told in a sentence.
 #[derive(Debug, Error)]
 enum SendError {
     #[error("{0}")]

@@ -43,17 +43,17 @@ pub enum ServeError {
     /// The ready file.
     #[error("cannot write the ready file {}: {source}", path.display())]
     ReadyFile {
-        /// Which.
+        /// The file as it was given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A ready file of an earlier server.
     #[error("cannot remove the old ready file {}: {source}", path.display())]
     StaleReadyFile {
-        /// Which.
+        /// The file as it was given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// Threads or signals.

@@ -57,7 +57,7 @@ const ORDERS: [(&str, &str); 7] = [
     ("vars", "variables of this session, or :vars NAME NAME"),
 ];
 
-/// Why there is no shell; each is a sentence.
+/// A reason why there is no shell, told in a sentence.
 #[derive(Debug, Error)]
 enum ShellError {
     #[error("cannot start: {0}")]

@@ -123,7 +123,7 @@ impl Settings {
         Self::read_within(cases, seed, None)
     }
 
-    /// The same for tests that reach nothing but what is beneath a folder: `net` is what a test plays, `fs` that
+    /// The settings of tests that reach nothing but what is beneath a folder: `net` is what a test plays, `fs` that
     /// folder.
     ///
     /// # Errors

@@ -48,7 +48,7 @@ pub(super) struct TextStyle {
     pub align: Align,
 }
 
-/// Which end of a text is at its place. Vertically it is the middle of the capitals.
+/// The end of a text that its position is for. Vertically, the position is the middle of the capitals.
 #[derive(Clone, Copy)]
 pub(super) enum Align {
     Left,

@@ -41,7 +41,7 @@ const POINTS_MAX: usize = 6000;
 /// Slots of time that a thinned curve has: a little more than the columns of a picture.
 pub(crate) const SLOTS: usize = 1500;
 
-/// Why there is no picture.
+/// A reason why there is no picture.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PlotError {
@@ -56,7 +56,7 @@ pub enum PlotError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
 }
@@ -276,11 +276,11 @@ impl Curve {
 /// A circle in a plane, dashed, with its name beside it when it has one.
 #[derive(Clone, Debug)]
 pub struct Circle {
-    /// Its centre, in the units of the axes.
+    /// Centre of the circle, in the units of the axes.
     pub center: (f64, f64),
-    /// Its radius.
+    /// Radius of the circle, in the units of the axes.
     pub radius: f64,
-    /// What it is; may be empty.
+    /// Name of the circle; may be empty.
     pub name: String,
 }
 

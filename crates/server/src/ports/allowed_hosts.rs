@@ -14,7 +14,7 @@ use axum::http::{HeaderName, StatusCode, Version, header};
 
 use super::escape::EscapedLine;
 
-/// Why a request is turned away: one sentence that names what was given.
+/// A reason why a request is turned away: one sentence that names what was given.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HostRejection {
     /// The server is called by a name that is not this machine's.
@@ -69,7 +69,7 @@ impl AllowedHosts {
         }
     }
 
-    /// The same, and pages of files on this machine's disk may ask.
+    /// These hosts; pages of files on this machine's disk may ask, too.
     pub fn with_files(self) -> Self {
         Self {
             files: true,

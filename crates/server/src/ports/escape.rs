@@ -20,7 +20,8 @@ impl fmt::Display for EscapedLine<'_> {
     }
 }
 
-/// The same for a text whose length is bounded already.
+/// A text of somebody else whose length is bounded already: what would begin a new line, move the cursor, change
+/// colours or reverse the order of letters stands as an escape.
 #[derive(Clone, Copy, Debug)]
 pub struct EscapedText<'a>(pub &'a str);
 

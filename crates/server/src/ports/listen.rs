@@ -65,7 +65,7 @@ impl PortMeter {
         }
     }
 
-    /// The same port; `faults` hears of those in its sessions.
+    /// This port with a supervisor, which hears of the faults in its sessions.
     pub fn with_faults(self, faults: ThreadSupervisor) -> Self {
         Self { faults, ..self }
     }
@@ -81,7 +81,7 @@ impl PortMeter {
     }
 }
 
-/// Why a port cannot be opened: one sentence that says what to do.
+/// A reason why a port cannot be opened, told in one sentence that says what to do.
 #[derive(Debug, Error)]
 pub enum BindError {
     /// Somebody else has it.
@@ -115,7 +115,7 @@ pub enum BindError {
         address: SocketAddr,
         /// The option that chooses the port.
         option: &'static str,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
 }

@@ -37,10 +37,10 @@ pub enum PortProtocol {
     Native,
 }
 
-/// Why a client gives its place up.
+/// A reason why a client gives its place up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DisconnectReason {
-    /// It belongs on another port.
+    /// The client belongs on another port.
     Intruder(ForeignProtocol),
     /// Nothing was sent or taken for [`IDLE_TIMEOUT`].
     Idle,
@@ -266,7 +266,7 @@ impl PeerWatchdog {
         }
     }
 
-    /// Why the client gives its place up now, or when to look again.
+    /// The reason why the client gives its place up now, or the time of the next look.
     fn look(&self) -> Result<Instant, DisconnectReason> {
         let times = self.0.lock();
         if let Some(intruder) = times.intruder {

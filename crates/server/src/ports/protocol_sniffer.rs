@@ -35,7 +35,7 @@ const RARE_METHODS: [&str; 13] = [
 /// Longest beginning that is held back, bytes. What is longer and still not clear is no request of a browser.
 const HELD_BYTES_MAX: usize = 256;
 
-/// Why a connection is turned away.
+/// A reason why a connection is turned away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ForeignProtocol {
     /// The first line begins with a method.
@@ -56,11 +56,11 @@ impl fmt::Display for ForeignProtocol {
 /// What a beginning is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SniffResult {
-    /// It may become either.
+    /// The bytes so far may become either.
     Undecided,
-    /// No browser's; nothing is looked at from here on.
+    /// No browser has sent the bytes; nothing is looked at from here on.
     Ours,
-    /// Not for this port.
+    /// The bytes are of a protocol that is not for this port.
     Intruder(ForeignProtocol),
 }
 
@@ -127,8 +127,8 @@ fn judge(start: &[u8]) -> SniffResult {
     judge_target(rest)
 }
 
-/// The rest of a line that begins with a word which is a method, or a name in a program: `get / HTTP/1.1`, `head /= 2`.
-/// The version behind the target decides.
+/// Judges what follows a first word that may be a method or a name in a program: `get / HTTP/1.1`, `head /= 2`. The
+/// version behind the target decides.
 fn judge_target(rest: &[u8]) -> SniffResult {
     let rest = trim_blanks(rest);
     let Some(end) = rest.iter().position(|byte| byte.is_ascii_whitespace()) else {

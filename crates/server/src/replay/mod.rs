@@ -81,7 +81,7 @@ fn say(sentence: &str) {
     logging::say(&format!("eliteserver: {text}"));
 }
 
-/// Why a question about a recording has no answer.
+/// A reason why a question about a recording has no answer.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReplayError {
@@ -134,7 +134,7 @@ pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<u8, ReplayError
     answer_noting(args, out, &mut Vec::new())
 }
 
-/// As [`answer`], with what else is to be said in `notes`.
+/// Answers the question of the command line and adds further remarks to `notes`; returns the exit status.
 fn answer_noting(
     args: &ReplayArgs,
     out: &mut impl Write,

@@ -20,7 +20,7 @@ const MAX_SPAN: f64 = 3.2e9;
 /// Bytes of a mark's name.
 const MAX_NAME: usize = 80;
 
-/// Why there is no picture of a recording.
+/// A reason why there is no picture of a recording.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PictureError {
@@ -53,7 +53,7 @@ pub(super) fn plot(recording: &Recording, path: &Path) -> Result<(), PictureErro
     Ok(figure(recording)?.save(path)?)
 }
 
-/// The same in memory.
+/// Draws the recording into a PNG in memory.
 ///
 /// # Errors
 /// [`PictureError`].

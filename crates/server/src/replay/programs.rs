@@ -14,7 +14,7 @@ use elite_runtime::external::Divergence;
 use recorder::Recording;
 use thiserror::Error;
 
-/// Why programs were not run again.
+/// A reason why programs were not run again.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ProgramsError {
@@ -40,9 +40,9 @@ pub enum ProgramsError {
 pub enum ProgramsComparison {
     /// Every command came out the same.
     Identical {
-        /// So many programs.
+        /// Number of programs.
         programs: usize,
-        /// So many commands.
+        /// Number of commands.
         commands: u64,
     },
     /// The first difference.

@@ -24,7 +24,7 @@ const MAX_MISSING: u64 = 200_000;
 /// Commands, and changes of registers, that one cycle may have taken; the rings hold fewer.
 const MAX_WAITING: usize = 10_000;
 
-/// Why a recording cannot be run again.
+/// A reason why a recording cannot be run again.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RerunError {
@@ -49,7 +49,7 @@ pub enum RerunError {
         /// The cycle.
         cycle: u64,
     },
-    /// So many cycles are missing that running them would take for ever.
+    /// More cycles are missing than can be run in a bearable time.
     #[error(
         "the recording jumps from cycle {from} to cycle {to}; at most {MAX_MISSING} missing cycles are run"
     )]

@@ -44,9 +44,9 @@ struct ProgramProfile {
     length: u32,
     start: f64,
     lines: BTreeMap<u32, LineProfile>,
-    /// The line each thread is in, and since when.
+    /// By thread: its line, and the time since when it is there, s.
     threads: BTreeMap<u32, (u32, f64)>,
-    /// The same for nodes; commands do not tell theirs.
+    /// Figures of nodes; without commands, which do not tell their node.
     nodes: BTreeMap<Node, LineProfile>,
     threads_in_nodes: BTreeMap<u32, (Node, f64)>,
 }

@@ -48,19 +48,19 @@ const PAUSE_MAX: f64 = 10.0;
 const SHOWN_BYTES: usize = 16 << 10;
 /// Clients hear the last state before the ports close.
 const FAREWELL: Duration = Duration::from_millis(250);
-/// A page that is opened, or loaded again, after the end of the recording finds it for so long …
+/// How long a page that is opened, or loaded again, after the end of the recording still finds it.
 const PAGE_WITHIN: Duration = Duration::from_secs(30);
-/// … unless it was played at more than this, as nobody looks at it.
+/// Playback rate above which the page is not kept after the end, because nobody looks at such a recording.
 const RATE_TO_LOOK_AT: f64 = 10.0;
 
-/// Why a recording cannot be served.
+/// A reason why a recording cannot be served.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ServeRecordingError {
-    /// It cannot be read.
+    /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// It does not tell which arm it is of.
+    /// The recording does not tell which arm it is of.
     #[error(transparent)]
     Setup(#[from] RerunError),
     /// The cell file in it is none of this version's.

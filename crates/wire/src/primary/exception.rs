@@ -11,7 +11,7 @@ pub const TEXT_BYTES_MAX: usize = 16 * 1024;
 const KIND_ROBOT_ERROR: u8 = 6;
 const KIND_SCRIPT_ERROR: u8 = 10;
 
-/// Which part of the robot reports.
+/// Part of the robot that reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ExceptionSource {
@@ -65,7 +65,8 @@ pub enum ErrorData {
 }
 
 impl fmt::Display for ErrorData {
-    /// As people read it; nothing for nothing. A text is that of the peer: whoever shows it makes it harmless.
+    /// Writes the data the way people read it; [`Self::None`] writes nothing. A text comes from the peer unchanged:
+    /// whoever shows it has to make it harmless.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::None => Ok(()),

@@ -26,7 +26,7 @@ pub const ROBOT_STATE: u8 = 16;
 /// Type byte of an exception.
 pub const ROBOT_EXCEPTION: u8 = 20;
 
-/// Why bytes are no message of this port.
+/// A reason why bytes are no message of this port.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum DecodeError {
@@ -39,9 +39,9 @@ pub enum DecodeError {
     /// A part says that it is longer than its message, or shorter than its own head.
     #[error("part {kind} of a state says it has {length} bytes, {left} are there")]
     PartLength {
-        /// Its type.
+        /// Type of the part.
         kind: u8,
-        /// What it says.
+        /// Length that the part claims, bytes.
         length: u32,
         /// What is there.
         left: usize,
@@ -73,7 +73,7 @@ pub enum Message {
 /// A message in the bytes received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MessageFrame<'a> {
-    /// Its type.
+    /// Type of the message.
     pub kind: u8,
     /// What follows the head.
     pub body: &'a [u8],

@@ -49,7 +49,7 @@ part! {
         is_protective_stopped: bool => flag,
         /// A main program runs; true while it is paused, too.
         is_task_running: bool => flag,
-        /// It is paused.
+        /// The main program is paused.
         is_task_paused: bool => flag,
         /// Number of the robot's mode; 255 is -1.
         robot_mode: u8 => u8,
@@ -145,13 +145,13 @@ part! {
     Masterboard {
         /// Bit mask: 0 to 15 standard, 16 to 23 configurable, 24 to 27 tool.
         digital_in: u32 => u32,
-        /// The same of outputs.
+        /// Bit mask of the outputs: 0 to 15 standard, 16 to 23 configurable, 24 to 27 tool.
         digital_out: u32 => u32,
         /// Inputs 0, 1 and the tool's: 0 current, 1 voltage.
         analog_in_domains: [u8; 3] => bytes,
         /// A or V.
         analog_in: [f64; 3] => f64s,
-        /// As of the inputs.
+        /// Outputs 0, 1 and the tool's: 0 current, 1 voltage.
         analog_out_domains: [u8; 3] => bytes,
         /// A or V.
         analog_out: [f64; 3] => f64s,
@@ -235,7 +235,7 @@ part! {
 part! {
     /// Part 11: the tool's serial port.
     ToolCommunication {
-        /// It is configured.
+        /// The port is configured.
         is_enabled: bool => flag,
         /// Baud.
         baud_rate: u32 => u32,

@@ -26,7 +26,7 @@ use controller::options::{
 };
 use controller::start_configuration::{IDEAL, RAPIER};
 
-/// Why there is no run; each is a sentence.
+/// A reason why there is no run, told in a sentence.
 #[derive(Debug, Error)]
 pub(super) enum RunHereError {
     #[error("the recording {0} does not say which arm it is of")]

@@ -29,22 +29,22 @@ const FILE_BYTES_MAX: usize = 1 << 20;
 /// Keys beside `robot` and `defaults`.
 const KEYS: [&str; 4] = ["bind", "folder", "http-port", "trust-host"];
 
-/// Why a fleet cannot be started: a sentence.
+/// A reason why a fleet cannot be started, told in a sentence.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FleetFileError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("cannot read the fleet {}: {source}", path.display())]
     Unreadable {
-        /// Which.
+        /// The file as it was given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// It is not TOML, or says what it may not.
+    /// The file is not TOML, or has something that is not allowed.
     #[error("{}: {what}", path.display())]
     Wrong {
-        /// Which.
+        /// The file as it was given.
         path: PathBuf,
         /// What is wrong.
         what: String,
@@ -52,7 +52,7 @@ pub enum FleetFileError {
     /// The options of a robot.
     #[error("robot {name}: {source}")]
     Robot {
-        /// Its name.
+        /// Name of the robot.
         name: String,
         /// What is wrong.
         source: Box<ConfigError>,
@@ -64,9 +64,9 @@ pub enum FleetFileError {
 pub struct FleetConfig {
     /// Address of the page.
     pub bind: IpAddr,
-    /// Its port.
+    /// Port of the page.
     pub http_port: PortSetting,
-    /// Names by which it may be called beside this machine's own.
+    /// Names beside this machine's own that requests to the page may use.
     pub trusted_hosts: Vec<String>,
     /// The robots, in the order of the file.
     pub robots: Vec<RobotPlan>,
@@ -75,15 +75,15 @@ pub struct FleetConfig {
 /// What a robot is started with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotPlan {
-    /// Its name.
+    /// Name of the robot.
     pub name: String,
-    /// Its address.
+    /// Address that the robot's ports listen on.
     pub bind: IpAddr,
-    /// Its own folder: recordings, tasks, logs.
+    /// The robot's own folder: recordings, tasks, logs.
     pub folder: PathBuf,
-    /// It is started again when it holds more, bytes.
+    /// Memory above which the robot's process is started again, bytes.
     pub memory: Option<u64>,
-    /// Its configuration file.
+    /// Text of the robot's configuration file.
     pub config: String,
 }
 

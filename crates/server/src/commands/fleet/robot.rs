@@ -39,13 +39,13 @@ const WELL_AFTER: Duration = Duration::from_secs(60);
 /// What a robot does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ProcessState {
-    /// Its process runs and its ports do not listen yet.
+    /// The robot's process runs, and its ports do not listen yet.
     Starting,
-    /// Its ports listen.
+    /// The robot's ports listen.
     Ready,
-    /// It ended and is started again after a pause.
+    /// The process ended and is started again after a pause.
     Waiting,
-    /// It was stopped.
+    /// The process was stopped.
     Stopped,
 }
 
@@ -84,13 +84,13 @@ pub(super) struct RobotProcess {
     seen: Mutex<ProcessStatus>,
 }
 
-/// Why a process is over.
+/// A reason why a process is over.
 enum ProcessExit {
-    /// By itself.
+    /// The process ended by itself.
     Ended(String),
-    /// It is to end for good.
+    /// The process is to end for good.
     Stopped,
-    /// It is to be started anew.
+    /// The process is to be started anew.
     Renewed(RestartRequest),
 }
 

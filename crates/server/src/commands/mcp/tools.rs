@@ -1,4 +1,4 @@
-//! Which tools there are: names, texts, schemas of their arguments, and how arguments are read.
+//! The tools of the server: names, texts, schemas of their arguments, and how arguments are read.
 
 use std::sync::Arc;
 
@@ -14,9 +14,9 @@ use super::{builtins, programs, recordings, test_tool};
 /// What a tool has to say.
 #[derive(Debug, Default)]
 pub(super) struct ToolOutput {
-    /// For whoever reads.
+    /// The answer for people and models.
     pub text: String,
-    /// The same for a program.
+    /// The answer for programs.
     pub structured: Option<Json>,
     /// A picture.
     pub png: Option<Vec<u8>>,
@@ -44,7 +44,7 @@ pub(super) struct ToolSpec {
 }
 
 impl ToolSpec {
-    /// As the client is told of it.
+    /// The tool in the form that clients are told of.
     pub(super) fn declared(&self) -> Declared {
         let hints = ToolAnnotations::with_title(self.title)
             .read_only(self.only_reads)

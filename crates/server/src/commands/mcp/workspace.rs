@@ -13,7 +13,7 @@ use recorder::Recording;
 use crate::commands::check::program_of;
 use crate::ports::escape::EscapedText;
 
-/// Why there are no other files, for people.
+/// Reason that people are told when they ask for other files.
 const BECAUSE: &str = "the folder that eliteserver mcp was started in";
 
 /// Longest path that is taken, bytes.
@@ -39,12 +39,12 @@ impl Workspace {
         })
     }
 
-    /// Its path.
+    /// Absolute path of the folder.
     pub(super) fn root(&self) -> &Path {
         &self.root
     }
 
-    /// It as the only place for files.
+    /// The folder as the only root that paths may lead into.
     pub(super) const fn folders(&self) -> &SandboxRoots {
         &self.folders
     }

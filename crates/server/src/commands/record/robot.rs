@@ -32,9 +32,9 @@ pub(super) async fn connect(address: &RobotAddress, rate: f64) -> Result<RtsiCli
 pub(super) enum RtsiEvent {
     /// Values or a text.
     Arrival(RtsiMessage),
-    /// It is gone, and why.
+    /// The connection is gone, for this reason.
     Gone(RtsiError),
-    /// It is there again, with these variables.
+    /// The connection is there again, with these variables.
     Again(Vec<(String, RtsiType)>),
 }
 

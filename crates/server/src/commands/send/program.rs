@@ -34,7 +34,7 @@ pub(super) struct OutgoingProgram {
     is_named: bool,
 }
 
-/// Why a file cannot be sent; each is a sentence.
+/// A reason why a file cannot be sent, told in a sentence.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub(super) enum WrapError {

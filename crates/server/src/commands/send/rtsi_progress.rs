@@ -10,9 +10,9 @@ use robot_client::{RobotAddress, RtsiClient, RtsiMessage};
 use tokio::sync::watch;
 use wire::rtsi::RtsiValue;
 
-/// As often as the line is drawn.
+/// Rate of the data, Hz: that at which the line is drawn.
 const RATE_HZ: f64 = 10.0;
-/// Between two attempts.
+/// Pause between two attempts to connect.
 const RETRY: Duration = Duration::from_secs(2);
 const WANTED: &[&str] = &["script_control_line", "actual_TCP_speed"];
 

@@ -98,7 +98,7 @@ impl ProgressLine {
     fn wipe(&mut self) {
         if self.drawn.take().is_some() {
             let mut error = std::io::stderr().lock();
-            // See above.
+            // A terminal that cannot be written to loses the line, no more.
             let _ = write!(error, "\r\x1b[K").and_then(|()| error.flush());
         }
     }

@@ -31,7 +31,7 @@ pub(super) enum InputLine {
     End,
     /// A line that is longer than any.
     TooLong,
-    /// It cannot be read; why.
+    /// The input cannot be read, for this reason.
     Broken(String),
 }
 
@@ -143,7 +143,7 @@ impl Drop for Terminal {
     }
 }
 
-/// As other programs of this system keep theirs (XDG base directories); without a home there is none.
+/// Path of the history file, in the folder for such files of this system (XDG base directories); none without a home.
 fn history_file() -> Option<PathBuf> {
     let state = std::env::var_os("XDG_STATE_HOME").filter(|path| !path.is_empty());
     let home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state"));

@@ -59,7 +59,7 @@ pub(super) enum SessionCommand {
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SessionReply {
-    /// It was done.
+    /// The command was carried out.
     Done,
     /// The robot discarded it.
     Discarded,
@@ -70,7 +70,7 @@ pub(super) enum SessionReply {
 /// An order with the way back.
 pub(super) type SessionRequest = (SessionCommand, SyncSender<SessionReply>);
 
-/// Why there is no session, or none any more; each is a sentence.
+/// A reason why there is no session, or none any more, told in a sentence.
 #[derive(Debug, Error)]
 pub(super) enum SessionError {
     #[error(transparent)]
@@ -285,7 +285,7 @@ impl ShellSession {
         mode.is_some_and(|mode| mode.is_task_running)
     }
 
-    /// Its program has ended, and its last error has come.
+    /// Whether the session's program has ended, and its last error has come.
     fn is_over(&self) -> bool {
         self.over_since
             .is_some_and(|since| since.elapsed() >= LAST_WORDS)
@@ -314,7 +314,8 @@ impl ShellSession {
                 }
                 message = self.primary.next() => self.take(&message?),
                 () = sleep_until(patience) => {
-                    // It may wait for a clear_interpreter() before it (manual 2.5); a word is answered all the same.
+                    // The statement may wait until a clear_interpreter() before it is executed (manual 2.5); the robot
+                    // answers a state request all the same.
                     let mut beside = Vec::new();
                     let asked = self.interpreter.ask(InterpreterRequest::Unexecuted, WORD_PATIENCE, &mut beside);
                     let waiting = asked.await?;

@@ -112,7 +112,7 @@ pub enum DashboardCommand {
     Shutdown,
 }
 
-/// Why a line is no command.
+/// A reason why a line is no command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CommandError {
     /// No such command.

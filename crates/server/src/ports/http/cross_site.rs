@@ -10,7 +10,7 @@ use axum::http::{HeaderMap, StatusCode, header};
 use crate::ports::allowed_hosts::is_same_server;
 use crate::ports::escape::EscapedLine;
 
-/// Why a request is turned away.
+/// A reason why a request is turned away.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CrossSiteRejection {
     /// A form, a text, or nothing at all.

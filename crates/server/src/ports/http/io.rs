@@ -19,7 +19,7 @@ pub struct IoChanges {
     pub registers: Vec<(IoDirection, RegisterValue)>,
 }
 
-/// Why nothing was set: one sentence that names the point, what was given and what is allowed.
+/// A reason why nothing was set: one sentence that names the point, what was given and what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum InputError {
     /// No JSON.

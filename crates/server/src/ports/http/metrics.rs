@@ -64,7 +64,7 @@ pub struct RecordingFigures {
     pub note_bytes_waiting: u64,
     /// Texts that were too long for it.
     pub texts_cut: u64,
-    /// It has stopped because its file cannot be written.
+    /// The recording has stopped because its file cannot be written.
     pub has_failed: bool,
 }
 

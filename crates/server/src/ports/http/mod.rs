@@ -73,7 +73,7 @@ pub trait HttpBackend: Send + Sync + 'static {
     fn set_inputs(&self, changes: &io::IoChanges) -> Result<(), SetInputsError>;
 }
 
-/// Why inputs were not set: a sentence.
+/// A reason why inputs were not set, told in a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SetInputsError {
     /// Never here.

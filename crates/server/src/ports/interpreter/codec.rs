@@ -23,13 +23,13 @@ const REPEATED_CHARS: usize = 80;
 pub enum InterpreterCommand {
     /// Skip everything received and not yet executed.
     SkipBuffer,
-    /// Which statement was executed last, or is being executed.
+    /// Ask for the number of the statement that was executed last, or is being executed.
     StateLastExecuted,
-    /// Which statement was accepted last.
+    /// Ask for the number of the statement that was accepted last.
     StateLastInterpreted,
-    /// Which statement was cleared last.
+    /// Ask for the number of the statement that was cleared last.
     StateLastCleared,
-    /// How many statements wait.
+    /// Ask how many statements wait.
     StateUnexecuted,
     /// Stop the running movej or movel.
     Abort,
@@ -69,20 +69,20 @@ impl InterpreterCommand {
     }
 }
 
-/// Why a statement is not executed (manual 2.2).
+/// A reason why a statement is not executed (manual 2.2).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Discard {
-    /// It does not compile; with the reason.
+    /// The statement does not compile, for this reason.
     Compile(String),
     /// No task runs.
     InvalidState,
     /// The queue is full.
     TooMany,
-    /// It was thrown away when interpreter mode was entered.
+    /// The statement was thrown away when interpreter mode was entered.
     CleanedUp,
-    /// It was thrown away when the mode ended.
+    /// The statement was thrown away when interpreter mode ended.
     CleanedUpAfterEnd,
-    /// It was thrown away by `clear_interpreter()`.
+    /// The statement was thrown away by `clear_interpreter()`.
     Cleared,
 }
 
@@ -115,7 +115,7 @@ fn one_line(text: &str) -> String {
     text.trim().replace("\r\n", " ").replace(['\n', '\r'], " ")
 }
 
-/// Why something a client sent is not even compiled.
+/// A reason why something that a client sent is not even compiled.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum StatementRejection {
     /// A line longer than [`LINE_BYTES_MAX`]; it is skipped to its end.

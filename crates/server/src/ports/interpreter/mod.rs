@@ -18,9 +18,9 @@ pub use session::Statement;
 /// What becomes of a statement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum StatementReply {
-    /// It is queued under this number.
+    /// The statement is queued under this number.
     Ack(u64),
-    /// It is not executed.
+    /// The statement is not executed.
     Discard(Discard),
 }
 

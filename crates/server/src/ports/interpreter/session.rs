@@ -33,13 +33,13 @@ const FLOOD_BYTES: usize = 64 * 1024;
 
 /// Replies that wait for a client to read them; more are dropped.
 const REPLIES_WAITING_MAX: usize = 16 * 1024;
-/// The same in bytes.
+/// Bytes of replies that wait for a client to read them; more are dropped.
 const REPLY_BYTES_MAX: usize = 4 * 1024 * 1024;
 
 /// Replies are written together up to this size.
 const BATCH_BYTES: usize = 16 * 1024;
 
-/// Why a session ended.
+/// A reason why a session ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SessionEnd {
     /// The connection is gone and everything received was handed over.
@@ -119,7 +119,7 @@ impl StatementSender {
             return Err(text);
         }
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
-        // The other side lives as long as the session.
+        // Sending cannot fail: the receiver lives as long as the session.
         let _ = self.texts.send(text.into());
         Ok(())
     }
@@ -216,7 +216,7 @@ async fn write_replies(mut writer: impl AsyncWrite + Unpin, mut replies: ReplyRe
             return;
         }
     }
-    // The other side may be gone already.
+    // An error here means that the client has gone already.
     let _ = writer.shutdown().await;
 }
 

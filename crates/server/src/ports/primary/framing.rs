@@ -85,12 +85,12 @@ impl ControlPhrase {
     }
 }
 
-/// Why something a client sent is not run. Each is one sentence for the client and the log.
+/// A reason why something that a client sent is not run: one sentence for the client and the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ScriptRejection {
     /// Longer than [`PROGRAM_BYTES_MAX`]; it is skipped to its end.
     TooLong,
-    /// So much of this client waits already that there is no room for more.
+    /// The waiting texts of this client leave no room for more.
     TooMuchWaits,
     /// A stop came behind programs that had not begun.
     Stopped {
@@ -474,7 +474,8 @@ fn control_phrase(line: &[u8]) -> Option<ScriptFrame> {
     let line = core::str::from_utf8(line).ok()?;
     let words: Vec<&str> = line.split_whitespace().collect();
     let phrase = match words.as_slice() {
-        // As a program of its own it would take the place of the one that it is to end.
+        // These lines are orders, because they would take the place of the program they are to end if they ran as a
+        // program of their own.
         ["stop", "task"] | ["halt()"] => ControlPhrase::StopTask,
         ["close", "popup"] => ControlPhrase::ClosePopup,
         ["pause", "task"] => ControlPhrase::PauseTask,

@@ -27,9 +27,9 @@ pub use hub::StateHub;
 /// A client of this port, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sender {
-    /// Which.
+    /// The client that sent the text.
     pub client: ClientId,
-    /// Its address; `None` for a stream without one.
+    /// Address of the client; `None` for a stream without one.
     pub address: Option<SocketAddr>,
 }
 

@@ -47,7 +47,7 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 const EXCEPTION_BURST: u32 = 20;
 const EXCEPTION_INTERVAL: Duration = Duration::from_millis(25);
 
-/// Why a session ended.
+/// A reason why a session ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SessionEnd {
     /// The connection is gone.
@@ -292,7 +292,7 @@ struct ScriptReader<R> {
     buffer: Vec<u8>,
     /// When the silence is long enough; `None` when it is not waited for.
     silent_at: Option<Instant>,
-    /// It is long enough now, in the middle of a block. Looked at when everything before the block is done.
+    /// The silence in the middle of a block is long enough now. Looked at when everything before the block is done.
     is_silent: bool,
     /// The client sends no more.
     has_ended: bool,

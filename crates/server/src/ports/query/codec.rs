@@ -14,7 +14,7 @@ pub struct Request {
     pub statement: String,
 }
 
-/// Why there is no value.
+/// A reason why there is no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// The request is badly formed.

@@ -114,7 +114,7 @@ impl InputVariable {
             .map(|(group, numbers, variable)| (*group, numbers.clone(), variable(numbers.start)))
     }
 
-    /// Its name.
+    /// Name of the variable.
     pub fn name(self) -> String {
         match self {
             Self::Bit(n) => format!("input_bit_register{n}"),
@@ -127,7 +127,7 @@ impl InputVariable {
         }
     }
 
-    /// Its type.
+    /// Type of the variable.
     pub const fn kind(self) -> RtsiType {
         match self {
             Self::SpeedSliderMask | Self::Bits(_) => RtsiType::U32,
@@ -153,23 +153,23 @@ pub enum Change {
     SpeedFraction(f64),
     /// Standard digital outputs where `mask` is 1.
     StandardDigitalOut {
-        /// Which.
+        /// Bit mask of the outputs to set.
         mask: u16,
-        /// To what.
+        /// Bit mask of their new levels.
         levels: u16,
     },
     /// Configurable digital outputs where `mask` is 1.
     ConfigurableDigitalOut {
-        /// Which.
+        /// Bit mask of the outputs to set.
         mask: u8,
-        /// To what.
+        /// Bit mask of their new levels.
         levels: u8,
     },
     /// Tool digital outputs where `mask` is 1; 4 of them.
     ToolDigitalOut {
-        /// Which.
+        /// Bit mask of the outputs to set.
         mask: u8,
-        /// To what.
+        /// Bit mask of their new levels.
         levels: u8,
     },
     /// A standard analog output.

@@ -30,7 +30,7 @@ pub trait RtsiBackend: Send + Sync + 'static {
     fn samples(&self) -> broadcast::Receiver<Arc<Sample>>;
     /// The controller as it is now: repeated when no cycle comes.
     fn sample(&self) -> Sample;
-    /// Why no client may write, where that is so; said to whoever sets up inputs.
+    /// Reason why no client may write, where that is so; whoever sets up inputs is told.
     fn read_only(&self) -> Option<&'static str> {
         None
     }

@@ -73,7 +73,7 @@ impl OutputVariable {
             .map(|(group, numbers, variable)| (*group, numbers.clone(), variable(numbers.start)))
     }
 
-    /// Its type.
+    /// Type of the variable.
     pub const fn kind(&self) -> RtsiType {
         match self {
             Self::Named(named) => named.kind,
@@ -83,7 +83,7 @@ impl OutputVariable {
         }
     }
 
-    /// Its value.
+    /// Value of the variable in a sample.
     pub fn value(&self, sample: &Sample, robot: &RobotDescription) -> RtsiValue {
         let RegisterImages {
             input: inputs,

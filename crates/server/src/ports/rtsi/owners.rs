@@ -1,4 +1,4 @@
-//! Which client writes which input variable: one at a time.
+//! Keeps the client that writes each input variable: one at a time.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -68,7 +68,7 @@ pub async fn attend<C: PageBackend>(
         let event = json!({"type": "event", "event": "output", "seq": 1, "body": {
             "category": "important", "output": "the token is wrong; this connection ends\n",
         }});
-        // It is closed in any case.
+        // An error changes nothing: the connection is closed in any case.
         let _ = sink.send(Message::text(event.to_string())).await;
         let _ = sink.close().await;
         return;
@@ -100,7 +100,7 @@ pub async fn attend<C: PageBackend>(
             said = source.next() => if !pass_on(said, &inlet) { break },
         }
     }
-    // Its thread ends with the next thing that it hears or says.
+    // The session's thread ends with the next event that it hears or tells.
     drop(out);
     inlet.gone();
     // A client that is gone already needs no farewell.

@@ -160,7 +160,7 @@ struct PageSession<'p, C> {
     page: &'p Page<C>,
     id: PageId,
     answers: mpsc::Sender<Arc<str>>,
-    /// It has shown the token.
+    /// The page has shown the token.
     is_trusted: bool,
     jogging: HoldToRunState,
     /// The order whose answer comes when what is held has ended.

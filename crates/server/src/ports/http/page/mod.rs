@@ -42,17 +42,17 @@ const TEXTS_MAX: usize = 4;
 /// The program that is shown: number, name and text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ShownProgram {
-    /// Its number.
+    /// Number of the program.
     pub number: u32,
-    /// Its name.
+    /// Name of the program.
     pub name: String,
-    /// Its text.
+    /// Text of the program.
     pub text: Arc<str>,
 }
 
 /// What the page asks of a controller, beside what every http client may.
 pub trait PageBackend: HttpBackend {
-    /// Why nothing can be ordered, if so.
+    /// Reason why nothing can be ordered, if so.
     fn read_only(&self) -> Option<String>;
     /// Where debuggers attach, if they may.
     fn debuggers(&self) -> Option<&Arc<editor::dap::DebugHub>> {
@@ -127,7 +127,7 @@ pub struct Page<C> {
     stage: Arc<PageBroadcast>,
     /// One search through a recording at a time.
     searching: tokio::sync::Semaphore,
-    /// So many texts of pages are in the compile pool at a time, so that those of programs find their place there.
+    /// Bounds the texts of pages in the compile pool, which leaves room there for those of programs.
     reading: tokio::sync::Semaphore,
 }
 

@@ -30,7 +30,7 @@ pub(super) struct SearchRequest {
     condition: String,
 }
 
-/// Why a search has no answer.
+/// A reason why a search has no answer.
 #[derive(Debug, Error)]
 enum SearchError {
     #[error(transparent)]
