@@ -41,6 +41,15 @@ const PICK = `def palletise():
   end
 end
 `;
+/** Comes down too far. */
+const LOWER = `def lower():
+  movej([0, -1.5708, 1.5708, -1.5708, -1.5708, 0], a=2, v=1.5)
+  movej(get_inverse_kin([-0.4, 0.3, 0.3, 3.1416, 0, 0]), a=2, v=1.5)
+  while True:
+    speedl([0, 0, -0.15, 0, 0, 0], 1, 0.1)
+  end
+end
+`;
 const LINES = PICK.split("\n");
 const lineOf = (text) => LINES.findIndex((line) => line.includes(text)) + 1;
 
@@ -170,6 +179,63 @@ const views = {
     const page = await open(browser, server, { colorScheme: "dark", viewport: { width: 1180, height: 820 }, hasTouch: true, locale: "zh-CN" });
     await take(page);
     await shot(page, "landscape");
+    return page;
+  },
+  /** A protective stop, and how it is left. */
+  async stop(server) {
+    const page = await open(browser, server, { colorScheme: "dark" });
+    await take(page);
+    await page.id("program-name").fill("lower.script");
+    await edit(page, LOWER);
+    await panel(page, "code");
+    await page.id("run").click();
+    await page.id("alarm-unlock").waitFor();
+    await sleep(800);
+    await shot(page, "stop");
+    return page;
+  },
+  /** Points and units, with what is to be done first. */
+  async first(server) {
+    await server.order({ do: "power_off" });
+    const page = await open(browser, server, { colorScheme: "light" });
+    await page.evaluate(() => globalThis.localStorage.setItem("units", "practical"));
+    await page.reload();
+    await page.connected();
+    await page.id("first-step-go").click();
+    await until(async () => (await page.text("first-step-go")) === "Power on", "the next step");
+    for (const name of ["above tray", "tray", "table"]) {
+      await page.id("waypoint-save").click();
+      await page.id("waypoint-name").last().fill(name);
+    }
+    await shot(page, "first");
+    await page.evaluate(() => globalThis.localStorage.clear());
+    return page;
+  },
+  /** Both sizes, colours and languages, in a stop: what every one of them has to have room for. */
+  async sides(server) {
+    let page;
+    for (const viewport of [{ width: 1280, height: 720 }, { width: 820, height: 1180 }]) {
+      for (const colorScheme of ["dark", "light"]) {
+        for (const locale of ["en-US", "zh-CN"]) {
+          await page?.context().close();
+          page = await open(browser, server, { colorScheme, viewport, locale });
+          await take(page);
+          if (await page.id("unlock").isEnabled()) await page.id("unlock").click();
+          await until(async () => (await server.state()).safety_mode === "NORMAL", "no stop");
+          await page.id("program-name").fill("lower.script");
+          await edit(page, LOWER);
+          await panel(page, "code");
+          await until(() => page.id("run").isEnabled(), "run");
+          await page.id("run").click();
+          await page.id("alarm-unlock").waitFor();
+          await sleep(1500);
+          await shot(page, `stop-${viewport.width}-${colorScheme}-${locale.slice(0, 2)}`);
+          await panel(page, "move");
+          await sleep(300);
+          await shot(page, `move-${viewport.width}-${colorScheme}-${locale.slice(0, 2)}`);
+        }
+      }
+    }
     return page;
   },
   async recording() {

@@ -335,8 +335,12 @@ export class Jog {
     fill(this.tcp, frame.actualPose);
   }
 
-  enable(may: boolean): void {
-    for (const button of this.buttons) button.disabled = !may;
-    for (const id of ["move-to", "freedrive", "push", "home"]) byId<HTMLButtonElement>(id).disabled = !may;
+  /** Buttons that are held stay on in a stop, which may come while one is: it must hear that it is let go. */
+  enable(mayHold: boolean, mayMove: boolean): void {
+    for (const button of this.buttons) button.disabled = !mayHold;
+    for (const id of ["freedrive", "push"]) byId<HTMLButtonElement>(id).disabled = !mayHold;
+    // A move that is under way can be ended by its button.
+    byId<HTMLButtonElement>("move-to").disabled = !mayMove && !this.isMoving;
+    byId<HTMLButtonElement>("home").disabled = !mayMove;
   }
 }

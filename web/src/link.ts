@@ -1,6 +1,7 @@
 // The connection to the controller: frames and events in, orders out; found again when it is lost.
 
 import { type Frame, readFrame } from "./frame";
+import { currentLanguage } from "./words";
 
 export interface ServerEvent {
   event: string;
@@ -156,12 +157,12 @@ export class Link {
   }
 
   private take(text: string, finding: Promise<void>): void {
-    const message = JSON.parse(text) as ServerEvent & { answer?: number; ok?: boolean; value?: unknown; error?: string };
+    const message = JSON.parse(text) as ServerEvent & { answer?: number; ok?: boolean; value?: unknown; error?: string; texts?: Record<string, string> };
     if (typeof message.answer === "number") {
       const waiting = this.waiting.get(message.answer);
       this.waiting.delete(message.answer);
       if (message.ok) waiting?.resolve(message.value);
-      else waiting?.reject(new Error(message.error ?? "refused"));
+      else waiting?.reject(new Error(refusalText(message)));
       return;
     }
     if (message.event === "welcome") {
@@ -204,6 +205,11 @@ export class Link {
   }
 }
 
+/** Why something was refused, in the language of the page where the server has told it. */
+function refusalText(answer: { error?: string; texts?: Record<string, string> }): string {
+  return answer.texts?.[currentLanguage()] ?? answer.error ?? "refused";
+}
+
 /** An answer of /api/v1 as JSON; what is refused is an error with the server's sentence. */
 export async function api<T>(path: string, init: { method?: string; body?: unknown; token?: string | null; signal?: AbortSignal } = {}): Promise<T> {
   const headers: Record<string, string> = {};
@@ -216,7 +222,7 @@ export async function api<T>(path: string, init: { method?: string; body?: unkno
     ...(init.signal ? { signal: init.signal } : {}),
     ...(init.body === undefined ? {} : { body: JSON.stringify(init.body) }),
   });
-  const value = (await answer.json()) as T & { error?: string };
-  if (!answer.ok) throw Object.assign(new Error(value.error ?? answer.statusText), { status: answer.status });
+  const value = (await answer.json()) as T & { error?: string; texts?: Record<string, string> };
+  if (!answer.ok) throw Object.assign(new Error(value.error === undefined ? answer.statusText : refusalText(value)), { status: answer.status });
   return value;
 }

@@ -236,9 +236,9 @@ function enable(): void {
   set("stop", isConnected && link.readOnly === null);
   set("dialog-stop", isConnected && link.readOnly === null);
   if (slider.disabled === may) slider.disabled = !may;
-  jog.enable(may && isStopped);
-  set("approach", may && isStopped && !programs.isEmpty);
-  waypoints.enable(may && isStopped, mayEdit);
+  jog.enable(may && isStopped, may && isStopped && isReady);
+  set("approach", may && isStopped && isReady && !programs.isEmpty);
+  waypoints.enable(may && isStopped && isReady, mayEdit);
   points.enable(may);
   programs.enable(mayEdit, isConnected && mayEdit);
   showFirstStep(robot ?? "", safety ?? "");
@@ -514,11 +514,16 @@ for (const anchor of byId("tabs").querySelectorAll<HTMLAnchorElement>("a")) {
     section.querySelector<HTMLElement>("button:not([disabled]), input:not([disabled]), [tabindex]")?.focus({ preventScroll: true });
   });
 }
+const panels = byId("panels");
+const sections = [...panels.querySelectorAll<HTMLElement>(":scope > section")];
+/** The panel that is looked at, and where it begins among the panels. */
+let looked: { section: HTMLElement; top: number } | null = null;
+
 /** The panel that is looked at is marked among the tabs. */
 function markTab(): void {
-  const top = Math.max(byId("panels").getBoundingClientRect().top, 0) + 90;
-  const sections = [...byId("panels").querySelectorAll<HTMLElement>(":scope > section")];
+  const top = Math.max(panels.getBoundingClientRect().top, 0) + 90;
   const current = sections.findLast((section) => section.getBoundingClientRect().top <= top) ?? sections[0];
+  looked = current ? { section: current, top: current.offsetTop } : null;
   for (const anchor of byId("tabs").querySelectorAll("a")) {
     const isHere = anchor.hash === `#${current?.id}`;
     anchor.classList.toggle("here", isHere);
@@ -526,9 +531,23 @@ function markTab(): void {
     else anchor.removeAttribute("aria-current");
   }
 }
+
+/** What is looked at stays where it is, whatever grows or shrinks above it: variables come, a debugger opens. */
+function keepPlace(): void {
+  const moved = looked === null ? 0 : looked.section.offsetTop - looked.top;
+  if (moved !== 0) {
+    const scroller = getComputedStyle(panels).overflowY === "visible" ? document.scrollingElement : panels;
+    if (scroller && scroller.scrollTop > 0) scroller.scrollTop += moved;
+  }
+  markTab();
+}
 // The page itself is what is scrolled on a low and narrow screen.
-document.addEventListener("scroll", markTab, { capture: true, passive: true });
-new ResizeObserver(markTab).observe(byId("panels"));
+document.addEventListener("scroll", (event) => {
+  // Texts and lists that scroll inside a panel are not the panel.
+  if (event.target === panels || event.target === document) markTab();
+}, { capture: true, passive: true });
+const layout = new ResizeObserver(keepPlace);
+for (const one of [panels, ...sections]) layout.observe(one);
 
 setInterval(() => {
   if (!shown) return;

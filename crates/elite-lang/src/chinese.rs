@@ -35,8 +35,13 @@ pub struct Translations {
 impl Translations {
     /// The Chinese form of a sentence; none if the tables do not have it.
     pub fn sentence(self, english: &str) -> Option<String> {
-        (english.len() <= BYTES_MAX)
-            .then(|| self.among(self.sentences, english, NESTED_SENTENCES_MAX))?
+        (english.len() <= BYTES_MAX).then(|| {
+            self.among(
+                self.sentences.iter().copied(),
+                english,
+                NESTED_SENTENCES_MAX,
+            )
+        })?
     }
 
     /// A finding with its message, labels and advice in Chinese, as far as the tables have them.
@@ -55,8 +60,13 @@ impl Translations {
     }
 
     /// The form whose words are most of the sentence.
-    fn among(self, tables: &[PhraseTable], english: &str, depth: u32) -> Option<String> {
-        let entries = tables.iter().copied().flatten();
+    fn among(
+        self,
+        tables: impl Iterator<Item = PhraseTable>,
+        english: &str,
+        depth: u32,
+    ) -> Option<String> {
+        let entries = tables.flatten();
         let matching = entries.filter_map(|(form, chinese)| {
             let holes = match_template(form, english)?;
             let own = english.len() - holes.iter().map(|hole| hole.len()).sum::<usize>();
@@ -76,8 +86,9 @@ impl Translations {
         }) {
             let hole = holes.get(number).copied().unwrap_or_default();
             let word = depth.checked_sub(1).filter(|_| is_word).and_then(|depth| {
-                let whole = || self.among(self.sentences, hole, depth);
-                self.among(self.words, hole, depth).or_else(whole)
+                // Of both, since a word such as "{} to {}" is found in many a sentence; words win where both fit alike.
+                let tables = self.sentences.iter().chain(self.words);
+                self.among(tables.copied(), hole, depth)
             });
             text.push_str(word.as_deref().unwrap_or(hole));
             rest = &rest[length..];

@@ -121,5 +121,13 @@ mod tests {
             stop.as_deref(),
             Some("保护性停止：上臂与手腕 1即将相撞，手臂停下处重叠 3.0 mm")
         );
+        // "to" is a word of its own, and a part of longer sentences.
+        let plane = sentence(
+            "protective stop: the tool was about to cross safety plane \"fence\" of the cell: it would come to rest 0.0012 m behind it",
+        );
+        assert_eq!(
+            plane.as_deref(),
+            Some("保护性停止：工具即将越过单元的安全平面 \"fence\"：将停在其后 0.0012 m 处")
+        );
     }
 }

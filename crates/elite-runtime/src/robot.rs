@@ -64,6 +64,8 @@ struct CommandTable {
     /// The latest ones, with their cycles.
     recent_stops: VecDeque<(u64, StopReason)>,
     lasting: CommandedModes,
+    /// Where a motion was asked for that goes on after its command has ended, as the speed of `speedl` does.
+    held_motion: Origin,
     foresight: PredictionCache,
     /// How often a prediction that is cached became wrong ([`PredictionKey::changes`]).
     changes: u64,
@@ -140,7 +142,21 @@ impl CommandTable {
     fn mover(&self, cycle: u64) -> Origin {
         let mut under_way = self.open_commands_after(cycle.saturating_sub(1), CommandId::NONE);
         let motion = under_way.find(|command| command.kind.starts_motion());
-        motion.map_or_else(Origin::default, |command| command.origin)
+        motion.map_or(self.held_motion, |command| command.origin)
+    }
+
+    /// A command has ended: what moves the arm from now on, until another command does.
+    fn note_end(&mut self, command: &Command) {
+        let kind = &command.kind;
+        let is_stop = matches!(
+            kind,
+            CommandKind::Stop { .. } | CommandKind::StopJ { .. } | CommandKind::StopL { .. }
+        );
+        if kind.is_motion() || is_stop {
+            self.held_motion = Origin::default();
+        } else if kind.starts_motion() {
+            self.held_motion = command.origin;
+        }
     }
 
     /// The state with what the commands that had not ended by `cycle` set.
@@ -549,13 +565,13 @@ impl Robot {
                 let Some(entry) = awaited.open.get_mut(&id) else {
                     return;
                 };
-                let (kind, keeps) = (entry.command.kind, entry.keep_outcome);
-                awaited.lasting.record_end(&kind, &outcome);
+                let (command, keeps) = (entry.command, entry.keep_outcome);
+                entry.ended_in = cycle;
+                awaited.lasting.record_end(&command.kind, &outcome);
+                awaited.note_end(&command);
                 let Some(entry) = awaited.open.get_mut(&id) else {
                     return;
                 };
-                let command = entry.command;
-                entry.ended_in = cycle;
                 if keeps {
                     entry.outcome = Some(outcome);
                     awaited.changes += 1;

@@ -22,7 +22,7 @@ use axum::routing::{get, post};
 use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
 use motion_api::{RegisterImages, RobotState};
-use serde_json::json;
+use serde_json::{Value, json};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
 use tokio::time::Instant;
@@ -57,7 +57,7 @@ pub trait HttpBackend: Send + Sync + 'static {
     /// What the main task is doing.
     fn task_status(&self) -> TaskStatus;
     /// What people see of the program that runs: state, popups, flags, global variables.
-    fn panel(&self) -> serde_json::Value;
+    fn panel(&self) -> Value;
     /// What the controller counts.
     fn figures(&self) -> Figures;
     /// The fault of ours after which no cycle runs any more.
@@ -228,7 +228,7 @@ async fn healthz<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Re
         (StatusCode::OK, "ok")
     };
     let recording = shared.source.figures().recording;
-    let clients: serde_json::Map<String, serde_json::Value> = shared
+    let clients: serde_json::Map<String, Value> = shared
         .ports
         .iter()
         .map(|port| (port.name().to_owned(), port.clients().into()))
@@ -321,14 +321,23 @@ async fn is_taken(source: &impl HttpBackend, cycle: u64) -> bool {
     true
 }
 
-fn answer(status: StatusCode, page: &serde_json::Value) -> Response {
+fn answer(status: StatusCode, page: &Value) -> Response {
     let kind = [(header::CONTENT_TYPE, "application/json")];
     (status, kind, format!("{page}\n")).into_response()
 }
 
 /// Says why not.
 fn refuse(status: StatusCode, reason: &str) -> Response {
-    answer(status, &json!({"error": reason}))
+    answer(status, &refusal(reason))
+}
+
+/// A refusal as JSON; in both languages where the tables have the sentence, since each page has its own.
+fn refusal(reason: &str) -> Value {
+    let mut refusal = json!({"error": reason});
+    if let Some(chinese) = elite_runtime::chinese::sentence(reason) {
+        refusal["texts"] = json!({"en": reason, "zh": chinese});
+    }
+    refusal
 }
 
 async fn metrics_page<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Response {

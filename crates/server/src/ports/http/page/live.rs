@@ -26,6 +26,7 @@ use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_util::sync::CancellationToken;
 
+use super::super::refusal;
 use super::{Page, PageBackend};
 use crate::ports::allowed_hosts::is_same_server;
 use crate::ports::description::TaskStatus;
@@ -190,7 +191,12 @@ impl<C: PageBackend> PageSession<'_, C> {
     fn answer(&self, id: u64, result: Result<Value, String>) {
         let message = match result {
             Ok(value) => json!({"answer": id, "ok": true, "value": value}),
-            Err(reason) => json!({"answer": id, "ok": false, "error": reason}),
+            Err(reason) => {
+                let mut refusal = refusal(&reason);
+                refusal["answer"] = id.into();
+                refusal["ok"] = false.into();
+                refusal
+            }
         };
         self.send(&message);
     }
