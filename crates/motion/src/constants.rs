@@ -236,6 +236,10 @@ pub struct CurvatureShares {
 pub const HARD_STOP_SHARE: f64 = 0.9;
 /// Share of what the joints can do that a pause and the slider slow down with at least.
 pub const PAUSE_SHARE: f64 = 0.1;
+
+/// Share of the joints' accelerations with which a pause and the speed slider brake streams and hands, which have no
+/// acceleration of their own.
+pub const PAUSE_OF_STREAMS: f64 = 0.3;
 /// A stop keeps the path where that takes no longer than this times what the joints take one by one, and this, s: the
 /// motion on a path is smoothed, and may still be speeding up.
 pub const STOP_ON_PATH: StopOnPath = StopOnPath {

@@ -39,7 +39,7 @@ use crate::scalar::ProgressGoal;
 use crate::self_collision::SelfCollisionMonitor;
 use crate::sensor::ForceTorqueSensor;
 use crate::setpoint::{
-    KinematicsCache, LimitedSetpoint, Setpoint, SetpointDynamics, check_setpoint,
+    KinematicsCache, LimitedSetpoint, PositionHistory, Setpoint, SetpointDynamics, check_setpoint,
 };
 use crate::thermal::Thermal;
 use crate::upcoming::PendingMotion;
@@ -117,6 +117,7 @@ pub struct ControlLoop {
     pub(crate) target: Setpoint,
     /// What the arm gets.
     pub(crate) commanded: Setpoint,
+    pub(crate) history: PositionHistory,
     pub(crate) target_frames: Frames,
     pub(crate) plant: Plant,
     pub(crate) contacts: ContactModel,
@@ -197,6 +198,7 @@ impl ControlLoop {
             links: SelfCollisionMonitor::new(&model, limits.link_overlap),
             thermal: Thermal::new(is_powered),
             commanded: Setpoint::standing(config.home),
+            history: PositionHistory::standing(config.home),
             limits,
             limit_sets,
             step: config.step_time,
@@ -410,6 +412,7 @@ impl ControlLoop {
                 self.plant
                     .step_to_target(limited, believed, &mut self.contacts, self.step);
             self.commanded = *limited.as_setpoint();
+            self.history.add(self.commanded.q);
             if actual.q.has_bits_of(&self.commanded.q) {
                 // The limiter has looked where that is.
                 (self.actual, self.actual_frames) = (actual, self.target_frames);
@@ -484,6 +487,7 @@ impl ControlLoop {
     pub(crate) fn reset_target_to_actual(&mut self) {
         self.target = Setpoint::standing(self.actual.q);
         self.commanded = self.target;
+        self.history = PositionHistory::standing(self.actual.q);
         self.tracking = None;
         self.joint_hold = None;
         self.lag = None;

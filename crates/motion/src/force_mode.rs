@@ -162,6 +162,7 @@ impl ControlLoop {
             arm: &arm,
             commanded: &self.commanded,
             commanded_frames: &self.target_frames,
+            history: &self.history,
             nominal_before: &self.target,
             nominal,
             actual: &self.actual.q,

@@ -5,7 +5,7 @@
 //!
 //! | asked for by | planned motion by itself | anything else: online modes, belts, offsets, force mode, hands |
 //! |---|---|---|
-//! | slider at 0 | halts on its path | online modes come to rest; belts and force mode go on |
+//! | slider at 0 | halts on its path | online modes come to rest, streams as in a pause; belts and force mode go on |
 //! | pause | halts on its path | speeds, offsets and force mode come to rest by themselves; on a belt, in a stream and under a hand the joints are braked |
 //! | safeguard stop | halts on its path, or has its joints braked where the path would take longer | the joints are braked |
 //!
@@ -24,7 +24,7 @@ use motion_api::StopReason;
 
 use crate::brake::JointStopMotion;
 use crate::config::MotionLimits;
-use crate::constants::SLOWEST_FRACTION;
+use crate::constants::{PAUSE_OF_STREAMS, SLOWEST_FRACTION};
 use crate::cycle::{ControlLoop, Generator};
 use crate::modes::conveyor::ConveyorTracking;
 use crate::modes::lag::JointLag;
@@ -73,9 +73,6 @@ impl JointHold {
         self.deceleration_on_path
     }
 }
-
-/// Share of the joints' accelerations with which a pause brakes streams and hands.
-const PAUSE_OF_STREAMS: f64 = 0.3;
 
 /// A lag larger than this is not made good, rad: the arm stands in another of its configurations.
 const MAX_LAG: f64 = 1.5;
@@ -242,9 +239,6 @@ impl ControlLoop {
             next = holding.brake.next(self.step);
         }
         self.joint_hold = Some(holding);
-        if let Some(pressing) = &mut self.force.active {
-            pressing.stand_aside();
-        }
         let able = self.limit_sets.able();
         let passed = LimitedSetpoint::while_braking(next, &self.commanded, able);
         self.target_frames = self.model.forward(&passed.as_setpoint().q);

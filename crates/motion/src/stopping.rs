@@ -117,10 +117,7 @@ impl ControlLoop {
             Generator::Path(motion) if is_for_plane && self.must_halt_on_path() => {
                 StopMotion::on_path(*motion)
             }
-            _ => StopMotion::JointWise(JointStopMotion::new(
-                &self.commanded,
-                self.limit_sets.able(),
-            )),
+            _ => StopMotion::JointWise(self.shortest_joint_stop()),
         };
         self.is_paused = false;
         self.end_overlays();
@@ -173,7 +170,9 @@ impl ControlLoop {
         match self.generator {
             Generator::Stop(_) => {}
             Generator::Hold if is_alone => {}
-            Generator::Path(motion) if is_alone && self.keeps_its_path(&motion) => {
+            Generator::Path(motion)
+                if is_alone && self.keeps_its_path(&motion, &self.shortest_joint_stop()) =>
+            {
                 self.stop_on_path();
             }
             _ => self.brake_joints(),
@@ -195,7 +194,16 @@ impl ControlLoop {
                 online.is_stopping = true;
                 online.kind = OnlineMode::Brake(brake);
             }
-            Generator::Path(_) => self.stop_on_path(),
+            Generator::Path(motion) => {
+                let motion = *motion;
+                if self.keeps_its_path(&motion, &brake) {
+                    self.stop_on_path();
+                } else {
+                    self.end_legs(Outcome::Aborted);
+                    self.generator =
+                        Generator::Online(ActiveOnlineMode::to_rest(OnlineMode::Brake(brake)));
+                }
+            }
             Generator::Hold | Generator::Stop(_) => {}
         }
     }
@@ -229,10 +237,14 @@ impl ControlLoop {
         }
     }
 
+    /// The joints of the arm brake one by one as fast as they can.
+    fn shortest_joint_stop(&self) -> JointStopMotion {
+        JointStopMotion::new(&self.commanded, self.limit_sets.able())
+    }
+
     /// Whether a stop of a planned motion that shall be as short as it can be is made on its path: that takes hardly
-    /// longer than the joints one by one, or these would cross a safety plane.
-    fn keeps_its_path(&self, motion: &PathMotion) -> bool {
-        let joints = JointStopMotion::new(&self.commanded, self.limit_sets.able());
+    /// longer than the `joints` one by one, or these would cross a safety plane.
+    fn keeps_its_path(&self, motion: &PathMotion, joints: &JointStopMotion) -> bool {
         let most = STOP_ON_PATH.times * joints.longest() + STOP_ON_PATH.longer;
         self.queue.halts_within_time(motion, self.step, most)
             || !self.has_no_planes() && self.must_halt_on_path()
@@ -245,7 +257,7 @@ impl ControlLoop {
             return None;
         };
         let decided = motion.hard_stop.unwrap_or_else(|| {
-            if self.keeps_its_path(&motion) {
+            if self.keeps_its_path(&motion, &self.shortest_joint_stop()) {
                 HardStop::OnPath
             } else {
                 HardStop::JointByJoint

@@ -42,6 +42,7 @@ mod self_collision;
 mod sensor;
 mod servo;
 mod stop_laws;
+mod stop_matrix;
 mod stops;
 mod throughput;
 mod timed_blends;

@@ -13,6 +13,7 @@ use force::{
     TwistProblem,
 };
 use kinematics::bounds::within;
+use kinematics::elementary::cube;
 use kinematics::rotation::rotvec_from_rotation;
 use kinematics::{Frames, JointPositions, JointSpeeds, Pose, Wrench};
 use nalgebra::{Matrix6, Rotation3, Vector3, Vector6};
@@ -20,7 +21,7 @@ use nalgebra::{Matrix6, Rotation3, Vector3, Vector6};
 use super::axis::AxisLimits;
 use super::{OnlineContext, setpoint, states};
 use crate::scalar::ScalarState;
-use crate::setpoint::Setpoint;
+use crate::setpoint::{PositionHistory, Setpoint};
 
 /// Speed of the way back over the lag, 1/s.
 const CATCH_UP: f64 = 25.0;
@@ -79,9 +80,6 @@ pub(crate) struct ActiveForceMode {
     previous_positions: Option<JointPositions>,
     /// Nothing moved underneath in the cycle before.
     was_holding: bool,
-    /// The setpoint before was not made here: its acceleration is that at its end, those made here are means over a
-    /// cycle.
-    is_first: bool,
     /// How the last joint speeds were found.
     pub(crate) method: SolveMethod,
 }
@@ -92,6 +90,8 @@ pub(crate) struct ForceModeInput<'a> {
     pub(crate) arm: &'a OnlineContext<'a>,
     pub(crate) commanded: &'a Setpoint,
     pub(crate) commanded_frames: &'a Frames,
+    /// Where the arm was led in the last cycles, by whatever led it.
+    pub(crate) history: &'a PositionHistory,
     /// The motion underneath, a cycle ago and now.
     pub(crate) nominal_before: &'a Setpoint,
     pub(crate) nominal: &'a Setpoint,
@@ -146,7 +146,6 @@ impl ActiveForceMode {
             lag: Vector6::zeros(),
             previous_positions: None,
             was_holding: true,
-            is_first: true,
             method: SolveMethod::Unconstrained,
         }
     }
@@ -176,11 +175,6 @@ impl ActiveForceMode {
         for k in 0..6 {
             self.axes[k] = new_axis(k);
         }
-    }
-
-    /// Something else made the setpoint of this cycle.
-    pub(crate) fn stand_aside(&mut self) {
-        self.is_first = true;
     }
 
     /// Force mode is over while a motion runs. `nominal` and `commanded` are the TCP where that motion wants it and
@@ -419,19 +413,15 @@ impl ActiveForceMode {
         let now = states(commanded);
         let mut lower = JointSpeeds::ZERO;
         let mut upper = JointSpeeds::ZERO;
-        // The mean of the cycle before may lie half a cycle's jerk away from its end.
-        let share = if self.is_first && !view.is_holding {
-            0.5
-        } else {
-            1.0
-        };
-        self.is_first = false;
         for joint in 0..6 {
-            let axis = AxisLimits {
-                jerk: share * arm.axes[joint].jerk,
-                ..arm.axes[joint]
-            };
-            (lower[joint], upper[joint]) = axis.reachable_speeds(&now[joint], step);
+            let axis = &arm.axes[joint];
+            let reachable = axis.reachable_speeds(&now[joint], step);
+            // The acceleration of the setpoint before is its mean over that cycle only if it was made here.
+            let (nearest, furthest) = view.history.next_within(joint, axis.jerk * cube(step));
+            let to_reach =
+                |position: f64| 2.0 * (position - now[joint].position) / step - now[joint].speed;
+            let keeps_jerk = (to_reach(nearest), to_reach(furthest));
+            (lower[joint], upper[joint]) = narrowed(reachable, keeps_jerk);
         }
         // The twist is wanted at the end of the step: the Jacobian is that of the place foreseen.
         let ahead = JointPositions(core::array::from_fn(|joint| {
@@ -458,6 +448,11 @@ impl ActiveForceMode {
         });
         Ok(setpoint(&arm.clamp_to_safe(&now, next)))
     }
+}
+
+/// The part of `range` that lies in `wish`, or the end of `range` that comes nearest to it.
+fn narrowed((low, high): (f64, f64), wish: (f64, f64)) -> (f64, f64) {
+    (within(wish.0, low, high), within(wish.1, low, high))
 }
 
 fn new_axis(k: usize) -> Admittance {

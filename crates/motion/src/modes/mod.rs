@@ -357,7 +357,11 @@ impl ActiveOnlineMode {
         let fraction = if self.is_stopping { 1.0 } else { arm.fraction };
         let (setpoint, is_reached) = match &mut self.kind {
             OnlineMode::Servo(servo) => {
-                let next = servo.next(&now, arm, arm.step * fraction);
+                let next = if fraction == 0.0 {
+                    servo.next_held(&now, arm)
+                } else {
+                    servo.next(&now, arm, arm.step * fraction)
+                };
                 let next = arm.clamp_to_safe(&now, next);
                 (setpoint(&next), false)
             }

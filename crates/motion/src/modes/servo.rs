@@ -19,7 +19,7 @@ use kinematics::elementary::square;
 use super::OnlineContext;
 use super::axis::AxisLimits;
 use super::follower::TrackingLaw;
-use crate::constants::{SERVO_SETTLED, STEP_RANGE};
+use crate::constants::{PAUSE_OF_STREAMS, SERVO_SETTLED, STEP_RANGE};
 use crate::scalar::ScalarState;
 
 /// Range of the look-ahead, s (manual 3.1.6).
@@ -219,6 +219,34 @@ impl ServoMode {
         time: f64,
     ) -> [ScalarState; 6] {
         self.next_within(now, [&arm.available_axes, &arm.axes], arm.step, time)
+    }
+
+    /// The states one step later while nothing that is asked for counts: the joints brake, and the reference waits
+    /// where they are.
+    pub(crate) fn next_held(
+        &mut self,
+        now: &[ScalarState; 6],
+        arm: &OnlineContext,
+    ) -> [ScalarState; 6] {
+        let next = core::array::from_fn(|joint| {
+            let (now, axis) = (&now[joint], &arm.axes[joint]);
+            let gentle = AxisLimits {
+                acceleration: PAUSE_OF_STREAMS * axis.acceleration,
+                ..*axis
+            };
+            // Harder where the gentle way would lead out of the range.
+            let braking = if gentle.brakes_inside(now) {
+                &gentle
+            } else {
+                axis
+            };
+            axis.clamp_to_safe(now, &braking.brake_step(now, arm.step), arm.step)
+                .0
+        });
+        self.resume_from(&JointPositions(
+            next.map(|state: ScalarState| state.position),
+        ));
+        next
     }
 
     /// One step of the tracking law for any six numbers, within what they can do and what they may do.
