@@ -12,4 +12,4 @@ static TARGET: LazyLock<&'static Target> = LazyLock::new(|| {
 });
 
 // What libFuzzer changes is the material of a generator, or the input itself; `shown` makes the input.
-fuzz_target!(|data: &[u8]| (TARGET.judge)(&(TARGET.shown)(data)));
+fuzz_target!(|data: &[u8]| (TARGET.check)(&(TARGET.render_input)(data)));

@@ -4,10 +4,11 @@
 //! whoever allows them, who learns when all are used and the task waits for more. What a cycle does is the inner
 //! timeline's.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use motion_api::Timeline;
+use parking_lot::{Condvar, Mutex};
 
 /// A door before a virtual timeline.
 pub struct CycleGate {
@@ -63,7 +64,7 @@ impl CycleGate {
 
     /// Allows exactly this many cycles from now on.
     pub fn allow(&self, cycles: u64) {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         state.allowed = CycleBudget::Cycles(cycles);
         if cycles > 0 {
             state.waits = false;
@@ -73,7 +74,7 @@ impl CycleGate {
 
     /// Allows any number of cycles.
     pub fn open(&self) {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         state.allowed = CycleBudget::Any;
         state.waits = false;
         self.changed.notify_all();
@@ -81,7 +82,7 @@ impl CycleGate {
 
     /// Takes back what is allowed and not used; how many cycles that were.
     pub fn revoke(&self) -> u64 {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         let left = match state.allowed {
             CycleBudget::Cycles(left) => left,
             CycleBudget::Any => 0,
@@ -93,32 +94,28 @@ impl CycleGate {
 
     /// Has a task that stands before the door look round for what it was told.
     pub fn hurry(&self) {
-        self.state().hurried = true;
+        self.state.lock().hurried = true;
         self.changed.notify_all();
     }
 
     /// A task is about to begin; the gate is closed.
     pub fn task_begins(&self) {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         state.allowed = CycleBudget::Cycles(0);
         (state.waits, state.hurried, state.over) = (false, false, false);
     }
 
     /// Tells whoever watches that the task has ended.
     pub fn task_ended(&self) {
-        self.state().over = true;
+        self.state.lock().over = true;
         self.changed.notify_all();
     }
 
     /// Waits until the task stands before the door, has ended, or `patience` is over.
     pub fn wait_for_task(&self, patience: Duration) -> GateStatus {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         if !state.waits && !state.over {
-            state = self
-                .changed
-                .wait_timeout(state, patience)
-                .unwrap_or_else(PoisonError::into_inner)
-                .0;
+            self.changed.wait_for(&mut state, patience);
         }
         GateStatus {
             waits: state.waits,
@@ -131,10 +128,6 @@ impl CycleGate {
     pub fn advance_ungated(&self) -> bool {
         self.inner.advance()
     }
-
-    fn state(&self) -> MutexGuard<'_, GateState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Timeline for CycleGate {
@@ -143,17 +136,14 @@ impl Timeline for CycleGate {
     }
 
     fn advance(&self) -> bool {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         if state.allowed == CycleBudget::Cycles(0) {
             if !state.hurried {
                 state.waits = true;
                 self.changed.notify_all();
             }
             while state.allowed == CycleBudget::Cycles(0) && !state.hurried {
-                state = self
-                    .changed
-                    .wait(state)
-                    .unwrap_or_else(PoisonError::into_inner);
+                self.changed.wait(&mut state);
             }
         }
         if std::mem::take(&mut state.hurried) {
@@ -165,7 +155,7 @@ impl Timeline for CycleGate {
         if !self.inner.advance() {
             return false;
         }
-        let mut state = self.state();
+        let mut state = self.state.lock();
         state.used += 1;
         if let CycleBudget::Cycles(left) = &mut state.allowed {
             *left = left.saturating_sub(1);

@@ -4,7 +4,7 @@
 //! nothing: that is [`stepped`](crate::stepped)'s.
 
 use core::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use elite_lang::TaskNode;
 use elite_runtime::TaskEnd;
@@ -12,6 +12,7 @@ use elite_runtime::message::{
     EMERGENCY_STOP_CODE, Message, Observer, PROTECTIVE_STOP_CODE, SCRIPT_ALARM_CODE, Severity,
 };
 use motion_api::{CycleFrame, ProgramId, StopReason, ThreadNumber};
+use parking_lot::Mutex;
 
 use crate::peaks::Peaks;
 use crate::program_position::PositionTracker;
@@ -128,7 +129,7 @@ impl ResultCollector {
 
     /// Forgets what it noted: a program is about to start.
     pub fn begin(&self) {
-        *self.noted() = CollectedOutput::default();
+        *self.noted.lock() = CollectedOutput::default();
     }
 
     /// What the program does, for conditions.
@@ -138,7 +139,7 @@ impl ResultCollector {
 
     /// Lines that were printed so far. A last line without its end is one, too.
     pub fn prints(&self) -> Vec<String> {
-        let noted = self.noted();
+        let noted = self.noted.lock();
         let mut lines: Vec<String> = noted.prints.lines().map(str::to_owned).collect();
         if noted.prints_lost > 0 {
             lines.push(format!("[cut, {} bytes more]", noted.prints_lost));
@@ -148,12 +149,12 @@ impl ResultCollector {
 
     /// The largest values since the program began.
     pub fn peaks(&self) -> Peaks {
-        self.noted().peaks
+        self.noted.lock().peaks
     }
 
     /// The line in which the main program was seen last, 0 before the first.
     pub fn line(&self) -> u32 {
-        self.noted().line
+        self.noted.lock().line
     }
 
     /// The result of a program with this outcome that took `time` simulated seconds; `given_up` says why it was ended,
@@ -165,7 +166,7 @@ impl ResultCollector {
         given_up: Option<String>,
     ) -> ProgramResult {
         let prints = self.prints();
-        let noted = self.noted();
+        let noted = self.noted.lock();
         let stands_in = (noted.line > 0).then_some(noted.line);
         let raised = noted.error.clone();
         let (error, line) = match outcome {
@@ -187,11 +188,6 @@ impl ResultCollector {
             prints,
             report: (!noted.report.is_empty()).then(|| noted.report.clone()),
         }
-    }
-
-    /// The value is whole at every moment, so a poisoned lock is as good as any.
-    fn noted(&self) -> MutexGuard<'_, CollectedOutput> {
-        self.noted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -243,7 +239,7 @@ impl Observer for ResultCollector {
     }
 
     fn message(&self, message: &Message) {
-        self.noted().message(message);
+        self.noted.lock().message(message);
         self.next.message(message);
     }
 
@@ -260,7 +256,7 @@ impl Observer for ResultCollector {
         node: Option<&TaskNode>,
     ) {
         if thread == ThreadNumber(0) {
-            self.noted().line = line;
+            self.noted.lock().line = line;
         }
         self.follower.line_changed(thread, line);
         self.next.line_changed(program, thread, line, node);
@@ -272,7 +268,7 @@ impl Observer for ResultCollector {
     }
 
     fn cycle_ended(&self, frame: &CycleFrame) {
-        self.noted().peaks.update(&frame.state);
+        self.noted.lock().peaks.update(&frame.state);
         self.follower.cycle_ended(&frame.state);
         self.next.cycle_ended(frame);
     }

@@ -2,10 +2,11 @@
 //!
 //! Follows one program at a time, told by the observer that has it; judges nothing.
 
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
+use std::sync::{Arc, OnceLock, Weak};
 
 use elite_runtime::Robot;
 use motion_api::{CommandId, RobotState, ThreadNumber};
+use parking_lot::Mutex;
 
 /// What a script was doing in a cycle.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,7 +35,7 @@ impl PositionTracker {
 
     /// A program begins.
     pub fn program_started(&self, name: &str) {
-        let doing = &mut self.followed().0;
+        let doing = &mut self.followed.lock().0;
         name.clone_into(&mut doing.program);
         doing.line = 0;
     }
@@ -47,13 +48,13 @@ impl PositionTracker {
     /// A thread has come to a line.
     pub fn line_changed(&self, thread: ThreadNumber, line: u32) {
         if thread == ThreadNumber(0) {
-            self.followed().0.line = line;
+            self.followed.lock().0.line = line;
         }
     }
 
     /// A cycle has passed.
     pub fn cycle_ended(&self, state: &RobotState) {
-        let mut followed = self.followed();
+        let mut followed = self.followed.lock();
         let (doing, last) = &mut *followed;
         if *last == state.command_id {
             return;
@@ -66,16 +67,11 @@ impl PositionTracker {
 
     /// What it does now.
     pub fn position(&self) -> ProgramPosition {
-        self.followed().0.clone()
+        self.followed.lock().0.clone()
     }
 
     /// Has `f` look at what it does now.
     pub fn with_position<T>(&self, f: impl FnOnce(&ProgramPosition) -> T) -> T {
-        f(&self.followed().0)
-    }
-
-    /// Whole at every moment, so a poisoned lock is as good as any.
-    fn followed(&self) -> MutexGuard<'_, (ProgramPosition, CommandId)> {
-        self.followed.lock().unwrap_or_else(PoisonError::into_inner)
+        f(&self.followed.lock().0)
     }
 }

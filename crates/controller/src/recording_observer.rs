@@ -4,13 +4,14 @@
 //! that does not keep up; nothing else waits.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use elite_lang::TaskNode;
 use elite_runtime::external::{ExternalInput, ExternalInputSink};
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::VariableValue;
 use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
+use parking_lot::Mutex;
 use recorder::lengths::{NAME_BYTES, SHORT_TEXT_BYTES, truncate_marked};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
@@ -96,14 +97,9 @@ impl RecordingObserver {
     }
 
     fn name_of(&self, program: ProgramId) -> String {
-        let programs = self.programs();
+        let programs = self.programs.lock();
         let known = programs.get(&program);
         known.map_or_else(|| CONTROLLER.to_owned(), |known| known.name.clone())
-    }
-
-    /// The value is whole at every moment, so a poisoned lock is as good as any.
-    fn programs(&self) -> MutexGuard<'_, BTreeMap<ProgramId, KnownProgram>> {
-        self.programs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn log(&self, severity: Severity, program: ProgramId, text: &str) {
@@ -173,7 +169,7 @@ impl Observer for RecordingObserver {
 
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {
         {
-            let mut programs = self.programs();
+            let mut programs = self.programs.lock();
             while programs.len() >= PROGRAMS_MAX {
                 programs.pop_first();
             }
@@ -187,7 +183,7 @@ impl Observer for RecordingObserver {
     }
 
     fn program_compiled(&self, program: ProgramId, text: &str) {
-        if let Some(known) = self.programs().get_mut(&program) {
+        if let Some(known) = self.programs.lock().get_mut(&program) {
             known.beginning = None;
         }
         self.recording
@@ -220,7 +216,7 @@ impl Observer for RecordingObserver {
 
     fn program_ended(&self, program: ProgramId) {
         let beginning = {
-            let mut programs = self.programs();
+            let mut programs = self.programs.lock();
             let known = programs.get_mut(&program);
             known.and_then(|known| known.beginning.take())
         };

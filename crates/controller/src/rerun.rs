@@ -6,12 +6,13 @@
 
 use std::collections::VecDeque;
 use std::io;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use elite_runtime::external::Rerun;
 use elite_runtime::message::Observer;
 use elite_runtime::{Instrumentation, TaskEnd};
 use motion_api::{CommandSender, ProgramId, Registers, RobotState, SnapshotCell, Timeline};
+use parking_lot::Mutex;
 use recorder::CommandMessage;
 
 use crate::command_replay::CommandReplayer;
@@ -42,20 +43,13 @@ struct RemainingCommands {
     trouble: Option<String>,
 }
 
-impl RerunTimeline {
-    /// Whole at every moment, so a poisoned lock is as good as any.
-    fn left(&self) -> MutexGuard<'_, RemainingCommands> {
-        self.left.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
 impl Timeline for RerunTimeline {
     fn is_virtual(&self) -> bool {
         true
     }
 
     fn advance(&self) -> bool {
-        let mut left = self.left();
+        let mut left = self.left.lock();
         let latest = self.snapshot.cycle_time().cycle;
         if !self.repeat.allow_cycle_after(latest) {
             return false;
@@ -159,7 +153,7 @@ impl RerunController {
 
     /// What kept a recorded command from being given.
     pub fn trouble(&self) -> Option<String> {
-        self.again.left().trouble.clone()
+        self.again.left.lock().trouble.clone()
     }
 
     /// Runs the programs in their order, up to and with `last`, or all of them and then the cycles that are left. Gives

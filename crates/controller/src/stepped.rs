@@ -6,13 +6,14 @@
 //! the two bounds that a program has: simulated time, and time of the machine in which no simulated time passes.
 
 use std::io;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use elite_runtime::message::Observer;
 use elite_runtime::{Instrumentation, ProgramText, SubmitError, TaskState};
 use motion_api::{RobotState, Seconds};
+use parking_lot::Mutex;
 use thiserror::Error;
 use tokio::runtime::Runtime;
 
@@ -167,10 +168,10 @@ impl SteppedController {
 
     /// How the newest program ended, once it has.
     pub fn result(&self) -> Option<ProgramResult> {
-        if self.program().is_open && !self.is_running() {
+        if self.program.lock().is_open && !self.is_running() {
             return Some(self.close_program(None));
         }
-        self.program().result.clone()
+        self.program.lock().result.clone()
     }
 
     /// Starts a program and lets it come to where it first waits; no time passes.
@@ -188,7 +189,7 @@ impl SteppedController {
         let robot = self.controller.robot();
         robot.pump();
         self.collector.begin();
-        *self.program() = SteppedProgram {
+        *self.program.lock() = SteppedProgram {
             began: robot.state().time,
             is_open: true,
             result: None,
@@ -196,7 +197,7 @@ impl SteppedController {
         self.gate.task_begins();
         let submitting = self.controller.supervisor().submit(text, SENDER);
         if let Err(error) = self.runtime.block_on(submitting) {
-            self.program().is_open = false;
+            self.program.lock().is_open = false;
             return Err(error.into());
         }
         match self.wait_for_program(patience) {
@@ -439,7 +440,7 @@ impl SteppedController {
     fn close_program(&self, given_up: Option<String>) -> ProgramResult {
         let robot = self.controller.robot();
         robot.pump();
-        let mut program = self.program();
+        let mut program = self.program.lock();
         if let (false, Some(result)) = (program.is_open, &program.result) {
             return result.clone();
         }
@@ -454,11 +455,6 @@ impl SteppedController {
         program.is_open = false;
         program.result = Some(result.clone());
         result
-    }
-
-    /// The value is whole at every moment, so a poisoned lock is as good as any.
-    fn program(&self) -> MutexGuard<'_, SteppedProgram> {
-        self.program.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -2,11 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "test helpers fail by panicking")]
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use controller::{Controller, ControllerConfig, PreparedController, StartOptions};
 use elite_runtime::ProgramText;
 use elite_runtime::message::{Message, Observer};
+use parking_lot::Mutex;
 
 /// Keeps what is printed.
 #[derive(Default)]
@@ -15,7 +16,7 @@ pub struct Prints(pub Mutex<String>);
 impl Observer for Prints {
     fn message(&self, message: &Message) {
         if let Message::Print { text, .. } = message {
-            self.0.lock().unwrap().push_str(text);
+            self.0.lock().push_str(text);
         }
     }
 }

@@ -44,7 +44,7 @@ fn run(folder: &Path, name: &str, seed: u64) -> (String, Vec<CycleMessage>) {
     let end = controller.run_to_end(program, "a test", std::future::pending());
     assert_eq!(end.unwrap(), Some(TaskEnd::Finished));
     assert!(controller.shut_down());
-    let printed = prints.0.lock().unwrap().clone();
+    let printed = prints.0.lock().clone();
     let recording = Recording::open(&path).unwrap();
     let cycles = recording.cycles().unwrap().map(Result::unwrap).collect();
     (printed, cycles)
@@ -110,7 +110,7 @@ fn a_controller_runs_one_program_after_the_other_and_its_state_goes_on() {
         };
         assert_eq!(end.unwrap(), Some(wanted), "{text}");
     }
-    assert_eq!(*prints.0.lock().unwrap(), "0.2\n");
+    assert_eq!(*prints.0.lock(), "0.2\n");
     assert!(controller.shut_down());
 }
 

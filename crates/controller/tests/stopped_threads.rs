@@ -16,7 +16,7 @@ fn printed(text: &str) -> String {
     let end = controller.run_to_end(program(&caught), "a test", std::future::pending());
     assert!(end.unwrap().is_some());
     assert!(controller.shut_down());
-    let printed = prints.0.lock().unwrap();
+    let printed = prints.0.lock();
     printed.clone()
 }
 

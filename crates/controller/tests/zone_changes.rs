@@ -3,13 +3,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use controller::{ControllerConfig, PreparedController, StartOptions};
 use elite_lang::TaskNode;
 use elite_runtime::message::{InterpreterEvent, Message, Observer};
 use elite_runtime::panel::VariableValue;
 use motion_api::{CycleFrame, ProgramId, ThreadNumber};
+use parking_lot::Mutex;
 
 use crate::common::program;
 
@@ -31,7 +32,7 @@ impl Observer for Frames {
     fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
     fn interpreter(&self, _: &InterpreterEvent<'_>) {}
     fn cycle_ended(&self, frame: &CycleFrame) {
-        self.0.lock().unwrap().push(*frame);
+        self.0.lock().push(*frame);
     }
     fn release_backpressure(&self) {}
 }
@@ -46,7 +47,7 @@ fn frames(text: &str) -> Vec<CycleFrame> {
     let end = controller.run_to_end(program(text), "a test", std::future::pending());
     assert!(end.unwrap().is_some());
     assert!(controller.shut_down());
-    let kept = frames.0.lock().unwrap();
+    let kept = frames.0.lock();
     kept.clone()
 }
 

@@ -1,13 +1,14 @@
 //! MCAP files that are right on the outside, so that damage inside is reached: no compression, no check sums.
 
 use std::io::Write;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use kinematics::{JointPositions, RobotModel};
 use motion_api::{
     Command, CommandId, CommandKind, Origin, ProgramId, Record, RingCapacities, RobotState,
     ThreadNumber, motion_channel,
 };
+use parking_lot::Mutex;
 use recorder::{LogLevel, Recorder, RecorderConfig, Recording, Rotation, Setup};
 
 const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
@@ -80,10 +81,7 @@ struct SharedBuffer(Arc<Mutex<Vec<u8>>>);
 
 impl Write for SharedBuffer {
     fn write(&mut self, data: &[u8]) -> std::io::Result<usize> {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .extend_from_slice(data);
+        self.0.lock().extend_from_slice(data);
         Ok(data.len())
     }
 
@@ -149,7 +147,7 @@ fn recorded() -> Option<Vec<u8>> {
     handle.log(0.004, LogLevel::Info, "seed", "a line");
     drop(motion);
     recorder.finish().ok()?;
-    let bytes = out.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let bytes = out.0.lock().clone();
     Some(bytes)
 }
 

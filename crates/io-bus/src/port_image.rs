@@ -5,7 +5,8 @@
 //! Values outlive programs and clients. Shared by reference between threads; a lock is held for a few instructions.
 
 use std::sync::atomic::{AtomicU8, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use parking_lot::Mutex;
 
 /// How many general purpose words there are.
 pub const WORDS: usize = 128;
@@ -76,12 +77,12 @@ impl Default for PortImage {
 impl PortImage {
     /// All words at one moment.
     pub fn words(&self) -> [u16; WORDS] {
-        *self.lock()
+        *self.words.lock()
     }
 
     /// Changes words in one step; nobody sees half of it.
     pub fn with_words<T>(&self, change: impl FnOnce(&mut [u16; WORDS]) -> T) -> T {
-        change(&mut self.lock())
+        change(&mut self.words.lock())
     }
 
     /// What the main program does.
@@ -106,11 +107,6 @@ impl PortImage {
     /// Gives control to somebody.
     pub fn set_control(&self, mode: ControlMode) {
         self.control.store(mode as u8, Ordering::Relaxed);
-    }
-
-    /// Every value is valid at every moment, so a lock that was poisoned by a panic is as good as any.
-    fn lock(&self) -> MutexGuard<'_, [u16; WORDS]> {
-        self.words.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -5,8 +5,10 @@
 //! thread of its own; functions that wait can be dropped at any time and leave the line usable.
 
 use std::io;
-use std::sync::{Arc, Mutex as SyncMutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
+
+use parking_lot::Mutex as SyncMutex;
 
 use supervision::{ThreadSupervisor, injection};
 use thiserror::Error;
@@ -176,7 +178,7 @@ impl SerialLine {
 
     /// The settings while the port is open.
     pub fn settings(&self) -> Option<SerialSettings> {
-        *self.lock_settings()
+        *self.settings.lock()
     }
 
     /// What the port is used for.
@@ -189,7 +191,7 @@ impl SerialLine {
     /// # Errors
     /// [`SerialError::NoDevice`], [`SerialError::OpenPort`]; the port is closed then.
     pub async fn configure(&self, settings: Option<SerialSettings>) -> Result<(), SerialError> {
-        *self.lock_settings() = None;
+        *self.settings.lock() = None;
         let line = self.line.clone();
         let endpoint = self.endpoint.clone();
         self.run_on_thread(async move {
@@ -202,7 +204,7 @@ impl SerialLine {
             Ok(())
         })
         .await?;
-        *self.lock_settings() = settings;
+        *self.settings.lock() = settings;
         Ok(())
     }
 
@@ -271,7 +273,7 @@ impl SerialLine {
             let mut from_stream = [0; 1024];
             let mut from_line = [0; 1024];
             loop {
-                let settings = *settings.lock().unwrap_or_else(PoisonError::into_inner);
+                let settings = *settings.lock();
                 let settings = settings
                     .filter(|settings| !settings.modbus_rtu)
                     .ok_or_else(|| SerialError::Mode {
@@ -371,10 +373,6 @@ impl SerialLine {
         settings
             .filter(|_| found == needed)
             .ok_or(SerialError::Mode { found, needed })
-    }
-
-    fn lock_settings(&self) -> MutexGuard<'_, Option<SerialSettings>> {
-        self.settings.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Does the work on the thread that the line belongs to: a program's own runtime ends with the program.

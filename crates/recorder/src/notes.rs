@@ -4,10 +4,10 @@
 //! goes without, as it likes; it never waits for a thread that is gone, and no longer when it is hurried.
 
 use std::collections::VecDeque;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use motion_api::{ProgramId, ThreadNumber};
+use parking_lot::{Condvar, Mutex};
 
 use crate::extra::CustomTopicId;
 use crate::topics::{IoValue, LogLevel};
@@ -131,7 +131,7 @@ impl AnnotationQueue {
     /// Sends a note; with `wait`, when there is room for it. Once the other end is gone, notes are forgotten.
     pub fn send(&self, note: Annotation, wait: bool) -> Result<(), AnnotationDropped> {
         let bytes = note.bytes();
-        let mut queue = self.lock();
+        let mut queue = self.queue.lock();
         // A note larger than everything has the way for itself.
         while queue.bytes > 0 && queue.bytes + bytes > NOTES_BYTES && !queue.closed {
             if !wait || queue.is_backpressure_off {
@@ -140,10 +140,7 @@ impl AnnotationQueue {
             queue.blocked_senders += 1;
             // The thread may sleep on what it has: it is to write now.
             self.news.notify_one();
-            queue = self
-                .room
-                .wait(queue)
-                .unwrap_or_else(PoisonError::into_inner);
+            self.room.wait(&mut queue);
             queue.blocked_senders -= 1;
         }
         if !queue.closed {
@@ -156,14 +153,14 @@ impl AnnotationQueue {
 
     /// Moves all notes over.
     pub fn drain_into(&self, waiting: &mut PendingAnnotations) {
-        waiting.notes.append(&mut self.lock().notes);
+        waiting.notes.append(&mut self.queue.lock().notes);
     }
 
     /// Notes of so many bytes were written.
     pub fn release_written(&self, waiting: &mut PendingAnnotations) {
         let bytes = std::mem::take(&mut waiting.written);
         if bytes > 0 {
-            let mut queue = self.lock();
+            let mut queue = self.queue.lock();
             queue.bytes = queue.bytes.saturating_sub(bytes);
             queue.is_backpressure_off = false;
             if queue.blocked_senders > 0 {
@@ -174,48 +171,43 @@ impl AnnotationQueue {
 
     /// Whoever waits for room goes without, and who comes later does not wait, until something was written.
     pub fn suspend_backpressure(&self) {
-        let mut queue = self.lock();
+        let mut queue = self.queue.lock();
         queue.is_backpressure_off = queue.bytes > 0;
         self.room.notify_all();
     }
 
     /// True while somebody waits for room.
     pub fn has_blocked_senders(&self) -> bool {
-        self.lock().blocked_senders > 0
+        self.queue.lock().blocked_senders > 0
     }
 
     /// Whether notes should be written rather than kept for their place: somebody waits, or soon will.
     pub fn is_nearly_full(&self) -> bool {
-        let queue = self.lock();
+        let queue = self.queue.lock();
         queue.blocked_senders > 0 || queue.bytes > NOTES_BYTES / 2
     }
 
     /// Bytes of all notes that were sent and are not written yet.
     pub fn bytes(&self) -> usize {
-        self.lock().bytes
+        self.queue.lock().bytes
     }
 
     /// Sleeps until there is a note, at most so long.
     pub fn wait_for_annotation(&self, most: Duration) {
-        let queue = self.lock();
+        let mut queue = self.queue.lock();
         if queue.notes.is_empty() && queue.blocked_senders == 0 {
             // What woke it is found by looking.
-            drop(self.news.wait_timeout(queue, most));
+            self.news.wait_for(&mut queue, most);
         }
     }
 
     /// There is nobody any more who writes: whoever waits goes on, and what comes is forgotten.
     pub fn close(&self) {
-        let mut queue = self.lock();
+        let mut queue = self.queue.lock();
         queue.closed = true;
         queue.notes = VecDeque::new();
         queue.bytes = 0;
         self.room.notify_all();
-    }
-
-    /// Every change is whole before anything can panic, so a poisoned lock is as good as any.
-    fn lock(&self) -> MutexGuard<'_, AnnotationQueueState> {
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -12,13 +12,14 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use kinematics::RobotModel;
 use mcap::McapError;
 use motion_api::RecordReader;
+use parking_lot::Mutex;
 use supervision::{EndSignal, Fault, ThreadHandle, ThreadRole, ThreadSupervisor, catch};
 use thiserror::Error;
 
@@ -109,7 +110,7 @@ pub(crate) type SharedReport = Arc<Mutex<Option<FailureReport>>>;
 
 /// Raises the alarm, unless it has been raised.
 pub(crate) fn report_once(report: &SharedReport, error: &RecordError) {
-    let report = report.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let report = report.lock().take();
     if let Some(report) = report {
         report(error);
     }

@@ -4,12 +4,13 @@
 //! time stands still.
 
 use std::io::{self, BufWriter, Write};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use mcap::McapError;
 use motion_api::RecordReader;
+use parking_lot::Mutex;
 use supervision::injection;
 
 use crate::chunks::CHUNK_BYTES;

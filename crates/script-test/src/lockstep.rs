@@ -6,11 +6,12 @@
 //! the turns; what a cycle does is the inner timeline's.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
 
 use motion_api::Timeline;
+use parking_lot::{Condvar, Mutex};
 
 /// What is done before every cycle, given its number.
 type CycleHook = Box<dyn Fn(u64) + Send + Sync>;
@@ -77,28 +78,22 @@ impl LockstepTimeline {
 
     /// How many programs have come so far.
     pub(crate) fn programs_joined(&self) -> u64 {
-        self.state().arrivals
+        self.state.lock().arrivals
     }
 
     /// Waits until more programs have come than `before`; false when `patience` was over first.
     pub(crate) fn wait_for_program(&self, before: u64, patience: Duration) -> bool {
-        let state = self.state();
-        let (state, _) = self
-            .changed
-            .wait_timeout_while(state, patience, |state| state.arrivals <= before)
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
+        self.changed
+            .wait_while_for(&mut state, |state| state.arrivals <= before, patience);
         state.arrivals > before
     }
 
     /// Waits until a program that was started waits for its turn, or is gone; false when `patience` was over first.
     pub(crate) fn wait_until_program_blocks(&self, patience: Duration) -> bool {
-        let state = self.state();
-        let (state, _) = self
-            .changed
-            .wait_timeout_while(state, patience, |state| {
-                state.program.is_some() && !state.program_waits
-            })
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
+        let runs = |state: &mut LockstepState| state.program.is_some() && !state.program_waits;
+        self.changed.wait_while_for(&mut state, runs, patience);
         state.program.is_none() || state.program_waits
     }
 
@@ -115,22 +110,22 @@ impl LockstepTimeline {
 
     /// The test has done its part of the cycle.
     fn test_advances(&self) -> bool {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         // A program that has just been started comes to its first wait before time passes.
         while state.program.is_some() && !state.program_waits {
-            state = self.wait(state);
+            self.changed.wait(&mut state);
         }
         drop(state);
         if !self.run_cycle() {
             return false;
         }
-        let mut state = self.state();
+        let mut state = self.state.lock();
         if state.program.is_some() {
             state.program_waits = false;
             state.turn = ActiveTask::Program;
             self.changed.notify_all();
             while state.turn == ActiveTask::Program && state.program.is_some() {
-                state = self.wait(state);
+                self.changed.wait(&mut state);
             }
         }
         state.turn = ActiveTask::Test;
@@ -139,7 +134,7 @@ impl LockstepTimeline {
 
     /// The program has done its part of the cycle.
     fn program_advances(&self) -> bool {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         let rests = state.turn == ActiveTask::Program && self.cycles() < state.rests_until;
         if state.test.is_none() || rests {
             drop(state);
@@ -149,22 +144,13 @@ impl LockstepTimeline {
         state.turn = ActiveTask::Test;
         self.changed.notify_all();
         while state.turn == ActiveTask::Test && state.test.is_some() {
-            state = self.wait(state);
+            self.changed.wait(&mut state);
         }
         state.program_waits = false;
         let is_alone = state.test.is_none();
         drop(state);
         // With the test gone nobody else passes the cycle that was waited for.
         !is_alone || self.run_cycle()
-    }
-
-    fn wait<'s>(&self, state: MutexGuard<'s, LockstepState>) -> MutexGuard<'s, LockstepState> {
-        let waited = self.changed.wait(state);
-        waited.unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn state(&self) -> MutexGuard<'_, LockstepState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -175,7 +161,7 @@ impl Timeline for LockstepTimeline {
 
     fn advance(&self) -> bool {
         let own = thread::current().id();
-        let is_program = self.state().program == Some(own);
+        let is_program = self.state.lock().program == Some(own);
         match is_program {
             true => self.program_advances(),
             false => self.test_advances(),
@@ -184,7 +170,7 @@ impl Timeline for LockstepTimeline {
 
     fn set_driven(&self, on: bool) {
         let own = thread::current().id();
-        let mut state = self.state();
+        let mut state = self.state.lock();
         match on {
             true if state.test.is_none() => {
                 state.test = Some(own);
@@ -210,7 +196,7 @@ impl Timeline for LockstepTimeline {
     }
 
     fn idle_until(&self, cycle: u64) {
-        let mut state = self.state();
+        let mut state = self.state.lock();
         if state.test == Some(thread::current().id()) {
             state.rests_until = cycle;
         }

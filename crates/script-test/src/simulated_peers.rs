@@ -9,9 +9,9 @@ mod modbus;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use io_bus::SimulatedPeers;
+use parking_lot::Mutex;
 use platform::sockets::{self, LocalStream};
 
 pub(crate) use modbus::{ModbusDevice, ModbusRequest};
@@ -95,7 +95,7 @@ impl PeerRegistry {
     /// # Errors
     /// A sentence.
     pub(crate) fn open(&self, port: u16, kind: ServerKind) -> Result<(usize, u16), String> {
-        let mut servers = self.servers();
+        let mut servers = self.servers.lock();
         if servers.len() >= SERVERS_MAX {
             return Err(format!("{SERVERS_MAX} servers are open already"));
         }
@@ -132,7 +132,7 @@ impl PeerRegistry {
 
     /// Everything that came in since the last call, server by server.
     pub(crate) fn take_arrived(&self) -> Vec<ReceivedMessage> {
-        let mut servers = self.servers();
+        let mut servers = self.servers.lock();
         let arrived = servers.iter_mut();
         arrived
             .flat_map(|server| server.arrived.drain(..))
@@ -141,7 +141,7 @@ impl PeerRegistry {
 
     /// Sends what the test answers.
     pub(crate) fn reply(&self, whom: ConnectionId, data: &[u8]) {
-        let mut servers = self.servers();
+        let mut servers = self.servers.lock();
         let server = servers.get_mut(whom.server);
         if let Some(connection) = server.and_then(|s| s.connections.get_mut(whom.connection)) {
             connection.waits = false;
@@ -154,32 +154,27 @@ impl PeerRegistry {
 
     /// Closes a connection that nothing more can come of.
     pub(crate) fn hang_up(&self, whom: ConnectionId) {
-        let mut servers = self.servers();
+        let mut servers = self.servers.lock();
         let server = servers.get_mut(whom.server);
         if let Some(connection) = server.and_then(|s| s.connections.get_mut(whom.connection)) {
             connection.close();
         }
     }
-
-    /// Whole at every moment, so a poisoned lock is as good as any.
-    fn servers(&self) -> MutexGuard<'_, Vec<SimulatedListener>> {
-        self.servers.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl SimulatedPeers for PeerRegistry {
     fn serve(&self) {
-        for (number, server) in self.servers().iter_mut().enumerate() {
+        for (number, server) in self.servers.lock().iter_mut().enumerate() {
             server.serve(number);
         }
     }
 
     fn simulates(&self, _host: &str, port: u16) -> bool {
-        self.servers().iter().any(|server| server.port == port)
+        self.servers.lock().iter().any(|server| server.port == port)
     }
 
     fn connect(&self, _host: &str, port: u16) -> Option<io::Result<LocalStream>> {
-        let mut servers = self.servers();
+        let mut servers = self.servers.lock();
         let server = servers.iter_mut().find(|server| server.port == port)?;
         if server.connections.iter().filter(|c| !c.closed).count() >= CONNECTIONS_MAX {
             return Some(Err(ErrorKind::ConnectionRefused.into()));

@@ -8,7 +8,7 @@ use std::ops::Deref;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
 
@@ -18,6 +18,7 @@ use controller::{ProgramOutcome, ProgramResult};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskState};
 use io_bus::{Fieldbus, SimulatedPeers};
 use motion_api::{CommandKind, Origin, Seconds};
+use parking_lot::Mutex;
 use tokio::sync::mpsc::UnboundedSender;
 
 use crate::files::FileScope;
@@ -181,7 +182,7 @@ impl TestContext {
             return Err("a program runs already; wait for its end or stop it first".to_owned());
         }
         self.said.begin();
-        *self.program() = TestedProgram {
+        *self.program.lock() = TestedProgram {
             began: self.robot.state().time,
             is_open: true,
             result: None,
@@ -192,7 +193,7 @@ impl TestContext {
         self.requests.send(request).map_err(|_| gone())?;
         let started = answer.recv().unwrap_or_else(|_| Err(gone()));
         if started.is_err() {
-            self.program().is_open = false;
+            self.program.lock().is_open = false;
         }
         started
     }
@@ -215,7 +216,7 @@ impl TestContext {
             thread::sleep(LEAVING_POLL);
             waited += LEAVING_POLL;
         }
-        let mut program = self.program();
+        let mut program = self.program.lock();
         if program.is_open {
             let end = self.programs.status().end;
             let outcome = match (&given_up, &end) {
@@ -235,7 +236,7 @@ impl TestContext {
     /// # Errors
     /// Too much is waiting.
     pub(crate) fn schedule(&self, cycle: u64, act: TestAction) -> Result<(), String> {
-        let mut acts = self.acts.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut acts = self.acts.lock();
         if acts.waiting.len() >= ACTS_MAX {
             return Err(format!("{ACTS_MAX} things wait for their time already"));
         }
@@ -259,7 +260,7 @@ impl TestContext {
         }
         loop {
             let act = {
-                let mut acts = self.acts.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut acts = self.acts.lock();
                 match acts.waiting.first() {
                     Some((due, _)) if *due <= cycle => acts.waiting.remove(0).1,
                     _ => return,
@@ -291,10 +292,5 @@ impl TestContext {
     /// What the robot did not take, if anything.
     pub(crate) fn refused(&self) -> Option<&str> {
         self.refused.get().map(String::as_str)
-    }
-
-    /// Whole at every moment, so a poisoned lock is as good as any.
-    fn program(&self) -> MutexGuard<'_, TestedProgram> {
-        self.program.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,12 +1,13 @@
 //! What the arm did in the course of a test: every cycle for conditions and paths, peaks for everything else.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use controller::Peaks;
 use controller::program_position::{PositionTracker, ProgramPosition};
 use elite_lang::TaskNode;
 use elite_runtime::message::Observer;
 use motion_api::{CycleFrame, ProgramId, RobotState, ThreadNumber};
+use parking_lot::Mutex;
 
 /// Cycles that are kept; what comes after them is counted only. At 4 ms it is the first 400 s of a test.
 const CYCLES_MAX: usize = 100_000;
@@ -36,19 +37,19 @@ struct TraceData {
 impl CycleTrace {
     /// The peaks of the test so far.
     pub(crate) fn peaks(&self) -> Peaks {
-        self.kept().peaks
+        self.0.lock().peaks
     }
 
     /// The cycles from number `from` on of those that are kept, and how many were not.
     pub(crate) fn since(&self, from: usize, most: usize) -> (Vec<RobotState>, usize) {
-        let kept = self.kept();
+        let kept = self.0.lock();
         let states = kept.states.iter().skip(from).take(most);
         (states.copied().collect(), kept.missed)
     }
 
     /// What the program did in the cycle with this number.
     pub(crate) fn position_at(&self, cycle: usize) -> ProgramPosition {
-        let kept = self.kept();
+        let kept = self.0.lock();
         let after = kept.doings.partition_point(|(from, _)| *from <= cycle);
         let before = after
             .checked_sub(1)
@@ -58,7 +59,7 @@ impl CycleTrace {
 
     /// Where the TCP has been.
     pub(crate) fn tcp_path(&self) -> Vec<PathSample> {
-        let kept = self.kept();
+        let kept = self.0.lock();
         let place = |state: &RobotState| PathSample {
             time: state.time,
             pose: state.actual_tcp_pose.to_array(),
@@ -66,13 +67,8 @@ impl CycleTrace {
         kept.states.iter().map(place).collect()
     }
 
-    /// Whole at every moment, so a poisoned lock is as good as any.
-    fn kept(&self) -> MutexGuard<'_, TraceData> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn take(&self, state: &RobotState, doing: &ProgramPosition) {
-        let mut kept = self.kept();
+        let mut kept = self.0.lock();
         kept.peaks.update(state);
         let from = kept.states.len();
         if from < CYCLES_MAX && kept.doings.last().is_none_or(|(_, last)| last != doing) {

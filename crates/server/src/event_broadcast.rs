@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_lang::TaskNode;
 use elite_runtime::message::{
@@ -15,6 +15,7 @@ use elite_runtime::message::{
 };
 use elite_runtime::panel::VariableValue;
 use motion_api::{CycleFrame, Origin, ProgramId, ThreadNumber};
+use parking_lot::Mutex;
 use recorder::lengths::truncate_marked;
 use tokio::sync::broadcast;
 use tracing::Span;
@@ -101,7 +102,7 @@ impl EventBroadcaster {
 
     /// The global variables of a program with their last values, as long as it is one of the newest.
     pub fn values_of(&self, program: ProgramId) -> BTreeMap<String, String> {
-        let values = self.values.lock().unwrap_or_else(PoisonError::into_inner);
+        let values = self.values.lock();
         values.get(&program).cloned().unwrap_or_default()
     }
 
@@ -129,13 +130,13 @@ impl EventBroadcaster {
 
     /// The name of a program that was started.
     fn name_of(&self, program: ProgramId) -> Option<String> {
-        let programs = self.programs();
+        let programs = self.programs.lock();
         programs.get(&program).map(|known| known.name.clone())
     }
 
     /// What the log says of where a message comes from; nothing of the controller's own.
     fn span_of(&self, origin: Origin) -> Span {
-        let programs = self.programs();
+        let programs = self.programs.lock();
         let Some(known) = programs.get(&origin.program) else {
             return Span::none();
         };
@@ -149,11 +150,6 @@ impl EventBroadcaster {
             number = origin.thread.0,
             line = origin.line
         )
-    }
-
-    /// The value is whole at every moment, so a poisoned lock is as good as any.
-    fn programs(&self) -> MutexGuard<'_, BTreeMap<ProgramId, ProgramSpan>> {
-        self.programs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn log(&self, severity: Severity, origin: Origin, text: &str) {
@@ -221,7 +217,7 @@ impl Observer for EventBroadcaster {
     }
 
     fn program_started(&self, program: ProgramId, name: &str, _: &str) {
-        let mut programs = self.programs();
+        let mut programs = self.programs.lock();
         // Only the newest programs can still say something.
         while programs.len() >= 64 {
             programs.pop_first();
@@ -237,7 +233,7 @@ impl Observer for EventBroadcaster {
     }
 
     fn program_compiled(&self, program: ProgramId, text: &str) {
-        let name = self.programs().get_mut(&program).map(|known| {
+        let name = self.programs.lock().get_mut(&program).map(|known| {
             known.has_run = true;
             known.name.clone()
         });
@@ -257,7 +253,7 @@ impl Observer for EventBroadcaster {
 
     /// Clients ask for values, and tasks go on with them; nobody is told.
     fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
-        let mut values = self.values.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut values = self.values.lock();
         let of_program = values.entry(program).or_default();
         of_program.insert(name.to_owned(), value.value.clone());
         while values.len() > PROGRAMS_WITH_VALUES {
@@ -272,7 +268,8 @@ impl Observer for EventBroadcaster {
     fn program_ended(&self, program: ProgramId) {
         // One that never ran has no line, and another may be running.
         let has_run = self
-            .programs()
+            .programs
+            .lock()
             .get(&program)
             .is_none_or(|known| known.has_run);
         if has_run {

@@ -5,9 +5,9 @@
 //! not either: whoever wants them asks for them.
 
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use parking_lot::Mutex;
 use tracing::callsite::Identifier;
 use tracing::field::{Field, Visit};
 use tracing::span::{Attributes, Id};
@@ -113,8 +113,8 @@ impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for LogLimit {
             .flatten()
             .find_map(|span| span.extensions().get::<PortName>().cloned());
         let left_out = {
-            // Whole at every moment, so a poisoned lock is as good as any. As many kinds as places that write.
-            let mut kinds = self.kinds.lock().unwrap_or_else(PoisonError::into_inner);
+            // As many kinds as places that write.
+            let mut kinds = self.kinds.lock();
             let kind = kinds
                 .entry((port, event.metadata().callsite()))
                 .or_default();

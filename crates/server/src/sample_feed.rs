@@ -6,12 +6,13 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 use elite_lang::TaskNode;
 use elite_runtime::{TaskState, TaskStatus as SupervisorStatus};
 use kinematics::{JointSpeeds, RobotModel};
 use motion_api::{CycleFrame, RobotState, ThreadNumber};
+use parking_lot::Mutex;
 use tokio::sync::{broadcast, watch};
 
 use crate::ports::description::{Peripherals, TaskStatus};
@@ -66,7 +67,7 @@ impl SampleFeed {
 
     /// A main program is about to run.
     pub fn program_runs(&self, program: ShownProgram) {
-        let mut programs = locked(&self.programs);
+        let mut programs = self.programs.lock();
         programs.push_back(program);
         let bytes = |programs: &VecDeque<ShownProgram>| -> usize {
             programs.iter().map(|program| program.text.len()).sum()
@@ -80,7 +81,7 @@ impl SampleFeed {
 
     /// A program that has run lately.
     pub fn program(&self, number: u32) -> Option<ShownProgram> {
-        let programs = locked(&self.programs);
+        let programs = self.programs.lock();
         let mut programs = programs.iter();
         programs.find(|program| program.number == number).cloned()
     }
@@ -89,7 +90,7 @@ impl SampleFeed {
     /// thread.
     pub fn at_next_line(&self, then: Box<dyn FnOnce() + Send>) {
         let from = self.script_line.load(Ordering::Relaxed);
-        *locked(&self.step) = Some(LineStep { from, then });
+        *self.step.lock() = Some(LineStep { from, then });
         self.has_step.store(true, Ordering::Release);
     }
 
@@ -97,7 +98,7 @@ impl SampleFeed {
         if !self.has_step.load(Ordering::Acquire) {
             return;
         }
-        let due = locked(&self.step).take_if(|step| step.from != line);
+        let due = self.step.lock().take_if(|step| step.from != line);
         if let Some(step) = due {
             self.has_step.store(false, Ordering::Release);
             (step.then)();
@@ -130,7 +131,7 @@ impl SampleFeed {
     pub fn line_changed(&self, thread: ThreadNumber, line: u32, node: Option<&TaskNode>) {
         if thread == ThreadNumber(0) {
             self.script_line.store(line, Ordering::Relaxed);
-            *self.script_node() = node.cloned();
+            *self.script_node.lock() = node.cloned();
             self.step_at(line);
         }
     }
@@ -138,19 +139,15 @@ impl SampleFeed {
     /// The line and the node of the pendant's task in which the main thread is; 0 while no program runs.
     pub fn place(&self) -> (u32, Option<TaskNode>) {
         let line = self.script_line.load(Ordering::Relaxed);
-        (line, self.script_node().clone())
+        (line, self.script_node.lock().clone())
     }
 
     /// No line is executed any more.
     pub fn program_ended(&self) {
         self.script_line.store(0, Ordering::Relaxed);
-        *self.script_node() = None;
+        *self.script_node.lock() = None;
         self.has_step.store(false, Ordering::Release);
-        *locked(&self.step) = None;
-    }
-
-    fn script_node(&self) -> MutexGuard<'_, Option<TaskNode>> {
-        locked(&self.script_node)
+        *self.step.lock() = None;
     }
 
     /// Shows a cycle to whoever listens.
@@ -182,11 +179,6 @@ impl SampleFeed {
             peripherals: Peripherals::of(state),
         }
     }
-}
-
-/// The value is whole at every moment, so a poisoned lock is as good as any.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The task's state in the words of the ports.

@@ -4,9 +4,10 @@
 //! orderly way takes too long it has the recording closed and ends the process, whatever the rest of it is doing.
 
 use std::io;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use platform::signals::{self, exit_immediately};
 use recorder::CloseHandle;
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -103,7 +104,7 @@ impl Shutdown {
         if begun.status.set(status).is_err() {
             return;
         }
-        *begun.told.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        *begun.told.lock() = true;
         begun.changed.notify_all();
         self.shared.token.cancel();
     }
@@ -114,8 +115,7 @@ impl Shutdown {
     }
 
     fn closer(&self) -> MutexGuard<'_, Option<CloseHandle>> {
-        let closer = self.shared.closer.lock();
-        closer.unwrap_or_else(PoisonError::into_inner)
+        self.shared.closer.lock()
     }
 
     fn run_deadline(&self, orderly: Duration) {
@@ -139,12 +139,9 @@ impl Shutdown {
 
 impl ShutdownLatch {
     fn wait(&self) -> u8 {
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut told = self.told.lock();
         while !*told {
-            told = self
-                .changed
-                .wait(told)
-                .unwrap_or_else(PoisonError::into_inner);
+            self.changed.wait(&mut told);
         }
         // Set before it is told.
         self.status.get().copied().unwrap_or_default()

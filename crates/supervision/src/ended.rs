@@ -1,8 +1,10 @@
 //! A flag that is raised once, and can be waited for by threads and by futures of any runtime.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use crate::faults::EndSignalFuture;
 
@@ -26,11 +28,7 @@ struct SignalState {
 
 impl EndSignal {
     fn state(&self) -> MutexGuard<'_, SignalState> {
-        // Whole at every moment, so a poisoned lock is as good as any.
-        self.shared
-            .state
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.shared.state.lock()
     }
 
     pub(crate) fn set(&self) {
@@ -54,11 +52,7 @@ impl EndSignal {
     pub fn wait(&self) {
         let mut state = self.state();
         while !state.is_ended {
-            state = self
-                .shared
-                .raised
-                .wait(state)
-                .unwrap_or_else(PoisonError::into_inner);
+            self.shared.raised.wait(&mut state);
         }
     }
 
@@ -71,12 +65,7 @@ impl EndSignal {
             if left.is_zero() {
                 return false;
             }
-            state = self
-                .shared
-                .raised
-                .wait_timeout(state, left)
-                .unwrap_or_else(PoisonError::into_inner)
-                .0;
+            self.shared.raised.wait_for(&mut state, left);
         }
         true
     }

@@ -23,8 +23,9 @@ mod on_demand {
     use std::fs;
     use std::path::{Path, PathBuf};
     use std::sync::atomic::{AtomicBool, Ordering};
-    use std::sync::{Mutex, MutexGuard, PoisonError};
     use std::time::Duration;
+
+    use parking_lot::{Mutex, MutexGuard};
 
     use crate::{ThreadRole, ThreadSupervisor};
 
@@ -52,7 +53,7 @@ mod on_demand {
     static ARMED: Mutex<Vec<(String, Action)>> = Mutex::new(Vec::new());
 
     fn armed() -> MutexGuard<'static, Vec<(String, Action)>> {
-        ARMED.lock().unwrap_or_else(PoisonError::into_inner)
+        ARMED.lock()
     }
 
     /// Watches for orders.

@@ -1,9 +1,11 @@
 //! A thread whose end can be waited for, with what it gave back or the fault that ended it.
 
 use std::io;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::thread::{Builder, Thread};
 use std::time::Duration;
+
+use parking_lot::Mutex;
 
 use crate::contained::catch;
 use crate::{EndSignal, Fault, ThreadRole, ThreadSupervisor};
@@ -34,7 +36,7 @@ pub(crate) fn start<T: Send + 'static>(
         let _ends = ends;
         let given = catch(body).map_err(|panicked| Fault::new(kind, called, panicked));
         let fault = given.as_ref().err().cloned();
-        *gives.lock().unwrap_or_else(PoisonError::into_inner) = Some(given);
+        *gives.lock() = Some(given);
         if let Some(fault) = fault {
             faults.tell(&fault);
         }
@@ -87,11 +89,7 @@ impl<T> ThreadHandle<T> {
     }
 
     fn take_result(&self) -> Result<T, Fault> {
-        let given = self
-            .result
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        let given = self.result.lock().take();
         // The result is put down before the end is told, and only the handle, which is used up, takes it.
         given.unwrap_or_else(|| unreachable!("a thread that has ended has left its result"))
     }

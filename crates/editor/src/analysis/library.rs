@@ -3,10 +3,11 @@
 //! Everything is asked once, of the declarations and of an interpreter, and kept.
 
 use std::collections::{BTreeMap, HashMap};
-use std::sync::{LazyLock, Mutex, PoisonError};
+use std::sync::LazyLock;
 
 use elite_lang::syntax::{self, LibraryMember};
 use elite_runtime::builtins::declare::Builtin;
+use parking_lot::Mutex;
 
 use super::types::Type;
 
@@ -55,7 +56,7 @@ pub fn members_of_type(name: &str) -> &'static [LibraryMember] {
 
 /// What a module has; nothing if programs cannot import it.
 pub fn members_of_module(name: &str) -> &'static [LibraryMember] {
-    let mut modules = MODULES.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut modules = MODULES.lock();
     if let Some(known) = modules.get(name) {
         return known;
     }

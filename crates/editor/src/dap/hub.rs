@@ -6,19 +6,20 @@
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use elite_runtime::debug::{DebuggedTask, DebuggerHost, TaskDebugger};
 use motion_api::ProgramId;
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use serde_json::{Value as Json, json};
 
 use super::breakpoints::Breakpoints;
 use super::probe::Probe;
 use super::run_channel::{
-    Purpose, ResumeMode, RunChannel, RunCommand, RunEvent, SessionEvent, SuspendReason, lock,
+    Purpose, ResumeMode, RunChannel, RunCommand, RunEvent, SessionEvent, SuspendReason,
 };
 use super::run_position::Position;
 
@@ -113,7 +114,7 @@ impl DebugHub {
 
     /// What a page shows: who debugs, where the program is held, breakpoints.
     pub fn shown(&self) -> Json {
-        let state = lock(&self.state);
+        let state = self.state.lock();
         let drives = state.clients.values().any(|client| client.drives);
         let current = state.current.as_ref();
         let held = current.and_then(|current| current.held.as_ref());
@@ -158,7 +159,7 @@ impl DebugHub {
         notes: SyncSender<SessionEvent>,
         drives: bool,
     ) -> Result<(u32, Option<ProgramStarted>), String> {
-        let mut state = lock(&self.state);
+        let mut state = self.state.lock();
         if state.clients.len() >= CLIENTS_MAX {
             return Err(format!(
                 "{CLIENTS_MAX} debuggers are attached already, more are not allowed"
@@ -187,7 +188,7 @@ impl DebugHub {
 
     /// A client leaves; where it has driven nothing is held any more.
     pub(crate) fn leave(&self, number: u32) {
-        let mut state = lock(&self.state);
+        let mut state = self.state.lock();
         let Some(client) = state.clients.remove(&number) else {
             return;
         };
@@ -201,7 +202,7 @@ impl DebugHub {
         if let Some(watched) = state.watched() {
             let link = &watched.link;
             if client.drives {
-                *lock(&link.breakpoints) = Arc::default();
+                *link.breakpoints.lock() = Arc::default();
                 link.changes.fetch_add(1, Ordering::AcqRel);
                 link.is_driven.store(false, Ordering::Release);
                 let note = SessionEvent::Run(state.generation, Box::new(RunEvent::Continued));
@@ -217,10 +218,10 @@ impl DebugHub {
 
     /// What the driver wants programs to be held for.
     pub(crate) fn set_breakpoints(&self, breakpoints: Arc<Breakpoints>) {
-        let mut state = lock(&self.state);
+        let mut state = self.state.lock();
         state.breakpoints = breakpoints.clone();
         if let Some(watched) = state.watched() {
-            *lock(&watched.link.breakpoints) = breakpoints;
+            *watched.link.breakpoints.lock() = breakpoints;
             watched.link.changes.fetch_add(1, Ordering::AcqRel);
         }
         drop(state);
@@ -229,13 +230,13 @@ impl DebugHub {
 
     /// The driver has said where the program of this number is to be held.
     pub(crate) fn mark_ready(&self, generation: u64) {
-        lock(&self.state).ready = generation;
+        self.state.lock().ready = generation;
         self.readied.notify_all();
     }
 
     /// The driver lets a held program go on.
     pub(crate) fn go(&self, number: u32, go: ResumeMode) -> Result<(), String> {
-        let mut state = lock(&self.state);
+        let mut state = self.state.lock();
         let watched = state.watched().ok_or("no program is held")?;
         let current = state
             .current
@@ -256,7 +257,7 @@ impl DebugHub {
 
     /// Passes on what a program tells.
     fn forward_event(&self, note: &SessionEvent) {
-        let mut state = lock(&self.state);
+        let mut state = self.state.lock();
         let SessionEvent::Run(generation, event) = note else {
             return;
         };
@@ -342,7 +343,7 @@ impl HubState {
 
 impl DebuggerHost for HubDebugger {
     fn begins(&self, program: ProgramId, name: &str, text: &str) {
-        let mut state = lock(&self.0.state);
+        let mut state = self.0.state.lock();
         state.current = Some(CurrentProgram {
             program,
             name: name.into(),
@@ -356,7 +357,7 @@ impl DebuggerHost for HubDebugger {
 
     fn attach(&self, task: DebuggedTask) -> Option<Rc<dyn TaskDebugger>> {
         let hub = self.0.clone();
-        let mut state: MutexGuard<'_, HubState> = lock(&self.0.state);
+        let mut state: MutexGuard<'_, HubState> = self.0.state.lock();
         let nobody = state.clients.is_empty();
         if nobody && !self.0.watches_every_program {
             return None;
@@ -402,17 +403,16 @@ impl DebuggerHost for HubDebugger {
             let has_driver = state.clients.values().any(|client| client.drives);
             has_driver && state.ready < state.generation
         };
-        let waited = self
-            .0
+        self.0
             .readied
-            .wait_timeout_while(state, READY_WITHIN, waits);
-        drop(waited.unwrap_or_else(PoisonError::into_inner));
+            .wait_while_for(&mut state, waits, READY_WITHIN);
+        drop(state);
         self.0.bump_changes();
         Some(Rc::new(Probe::new(link, task)))
     }
 
     fn ended(&self, program: ProgramId) {
-        let mut state = lock(&self.0.state);
+        let mut state = self.0.state.lock();
         if state
             .current
             .as_ref()

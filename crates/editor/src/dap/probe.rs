@@ -20,7 +20,7 @@ use super::breakpoints::{Breakpoints, HitCondition};
 use super::inspect::ReferenceTable;
 use super::robot_scope::MotionProgress;
 use super::run_channel::{
-    Purpose, RequestId, ResumeMode, RunChannel, RunCommand, RunEvent, SuspendReason, lock,
+    Purpose, RequestId, ResumeMode, RunChannel, RunCommand, RunEvent, SuspendReason,
 };
 use super::run_position::{Intervention, Position, SeekTarget};
 
@@ -124,7 +124,7 @@ impl Probe {
         };
         let is_muted = !matches!(mode, StepState::Free);
         link.is_muted.store(is_muted, Ordering::Release);
-        let orders = lock(&link.orders).take();
+        let orders = link.orders.lock().take();
         let state = ProbeState {
             mode,
             breakpoints: Arc::default(),

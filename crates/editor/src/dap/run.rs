@@ -16,7 +16,7 @@ use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 
 use super::breakpoints::Breakpoints;
 use super::probe::ProbeFactory;
-use super::run_channel::{Purpose, RunChannel, RunCommand, RunEvent, SessionEvent, lock};
+use super::run_channel::{Purpose, RunChannel, RunCommand, RunEvent, SessionEvent};
 use super::run_position::Intervention;
 
 /// Who sends the program, for messages about it.
@@ -147,7 +147,7 @@ impl Run {
 
     /// Says what it is to be held for from now on.
     pub(crate) fn set_breakpoints(&self, breakpoints: Arc<Breakpoints>) {
-        *lock(&self.link.breakpoints) = breakpoints;
+        *self.link.breakpoints.lock() = breakpoints;
         self.link.changes.fetch_add(1, Ordering::AcqRel);
     }
 

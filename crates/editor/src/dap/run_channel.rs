@@ -1,11 +1,12 @@
 //! What passes between a session and the run it holds: orders to the thread of the program, events back.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
 use std::sync::mpsc::Receiver;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_runtime::TaskEnd;
 use motion_api::ProgramId;
+use parking_lot::Mutex;
 use serde_json::Value as Json;
 
 use super::breakpoints::Breakpoints;
@@ -219,11 +220,6 @@ impl RunChannel {
 
     /// What the client wants it held for.
     pub(crate) fn breakpoints(&self) -> Arc<Breakpoints> {
-        lock(&self.breakpoints).clone()
+        self.breakpoints.lock().clone()
     }
-}
-
-/// The values behind these locks are whole at every moment, so a poisoned one is as good as any.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -3,10 +3,11 @@
 //! Owns the table of signals and devices. Each device has one connection, shared by its signals and driven by a task of
 //! `device` on a thread of its own; nothing here waits but the functions that say so. Signals outlive programs.
 
-use std::sync::{Arc, MutexGuard, OnceLock};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use motion_api::RunStateChoice;
+use parking_lot::MutexGuard;
 use supervision::ThreadSupervisor;
 use thiserror::Error;
 use tokio::time::{Instant, timeout_at};

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind, Read, Write};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use platform::sockets::LocalStream;
 use tokio::time::Instant;
 
@@ -70,7 +70,7 @@ impl SimulatedDevices {
         if addresses.is_empty() {
             return;
         }
-        let mut lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut lines = self.lines.lock();
         lines.retain(|address, _| addresses.contains(address));
         for address in &addresses {
             let line = lines

@@ -3,9 +3,10 @@
 
 use crate::link::SimulatedPeers;
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
+use parking_lot::{Mutex, MutexGuard};
 use tokio::sync::{Notify, watch};
 use tokio::time::Instant;
 
@@ -99,7 +100,7 @@ impl SharedModbusState {
 
     pub(super) fn state(&self) -> MutexGuard<'_, ModbusState> {
         // Every change under the lock is complete before anything that could panic.
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock()
     }
 }
 

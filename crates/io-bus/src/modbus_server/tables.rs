@@ -2,7 +2,8 @@
 //! the controller's own, [`Store`] a device that only keeps what is written.
 
 use std::ops::Range;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use parking_lot::{Mutex, MutexGuard};
 
 /// A reason why a request is refused (MODBUS Application Protocol Specification V1.1b3, 7). The numbers are those on
 /// the wire.
@@ -97,7 +98,7 @@ impl Default for Store {
 impl Store {
     /// What it keeps.
     pub fn values(&self) -> MutexGuard<'_, PortValues> {
-        self.values.lock().unwrap_or_else(PoisonError::into_inner)
+        self.values.lock()
     }
 }
 

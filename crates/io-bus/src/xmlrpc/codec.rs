@@ -2,6 +2,9 @@
 
 use std::fmt::Write as _;
 
+use base64::Engine as _;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use quick_xml::Reader;
 use quick_xml::escape::{escape, resolve_predefined_entity};
 use quick_xml::events::Event;
@@ -70,7 +73,7 @@ fn put(out: &mut String, value: &RpcValue) {
         RpcValue::Int(n) => write!(out, "<i8>{n}</i8>"),
         RpcValue::Double(x) => write!(out, "<double>{x:?}</double>"),
         RpcValue::Text(text) => write!(out, "<string>{}</string>", escape(text.as_str())),
-        RpcValue::Bytes(bytes) => write!(out, "<base64>{}</base64>", base64(bytes)),
+        RpcValue::Bytes(bytes) => write!(out, "<base64>{}</base64>", BASE64.encode(bytes)),
         RpcValue::Array(items) => {
             out.push_str("<array><data>");
             items.iter().for_each(|item| put(out, item));
@@ -299,38 +302,20 @@ fn value_of(value: &Element) -> Result<RpcValue, InvalidXmlRpc> {
     })
 }
 
-const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-fn base64(bytes: &[u8]) -> String {
-    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let bits = chunk.iter().enumerate().fold(0_u32, |bits, (k, byte)| {
-            bits | u32::from(*byte) << (16 - 8 * k)
-        });
-        for k in 0..4 {
-            let digit = DIGITS[(bits >> (18 - 6 * k) & 63) as usize];
-            out.push(if k <= chunk.len() { digit as char } else { '=' });
-        }
-    }
-    out
-}
+/// Line ends, missing padding and left-over bits are no errors: encoders differ in them.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &STANDARD,
+    GeneralPurposeConfig::new()
+        .with_decode_allow_trailing_bits(true)
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
 
 fn from_base64(text: &str) -> Option<Vec<u8>> {
-    let mut out = Vec::with_capacity(text.len() / 4 * 3);
-    let (mut bits, mut count) = (0_u32, 0);
-    for byte in text
+    let digits: Vec<u8> = text
         .bytes()
         .filter(|byte| !byte.is_ascii_whitespace() && *byte != b'=')
-    {
-        let digit = DIGITS.iter().position(|digit| *digit == byte)? as u32;
-        bits = bits << 6 | digit;
-        count += 6;
-        if count >= 8 {
-            count -= 8;
-            out.push((bits >> count & 0xFF) as u8);
-        }
-    }
-    Some(out)
+        .collect();
+    BASE64.decode(digits).ok()
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::io::{self, Write};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use kinematics::{
     JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RobotModel, RpyPose,
@@ -13,6 +13,7 @@ use motion_api::{
     Record, RingCapacities, RobotMode, RobotState, SafetyMode, ScriptEndpoint, ThreadNumber,
     motion_channel,
 };
+use parking_lot::Mutex;
 use recorder::{Recorder, RecorderConfig, RecorderHandle, Setup};
 
 pub const STEP: f64 = 0.004;
@@ -75,13 +76,13 @@ pub struct Shared(pub Arc<Mutex<Vec<u8>>>);
 
 impl Shared {
     pub fn bytes(&self) -> Vec<u8> {
-        self.0.lock().unwrap().clone()
+        self.0.lock().clone()
     }
 }
 
 impl Write for Shared {
     fn write(&mut self, data: &[u8]) -> io::Result<usize> {
-        self.0.lock().unwrap().extend_from_slice(data);
+        self.0.lock().extend_from_slice(data);
         Ok(data.len())
     }
     fn flush(&mut self) -> io::Result<()> {

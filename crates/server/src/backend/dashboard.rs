@@ -12,7 +12,7 @@ use serde::Deserialize;
 use supervision::ThreadRole;
 use tokio::time::timeout;
 
-use super::{LOOK_AGAIN, PortBackend, locked, shipped_tasks};
+use super::{LOOK_AGAIN, PortBackend, shipped_tasks};
 use crate::ports::dashboard::{DashboardBackend, DashboardOrder};
 use crate::ports::description::{RobotDescription, TaskStatus};
 use crate::ports::escape::{EscapedLine, EscapedText};
@@ -84,11 +84,11 @@ impl DashboardBackend for PortBackend {
     }
 
     fn loaded_task(&self) -> Option<String> {
-        locked(&self.loaded).task.clone()
+        self.loaded.lock().task.clone()
     }
 
     fn loaded_configuration(&self) -> Option<String> {
-        locked(&self.loaded).configuration.clone()
+        self.loaded.lock().configuration.clone()
     }
 
     async fn order(&self, order: DashboardOrder) {
@@ -114,7 +114,7 @@ impl DashboardBackend for PortBackend {
             DashboardOrder::Control(mode) => self.set_control(mode),
             DashboardOrder::Log(text) => {
                 // No line is lost: whoever writes faster than that waits for its reply.
-                let due = locked(&self.log_pace).next(tokio::time::Instant::now());
+                let due = self.log_pace.lock().next(tokio::time::Instant::now());
                 tokio::time::sleep_until(due).await;
                 let text = EscapedText(&text).to_string();
                 let message = Message::log(Severity::Info, Origin::default(), text);
@@ -143,8 +143,8 @@ impl DashboardBackend for PortBackend {
         let (task, is_shipped) =
             shipped_tasks::task(&self.task_folder, path).map_err(|e| e.to_string())?;
         let shipped = is_shipped.then_some(&*task.text);
-        locked(&self.variables).load(&self.task_folder, path, shipped);
-        locked(&self.loaded).task = Some(path.to_owned());
+        self.variables.lock().load(&self.task_folder, path, shipped);
+        self.loaded.lock().task = Some(path.to_owned());
         Ok(())
     }
 
@@ -171,14 +171,14 @@ impl DashboardBackend for PortBackend {
             self.send_and_wait_taken(CommandKind::SetSpeedFraction(fraction))
                 .await;
         }
-        locked(&self.loaded).configuration = Some(path.to_owned());
+        self.loaded.lock().configuration = Some(path.to_owned());
         Ok(())
     }
 
     fn plays_loaded_task(&self) -> bool {
         let status = self.supervisor.status();
         let loaded = self.loaded_task();
-        let played = locked(&self.last_played);
+        let played = self.last_played.lock();
         let is_it = |(id, name): &(ProgramId, String)| {
             *id == status.program && Some(name) == loaded.as_ref()
         };
@@ -195,7 +195,7 @@ impl DashboardBackend for PortBackend {
         };
         let (task, _) = shipped_tasks::task(&self.task_folder, &name).map_err(|e| e.to_string())?;
         self.take_variables();
-        let beginning = locked(&self.variables).beginning(task.text);
+        let beginning = self.variables.lock().beginning(task.text);
         let program = ProgramText {
             name: task.name,
             text: beginning.text,
@@ -203,10 +203,10 @@ impl DashboardBackend for PortBackend {
         let presets = beginning.presets.into();
         let started = self.supervisor.submit_with(program, SENDER, presets).await;
         let id = started.map_err(|error| error.to_string())?;
-        locked(&self.variables).runs(id);
+        self.variables.lock().runs(id);
         // The program may be over already.
         self.take_variables();
-        *locked(&self.last_played) = Some((id, name));
+        *self.last_played.lock() = Some((id, name));
         Ok(())
     }
 
@@ -218,7 +218,7 @@ impl DashboardBackend for PortBackend {
             let found = variables.into_iter().find(|(known, _)| known == name);
             found.map(|(_, variable)| variable.value)
         };
-        let kept = || locked(&self.variables).value(name);
+        let kept = || self.variables.lock().value(name);
         let found = match self.supervisor.status().state {
             TaskState::Stopped => kept().or_else(of_program),
             TaskState::Running | TaskState::Paused => of_program().or_else(kept),
@@ -235,20 +235,22 @@ impl DashboardBackend for PortBackend {
         self.take_variables();
         let variables = self.supervisor.panel().variables();
         let was_seen = variables.iter().any(|(known, _)| known == name);
-        locked(&self.variables).set(&self.task_folder, name, value, was_seen)
+        self.variables
+            .lock()
+            .set(&self.task_folder, name, value, was_seen)
     }
 }
 
 impl PortBackend {
     /// Takes the last values of the task's variables once its program has ended.
     pub(crate) fn take_variables(&self) {
-        let Some(program) = locked(&self.variables).running() else {
+        let Some(program) = self.variables.lock().running() else {
             return;
         };
         let status = self.supervisor.status();
         if status.program != program || status.state == TaskState::Stopped {
             let last = self.announcer.values_of(program);
-            locked(&self.variables).take(&self.task_folder, &last);
+            self.variables.lock().take(&self.task_folder, &last);
         }
     }
 }

@@ -11,7 +11,7 @@ mod shipped_tasks;
 mod variables;
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::LogLines;
@@ -26,6 +26,7 @@ use motion::realtime::ClockMetrics;
 use motion_api::{
     CommandId, CommandKind, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
 };
+use parking_lot::Mutex;
 use recorder::RecorderMetrics;
 use serde_json::{Value, json};
 use supervision::ThreadSupervisor;
@@ -91,11 +92,6 @@ pub struct PortBackend {
     known: Arc<KnownNames>,
     log: InterpreterLog,
     faults: ThreadSupervisor,
-}
-
-/// Every value is whole at every moment, so a poisoned lock is as good as any.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl PortBackend {

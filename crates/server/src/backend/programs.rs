@@ -8,7 +8,7 @@ use io_bus::ControlMode;
 use motion_api::{CommandKind, CycleFrame, ProgramId};
 use tokio::sync::watch;
 
-use super::{PortBackend, locked, unix_millis};
+use super::{PortBackend, unix_millis};
 use crate::ports::ClientId;
 use crate::ports::description::{RobotDescription, ToolSerial};
 use crate::ports::primary::framing::{ControlPhrase, ProgramKind, ReceivedProgram};
@@ -96,7 +96,7 @@ impl primary::PrimaryBackend for PortBackend {
         let (called, presets) = (sender.to_string(), presets.into());
         let submitted = self.supervisor.submit_with(program, &called, presets).await;
         if let Ok(id) = submitted {
-            let mut sent = locked(&self.sent);
+            let mut sent = self.sent.lock();
             sent.truncate(SENDERS_KEPT - 1);
             sent.insert(0, (id, sender));
         }
@@ -176,7 +176,7 @@ impl PortBackend {
 
     /// Tells whoever sent a program that another took its place, unless that was its sender, too.
     pub(super) fn announce_replacement(&self, program: ProgramId, text: &str) {
-        let sent = locked(&self.sent);
+        let sent = self.sent.lock();
         let Some((_, sender)) = sent.iter().find(|(id, _)| *id == program) else {
             return;
         };

@@ -6,8 +6,10 @@
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::io::{self, Write};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use supervision::{ThreadSupervisor, injection};
 
@@ -83,12 +85,7 @@ impl LogQueue {
             if left.is_zero() {
                 return;
             }
-            state = self
-                .shared
-                .changed
-                .wait_timeout(state, left)
-                .unwrap_or_else(PoisonError::into_inner)
-                .0;
+            self.shared.changed.wait_for(&mut state, left);
         }
     }
 
@@ -98,11 +95,7 @@ impl LogQueue {
         loop {
             let Some(event) = state.waiting.pop_front() else {
                 self.shared.changed.notify_all();
-                state = self
-                    .shared
-                    .changed
-                    .wait(state)
-                    .unwrap_or_else(PoisonError::into_inner);
+                self.shared.changed.wait(&mut state);
                 continue;
             };
             state.bytes -= event.len();
@@ -117,11 +110,7 @@ impl LogQueue {
     }
 
     fn state(&self) -> MutexGuard<'_, QueueState> {
-        // Whole at every moment, so a poisoned lock is as good as any.
-        self.shared
-            .state
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.shared.state.lock()
     }
 }
 
@@ -254,7 +243,7 @@ mod tests {
     impl Write for Gate {
         fn write(&mut self, data: &[u8]) -> io::Result<usize> {
             self.0.recv().unwrap_or(Ok(()))?;
-            self.1.lock().unwrap().extend_from_slice(data);
+            self.1.lock().extend_from_slice(data);
             Ok(data.len())
         }
         fn flush(&mut self) -> io::Result<()> {
@@ -278,7 +267,7 @@ mod tests {
         queue.flush_within(Duration::from_millis(5));
         drop(open);
         queue.flush_within(Duration::from_secs(10));
-        assert_eq!(written.lock().unwrap().len(), (200 - lost) * line.len());
+        assert_eq!(written.lock().len(), (200 - lost) * line.len());
     }
 
     #[test]
@@ -292,7 +281,7 @@ mod tests {
         queue.push(b"kept\n".to_vec());
         queue.flush_within(Duration::from_secs(10));
         assert_eq!(queue.lost(), 1);
-        assert_eq!(*written.lock().unwrap(), b"kept\n");
+        assert_eq!(*written.lock(), b"kept\n");
     }
 
     #[test]

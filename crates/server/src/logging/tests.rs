@@ -1,11 +1,12 @@
 //! The fields of log lines, as people and as machines read them.
 
 use std::io::{self, Write};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use elite_runtime::message::{Message, Observer, Severity};
 use kinematics::RobotModel;
 use motion_api::{Origin, ProgramId, ThreadNumber};
+use parking_lot::Mutex;
 use tokio::io::AsyncReadExt as _;
 use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::CancellationToken;
@@ -22,7 +23,7 @@ struct Lines(Arc<Mutex<Vec<u8>>>);
 
 impl Write for Lines {
     fn write(&mut self, data: &[u8]) -> io::Result<usize> {
-        self.0.lock().unwrap().write(data)
+        self.0.lock().write(data)
     }
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
@@ -105,7 +106,7 @@ fn logged(format: LogFormat) -> String {
     tracing::subscriber::with_default(subscriber(format, filter, false, writer), || {
         runtime.block_on(say_something());
     });
-    let text = String::from_utf8(lines.0.lock().unwrap().clone()).unwrap();
+    let text = String::from_utf8(lines.0.lock().clone()).unwrap();
     let mut out = String::new();
     for line in text.lines() {
         let line = match format {

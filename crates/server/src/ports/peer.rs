@@ -7,10 +7,11 @@ use core::fmt;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::pin::Pin;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 use tokio::sync::Notify;
@@ -97,13 +98,8 @@ struct ActivityTimes {
 }
 
 impl PeerActivity {
-    /// Whole at every moment, so a poisoned lock is as good as any.
-    fn lock(&self) -> MutexGuard<'_, ActivityTimes> {
-        self.times.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn moved(&self) {
-        self.lock().moved = Instant::now();
+        self.times.lock().moved = Instant::now();
     }
 }
 
@@ -152,7 +148,7 @@ impl<S> Peer<S> {
     }
 
     fn turn_away(&mut self, intruder: ForeignProtocol) -> io::Error {
-        self.marks.lock().intruder = Some(intruder);
+        self.marks.times.lock().intruder = Some(intruder);
         self.marks.turned_away.notify_one();
         io::Error::new(io::ErrorKind::ConnectionAborted, intruder.to_string())
     }
@@ -228,7 +224,7 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Peer<S> {
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
         let written = Pin::new(&mut self.stream).poll_write(context, bytes);
-        let mut times = self.marks.lock();
+        let mut times = self.marks.times.lock();
         match written {
             Poll::Pending => {
                 times.deaf_since.get_or_insert_with(Instant::now);
@@ -268,7 +264,7 @@ impl PeerWatchdog {
 
     /// The reason why the client gives its place up now, or the time of the next look.
     fn look(&self) -> Result<Instant, DisconnectReason> {
-        let times = self.0.lock();
+        let times = self.0.times.lock();
         if let Some(intruder) = times.intruder {
             return Err(DisconnectReason::Intruder(intruder));
         }

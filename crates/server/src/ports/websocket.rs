@@ -2,7 +2,7 @@
 //!
 //! Done here and not by axum, so that a connection keeps its place among the clients of its port.
 
-use std::sync::{Mutex, PoisonError};
+use parking_lot::Mutex;
 
 use axum::body::Body;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Request, StatusCode, header};
@@ -26,8 +26,7 @@ impl Upgrade {
             Ok(accepted) => accepted,
             Err(reason) => return (StatusCode::BAD_REQUEST, format!("{reason}\n")).into_response(),
         };
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) =
-            Some(hyper::upgrade::on(&mut request));
+        *self.0.lock() = Some(hyper::upgrade::on(&mut request));
         let headers = [
             (header::CONNECTION, "Upgrade".to_owned()),
             (header::UPGRADE, "websocket".to_owned()),
@@ -46,7 +45,7 @@ impl Upgrade {
 
     /// The connection, if a request for the change was answered with it.
     pub fn take(&self) -> Option<OnUpgrade> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.0.lock().take()
     }
 }
 

@@ -8,7 +8,7 @@ mod playback;
 mod time_line;
 
 use std::net::{IpAddr, Ipv4Addr};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use controller::recorded_run::{InitialSetupError, model_of};
@@ -191,11 +191,6 @@ async fn linger(stage: &PageBroadcast, rate: f64) {
         }
         tokio::time::sleep(FAREWELL).await;
     }
-}
-
-/// The value is whole at every moment, so a poisoned lock is as good as any.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn open_services(

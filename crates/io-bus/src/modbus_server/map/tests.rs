@@ -1,6 +1,6 @@
 //! The map byte for byte, through the same requests that clients send.
 
-use std::sync::Mutex;
+use parking_lot::Mutex;
 
 use motion_api::{IoImage, SafetyMode};
 use proptest::prelude::*;
@@ -20,12 +20,12 @@ struct Fake {
 
 impl ControllerAccess for &Fake {
     fn state(&self) -> RobotState {
-        let io = self.io.lock().unwrap();
+        let io = self.io.lock();
         let mut state = RobotState::at_start(Default::default(), 0.004);
         state.digital_out = io.digital_out.into();
         state.digital_in = 0x0A_03_80_01;
         state.io_config = io.config;
-        state.target_speed_fraction = self.speed.lock().unwrap().unwrap_or(1.0);
+        state.target_speed_fraction = self.speed.lock().unwrap_or(1.0);
         state.actual_q.0 = [0.1, -1.5712, 1.5, -7.0, 40.0, -1.571];
         state.actual_qd.0[5] = -3.2;
         state.actual_tcp_speed = [0.25, 0.0, 0.0, 0.0, 0.0, -0.5];
@@ -53,8 +53,8 @@ impl ControllerAccess for &Fake {
         }
         for command in commands {
             match command {
-                CommandKind::SetIo(change) => self.io.lock().unwrap().apply(change),
-                CommandKind::SetSpeedFraction(f) => *self.speed.lock().unwrap() = Some(*f),
+                CommandKind::SetIo(change) => self.io.lock().apply(change),
+                CommandKind::SetSpeedFraction(f) => *self.speed.lock() = Some(*f),
                 other => panic!("{other:?}"),
             }
         }
@@ -238,7 +238,7 @@ fn what_is_not_there_or_only_shows_something_is_refused_whole() {
     }
     assert_eq!(fake.image.words(), [0; 128]);
     assert_eq!(fake.registers.input.booleans(), [0, 0]);
-    assert_eq!(fake.io.lock().unwrap().digital_out, 0);
+    assert_eq!(fake.io.lock().digital_out, 0);
     for request in ["2b 0e 01 00", "07", "08 00 00 00 00", "11"] {
         assert!(ask(&fake, request).ends_with(" 01"), "{request}");
     }

@@ -9,9 +9,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use platform::{machine, processes};
 use serde_json::Value as Json;
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -118,15 +118,15 @@ impl RobotProcess {
     }
 
     pub(super) fn plan(&self) -> RobotPlan {
-        lock(&self.plan).clone()
+        self.plan.lock().clone()
     }
 
     pub(super) fn seen(&self) -> ProcessStatus {
-        lock(&self.seen).clone()
+        self.seen.lock().clone()
     }
 
     fn update_status(&self, change: impl FnOnce(&mut ProcessStatus)) {
-        change(&mut lock(&self.seen));
+        change(&mut self.seen.lock());
     }
 
     /// Keeps it running until `shutdown`.
@@ -153,7 +153,7 @@ impl RobotProcess {
             let why = match over {
                 ProcessExit::Stopped => break,
                 ProcessExit::Renewed(RestartRequest(plan, answer)) => {
-                    *lock(&self.plan) = plan;
+                    *self.plan.lock() = plan;
                     (asked, pause) = (Some(answer), FIRST_PAUSE);
                     self.update_status(|seen| seen.state = ProcessState::Starting);
                     continue;
@@ -180,7 +180,7 @@ impl RobotProcess {
                 () = sleep(pause) => {}
                 () = shutdown.cancelled() => break,
                 Some(RestartRequest(plan, answer)) = orders.recv() => {
-                    *lock(&self.plan) = plan;
+                    *self.plan.lock() = plan;
                     (asked, pause) = (Some(answer), FIRST_PAUSE);
                     self.update_status(|seen| seen.state = ProcessState::Starting);
                     continue;
@@ -320,9 +320,4 @@ fn ports_of(file: &Path, pid: Option<u32>) -> Option<BTreeMap<String, u16>> {
             Some((name.clone(), port))
         });
     Some(ports.collect())
-}
-
-/// Whole at every moment, so a poisoned lock is as good as any.
-fn lock<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
-    value.lock().unwrap_or_else(PoisonError::into_inner)
 }

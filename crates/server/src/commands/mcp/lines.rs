@@ -6,8 +6,9 @@
 //! waits for a client that has nothing to say.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::Mutex;
 use rmcp::RoleServer;
 use rmcp::model::{ClientJsonRpcMessage, ErrorData, RequestId, ServerJsonRpcMessage};
 use rmcp::transport::Transport;
@@ -143,11 +144,11 @@ impl<W: Write + Send + 'static> Lines<W> {
         })
     }
 
-    /// Writes a line. Whole at every moment, so a poisoned lock is as good as any.
+    /// Writes a line.
     fn write(output: &Mutex<W>, message: &ServerJsonRpcMessage) -> io::Result<()> {
         let mut line = serde_json::to_vec(message)?;
         line.push(b'\n');
-        let mut output = output.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut output = output.lock();
         output.write_all(&line)?;
         output.flush()
     }

@@ -2,11 +2,12 @@
 //! once; one that was cancelled is told to stop and answered by nobody.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use base64::Engine as _;
+use parking_lot::Mutex;
 use rmcp::handler::server::ServerHandler;
 use rmcp::model::{
     CallToolRequestParams, CallToolResponse, CallToolResult, ContentBlock, ErrorData,
@@ -54,7 +55,7 @@ pub(super) struct CallCanceller {
 impl CallCanceller {
     /// Stops all and waits until they have noticed, for at most so long.
     pub(super) fn stop_and_wait(&self, most: Duration) {
-        for stop in self.stops().iter().filter_map(Weak::upgrade) {
+        for stop in self.stops.lock().iter().filter_map(Weak::upgrade) {
             stop.store(true, Ordering::Relaxed);
         }
         let since = Instant::now();
@@ -68,15 +69,10 @@ impl CallCanceller {
     /// The flag of one more call.
     fn begin(&self) -> CancelFlag {
         let stop = CancelFlag::default();
-        let mut stops = self.stops();
+        let mut stops = self.stops.lock();
         stops.retain(|stop| stop.strong_count() > 0);
         stops.push(Arc::downgrade(&stop));
         stop
-    }
-
-    /// Whole at every moment, so a poisoned lock is as good as any.
-    fn stops(&self) -> MutexGuard<'_, Vec<Weak<AtomicBool>>> {
-        self.stops.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -9,8 +9,8 @@ pub mod io;
 pub mod metrics;
 pub mod page;
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use axum::Router;
@@ -22,6 +22,7 @@ use axum::routing::{get, post};
 use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
 use motion_api::{RegisterImages, RobotState};
+use parking_lot::Mutex;
 use serde_json::{Value, json};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
@@ -188,8 +189,7 @@ impl<S> HttpShared<S> {
     /// For how long the cycle counter has been seen to stand at `cycle`.
     fn standing(&self, cycle: u64) -> Duration {
         let now = Instant::now();
-        // The value is whole at every moment, so a poisoned lock is as good as any.
-        let mut pulse = self.pulse.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut pulse = self.pulse.lock();
         match *pulse {
             Some((last, since)) if last == cycle => now.duration_since(since),
             _ => {

@@ -69,10 +69,10 @@ impl HttpBackend for Fake {
         RegisterImages::default()
     }
     fn set_inputs(&self, changes: &io::IoChanges) -> Result<(), SetInputsError> {
-        if let Some(reason) = self.not_set.lock().unwrap().clone() {
+        if let Some(reason) = self.not_set.lock().clone() {
             return Err(reason);
         }
-        self.set.lock().unwrap().push(changes.clone());
+        self.set.lock().push(changes.clone());
         if !self.stands.load(Ordering::Relaxed) {
             self.cycle.fetch_add(2, Ordering::Relaxed);
         }
@@ -241,7 +241,7 @@ async fn inputs_are_set_by_programs_and_by_our_own_pages() {
         points: vec![motion_api::IoChange::DigitalIn { mask, levels }],
         registers: Vec::new(),
     };
-    assert_eq!(*source.set.lock().unwrap(), [wanted.clone(), wanted]);
+    assert_eq!(*source.set.lock(), [wanted.clone(), wanted]);
 }
 
 #[tokio::test]
@@ -284,7 +284,7 @@ async fn what_may_not_or_cannot_be_set_is_answered_with_a_reason() {
         assert!(page.starts_with(&format!("HTTP/1.1 {status}")), "{page}");
         assert!(!page.contains("access-control"), "{page}");
     }
-    assert!(source.set.lock().unwrap().is_empty());
+    assert!(source.set.lock().is_empty());
 }
 
 #[tokio::test]
@@ -375,12 +375,12 @@ async fn inputs_that_were_not_taken_are_not_said_to_be_set() {
             503,
         ),
     ] {
-        *source.not_set.lock().unwrap() = Some(reason);
+        *source.not_set.lock() = Some(reason);
         let page = post_inputs(address, JSON, "{}").await;
         assert!(page.starts_with(&format!("HTTP/1.1 {status}")), "{page}");
         assert!(page.contains("{\"error\":\""), "{page}");
     }
-    *source.not_set.lock().unwrap() = None;
+    *source.not_set.lock() = None;
     source.stands.store(true, Ordering::Relaxed);
     let page = post_inputs(address, JSON, "{}").await;
     assert!(page.starts_with("HTTP/1.1 503"), "{page}");

@@ -1,9 +1,10 @@
 //! Keeps the client that writes each input variable: one at a time.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use tokio::sync::Notify;
 use tokio::time::{Instant, timeout_at};
 
@@ -41,14 +42,6 @@ impl Owners {
             client,
         }
     }
-
-    /// The map is whole at every moment, so a poisoned lock is as good as any.
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<InputVariable, ClientId>> {
-        self.shared
-            .owner
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Claims {
@@ -66,7 +59,7 @@ impl Claims {
     }
 
     fn try_claim(&self, inputs: &[InputVariable]) -> Vec<InputVariable> {
-        let mut owner = self.owners.lock();
+        let mut owner = self.owners.shared.owner.lock();
         let others = |input: &&InputVariable| owner.get(input).is_some_and(|o| *o != self.client);
         let taken: Vec<InputVariable> = inputs.iter().filter(others).copied().collect();
         if taken.is_empty() {
@@ -78,7 +71,11 @@ impl Claims {
 
 impl Drop for Claims {
     fn drop(&mut self) {
-        self.owners.lock().retain(|_, owner| *owner != self.client);
+        self.owners
+            .shared
+            .owner
+            .lock()
+            .retain(|_, owner| *owner != self.client);
         self.owners.shared.released.notify_waiters();
     }
 }

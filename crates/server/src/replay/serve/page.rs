@@ -1,7 +1,7 @@
 //! A recording on the pendant page: everything can be looked at, at any time, and nothing ordered.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use controller::LogLine;
 use elite_runtime::CompilePool;
@@ -9,6 +9,7 @@ use elite_runtime::message::Message;
 use elite_runtime::task_folder::TaskFolder;
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, Outcome};
+use parking_lot::Mutex;
 use pendant::{History, PageOrder};
 use recorder::Recording;
 use serde_json::{Value, json};
@@ -45,7 +46,7 @@ impl PageBackend for Playback {
     }
 
     fn program(&self, number: u32) -> Option<ShownProgram> {
-        let programs = super::locked(&self.shown().programs);
+        let programs = self.shown().programs.lock();
         let mut programs = programs.iter();
         programs.find(|program| program.number == number).cloned()
     }

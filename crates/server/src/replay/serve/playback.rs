@@ -1,7 +1,7 @@
 //! The controller of a recording as the ports see it: the state of the moment, and a polite no to whoever wants more.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use controller::recording_observer::PROGRAM_ENDED;
@@ -9,6 +9,7 @@ use elite_runtime::CompilePool;
 use kinematics::RobotModel;
 use motion::histogram::Histogram;
 use motion_api::{RegisterImages, Registers, RingFull, RobotState};
+use parking_lot::Mutex;
 use recorder::{
     CommandMessage, LogLevel, LogMessage, RecordingEntry, ScriptMessage, Setup, VariableMessage,
 };
@@ -133,13 +134,13 @@ impl Playback {
 
     /// Line and node of the moment.
     pub(super) fn place_now(&self) -> (u32, u32) {
-        let now = self.now();
+        let now = self.now.lock();
         (now.line, now.node.as_ref().map_or(0, |(number, _)| *number))
     }
 
     /// Number of the program of the moment.
     pub(super) fn program_now(&self) -> u32 {
-        self.now().program_number
+        self.now.lock().program_number
     }
 
     /// The clients of port 30001.
@@ -177,18 +178,13 @@ impl Playback {
         }
     }
 
-    /// The value is whole at every moment, so a poisoned lock is as good as any.
-    fn now(&self) -> MutexGuard<'_, PlaybackState> {
-        self.now.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn cycle(&self, state: RobotState) {
         let micros = |value: f64| Duration::try_from_secs_f64(value / 1e6).unwrap_or_default();
         if state.step_duration_us > 0.0 {
             self.durations.record(micros(state.step_duration_us));
             self.latencies.record(micros(state.wakeup_latency_us));
         }
-        self.now().state = state;
+        self.now.lock().state = state;
         let sample = Arc::new(self.sample());
         if self.beats.is_due(state.time) {
             self.beats.publish(sample.clone());
@@ -198,7 +194,7 @@ impl Playback {
     }
 
     fn sample(&self) -> Sample {
-        let now = self.now();
+        let now = self.now.lock();
         Sample {
             state: now.state,
             task: now.task,
@@ -210,7 +206,7 @@ impl Playback {
     }
 
     fn script(&self, script: ScriptMessage) {
-        let mut now = self.now();
+        let mut now = self.now.lock();
         if script.text.is_some() {
             now.task = TaskStatus::Running;
             now.program.clone_from(&script.program);
@@ -224,7 +220,7 @@ impl Playback {
     }
 
     fn command(&self, command: &CommandMessage) {
-        let mut now = self.now();
+        let mut now = self.now.lock();
         now.task = match (command.name.as_str(), now.task) {
             ("pause", TaskStatus::Running) => TaskStatus::Paused,
             ("resume", TaskStatus::Paused) => TaskStatus::Running,
@@ -239,7 +235,7 @@ impl Playback {
             message: text,
         } = message;
         let line = {
-            let mut now = self.now();
+            let mut now = self.now.lock();
             if text == PROGRAM_ENDED && source == now.program {
                 now.task = TaskStatus::Stopped;
                 now.line = 0;
@@ -281,7 +277,7 @@ impl Playback {
             value,
             ..
         } = variable;
-        let variables = &mut self.now().variables;
+        let variables = &mut self.now.lock().variables;
         if variables.len() < VARIABLES_MAX || variables.contains_key(&name) {
             variables.insert(name, (type_name, value));
         }
@@ -327,7 +323,7 @@ impl primary::PrimaryBackend for Playback {
     }
 
     fn unix_millis(&self) -> u64 {
-        self.epoch_ns / 1_000_000 + (self.now().state.time * 1e3) as u64
+        self.epoch_ns / 1_000_000 + (self.now.lock().state.time * 1e3) as u64
     }
 
     async fn is_whole_program(&self, _text: String) -> bool {
@@ -372,21 +368,21 @@ impl rtsi::RtsiBackend for Playback {
     ) -> Result<u64, RingFull> {
         // Inputs are refused when they are set up; without a recipe no values come.
         tracing::debug!(%client, "rtsi: values were refused: {READ_ONLY}");
-        Ok(self.now().state.cycle)
+        Ok(self.now.lock().state.cycle)
     }
 }
 
 impl http::HttpBackend for Playback {
     fn state(&self) -> RobotState {
-        self.now().state
+        self.now.lock().state
     }
 
     fn task_status(&self) -> TaskStatus {
-        self.now().task
+        self.now.lock().task
     }
 
     fn panel(&self) -> Value {
-        let now = self.now();
+        let now = self.now.lock();
         let variables = now.variables.iter();
         let variables = variables
             .map(|(name, (kind, value))| json!({"name": name, "type": kind, "value": value}));
@@ -414,7 +410,7 @@ impl http::HttpBackend for Playback {
             cycle_durations: self.durations.snapshot(),
             wakeup_latencies: self.latencies.snapshot(),
             errors: crate::event_broadcast::ERROR_KINDS.map(|kind| match kind {
-                "other" => (kind, self.now().errors),
+                "other" => (kind, self.now.lock().errors),
                 kind => (kind, 0),
             }),
             ..Figures::default()

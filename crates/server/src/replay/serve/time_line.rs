@@ -4,17 +4,17 @@
 //! A second [`Playback`] that nobody listens to follows the messages, so that each moment shows what it would show
 //! live.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use elite_runtime::chinese;
 use motion_api::RobotState;
+use parking_lot::Mutex;
 use pendant::History;
 use pendant::frame::{FrameContext, encode};
 use recorder::{Recording, RecordingEntry, Topic};
 use serde_json::{Value, json};
 use supervision::{ThreadRole, ThreadSupervisor};
 
-use super::locked;
 use super::playback::Playback;
 use crate::ports::description::TaskStatus;
 use crate::ports::http::HttpBackend as _;
@@ -76,7 +76,7 @@ pub(super) fn read(
                 .for_each(|(time, entry)| reading.take(time, entry)),
             Err(error) => tracing::warn!("the page has no time line: {error}"),
         }
-        locked(&shown.history).complete();
+        shown.history.lock().complete();
     })?;
     Ok(())
 }
@@ -151,7 +151,10 @@ impl HistoryReader<'_> {
             node,
             program: self.shadow.program_number(),
         };
-        locked(&self.shown.history).frame(state.time, &encode(&state, &beside));
+        self.shown
+            .history
+            .lock()
+            .frame(state.time, &encode(&state, &beside));
         if let Some(event) = self.modes.changes(&state, beside.task) {
             self.event(state.time, MODE_LEVEL, &event);
         }
@@ -171,7 +174,7 @@ impl HistoryReader<'_> {
         }
         let panel: Arc<str> = panel.to_string().into();
         let registers = registers_text(&self.shadow.registers());
-        let mut history = locked(&self.shown.history);
+        let mut history = self.shown.history.lock();
         if panel != self.panel {
             history.panel(state.time, panel.clone());
             self.panel = panel;
@@ -183,11 +186,14 @@ impl HistoryReader<'_> {
     }
 
     fn event(&self, time: f64, level: u8, event: &Value) {
-        locked(&self.shown.history).event(time, level, event.to_string().into());
+        self.shown
+            .history
+            .lock()
+            .event(time, level, event.to_string().into());
     }
 
     fn keep(&self, program: ShownProgram) {
-        let mut programs = locked(&self.shown.programs);
+        let mut programs = self.shown.programs.lock();
         let bytes: usize = programs.iter().map(|program| program.text.len()).sum();
         // The first ones: those of a recording that began with them.
         if programs.len() < PROGRAMS_MAX && bytes + program.text.len() <= PROGRAM_BYTES_MAX {

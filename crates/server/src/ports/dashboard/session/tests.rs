@@ -1,6 +1,6 @@
 //! Conversations as the SDK holds them, over an in-memory stream.
 
-use std::sync::Mutex;
+use parking_lot::Mutex;
 
 use kinematics::JointPositions;
 use motion_api::{RobotState, SafetyMode};
@@ -52,28 +52,28 @@ impl Default for Fake {
 
 impl DashboardBackend for Fake {
     fn state(&self) -> RobotState {
-        self.robot.lock().unwrap().state
+        self.robot.lock().state
     }
     fn task_status(&self) -> TaskStatus {
-        self.robot.lock().unwrap().task
+        self.robot.lock().task
     }
     fn description(&self) -> &RobotDescription {
         &self.description
     }
     fn control(&self) -> ControlMode {
-        self.robot.lock().unwrap().control
+        self.robot.lock().control
     }
     fn loaded_task(&self) -> Option<String> {
-        self.robot.lock().unwrap().loaded.clone()
+        self.robot.lock().loaded.clone()
     }
     fn loaded_configuration(&self) -> Option<String> {
-        self.robot.lock().unwrap().configuration.clone()
+        self.robot.lock().configuration.clone()
     }
     async fn order(&self, order: DashboardOrder) {
         if let (DashboardOrder::Log(_), Some(gate)) = (&order, &self.gate) {
             gate.acquire().await.unwrap().forget();
         }
-        let mut robot = self.robot.lock().unwrap();
+        let mut robot = self.robot.lock();
         match &order {
             DashboardOrder::PowerOn => robot.state.robot_mode = RobotMode::Idle,
             DashboardOrder::PowerOff => robot.state.robot_mode = RobotMode::PowerOff,
@@ -91,18 +91,18 @@ impl DashboardBackend for Fake {
         if path.contains("..") {
             return Err(format!("{path} leads out of the task folder"));
         }
-        self.robot.lock().unwrap().loaded = Some(path.to_owned());
+        self.robot.lock().loaded = Some(path.to_owned());
         Ok(())
     }
     async fn load_configuration(&self, path: &str) -> Result<(), String> {
-        self.robot.lock().unwrap().configuration = Some(path.to_owned());
+        self.robot.lock().configuration = Some(path.to_owned());
         Ok(())
     }
     fn plays_loaded_task(&self) -> bool {
-        self.robot.lock().unwrap().task == TaskStatus::Running
+        self.robot.lock().task == TaskStatus::Running
     }
     async fn play(&self) -> Result<(), String> {
-        let mut robot = self.robot.lock().unwrap();
+        let mut robot = self.robot.lock();
         if robot.loaded.is_none() {
             return Err("no task is loaded".to_owned());
         }
@@ -246,7 +246,7 @@ async fn the_getters_answer_what_the_sdk_matches() {
         ),
     ])
     .await;
-    let orders = rig.robot.robot.lock().unwrap().orders.clone();
+    let orders = rig.robot.robot.lock().orders.clone();
     assert!(orders.contains(&DashboardOrder::Log("a\nb".to_owned())));
     assert!(orders.contains(&DashboardOrder::ShowPopup("hello".to_owned())));
 }
@@ -289,7 +289,7 @@ async fn without_remote_control_tasks_are_not_touched() {
 #[tokio::test]
 async fn where_remote_control_is_disabled_the_dashboard_does_not_enable_it() {
     let mut rig = rig().await;
-    rig.robot.robot.lock().unwrap().control = ControlMode::Mixed;
+    rig.robot.robot.lock().control = ControlMode::Mixed;
     for word in ["play", "remoteControl -on", "remoteControl -off"] {
         let reply = rig.ask(word).await;
         let part = "is not supported while remote control is disabled in the settings";
@@ -310,7 +310,7 @@ async fn behind_a_slow_line(
     let gate = std::sync::Arc::new(tokio::sync::Semaphore::new(0));
     let mut rig = rig_behind(Some(gate.clone())).await;
     {
-        let mut robot = rig.robot.robot.lock().unwrap();
+        let mut robot = rig.robot.robot.lock();
         robot.task = task;
         robot.loaded = Some("a".to_owned());
     }
@@ -323,7 +323,7 @@ async fn behind_a_slow_line(
 }
 
 fn orders(rig: &Rig) -> Vec<DashboardOrder> {
-    rig.robot.robot.lock().unwrap().orders.clone()
+    rig.robot.robot.lock().orders.clone()
 }
 
 impl Rig {
@@ -416,7 +416,7 @@ async fn play_and_stop_or_pause_in_one_packet_have_their_turns() {
         ("pause", "Pausing task", TaskStatus::Paused),
     ] {
         let mut rig = rig().await;
-        rig.robot.robot.lock().unwrap().loaded = Some("a".to_owned());
+        rig.robot.robot.lock().loaded = Some("a".to_owned());
         let lines = format!("play\n{order}\n");
         rig.client.write_all(lines.as_bytes()).await.unwrap();
         assert_eq!(rig.replies(2).await, ["Starting task", reply]);
@@ -443,7 +443,7 @@ async fn a_stop_acts_behind_more_lines_than_there_is_room_for() {
 #[tokio::test]
 async fn a_stop_acts_while_the_client_reads_no_replies() {
     let mut rig = rig().await;
-    rig.robot.robot.lock().unwrap().task = TaskStatus::Running;
+    rig.robot.robot.lock().task = TaskStatus::Running;
     let lines = "version\n".repeat(100_000);
     rig.client.write_all(lines.as_bytes()).await.unwrap();
     rig.client.write_all(b"stop\n").await.unwrap();
@@ -471,10 +471,7 @@ async fn shutdown_ends_the_connection() {
     rig.talk(&[("shutdown", "Shutting down"), ("", "")][..1])
         .await;
     assert_eq!(rig.read().await, "");
-    assert_eq!(
-        rig.robot.robot.lock().unwrap().orders,
-        [DashboardOrder::Shutdown]
-    );
+    assert_eq!(rig.robot.robot.lock().orders, [DashboardOrder::Shutdown]);
 }
 
 proptest! {

@@ -95,7 +95,7 @@ pub async fn attend<C: PageBackend>(
         WebSocketStream::from_raw_socket(TokioIo::new(stream), Role::Server, Some(config)).await;
     let (sink, source) = socket.split();
     let (answers, waiting) = mpsc::channel(ANSWERS_MAX);
-    let id = page.desk().enter();
+    let id = page.desk.lock().enter();
     let presence = page.stage.enter();
     let mut session = PageSession {
         page,
@@ -171,7 +171,7 @@ struct PageSession<'p, C> {
 impl<C: PageBackend> PageSession<'_, C> {
     fn greet(&self) {
         let cockpit = &self.page.cockpit;
-        let holder = self.page.desk().holder();
+        let holder = self.page.desk.lock().holder();
         self.send(&json!({
             "event": "welcome",
             "version": 1,
@@ -316,7 +316,8 @@ impl<C: PageBackend> PageSession<'_, C> {
         }
         if order.needs_control() {
             self.page
-                .desk()
+                .desk
+                .lock()
                 .check(self.id)
                 .map_err(|error| error.to_string())?;
         }
@@ -331,13 +332,13 @@ impl<C: PageBackend> PageSession<'_, C> {
             return Err(pendant::ControlError::Token.to_string());
         }
         if takes {
-            let before = self.page.desk().take(self.id);
+            let before = self.page.desk.lock().take(self.id);
             if let Some(before) = before {
                 tracing::info!(page = self.id.0, before = before.0, "page: took control");
             }
         } else {
             self.release(Ok(json!("released")));
-            self.page.desk().leave(self.id);
+            self.page.desk.lock().leave(self.id);
         }
         self.page.tell_control();
         Ok(Value::Null)
@@ -385,7 +386,7 @@ impl<C: PageBackend> PageSession<'_, C> {
             return;
         };
         let cockpit = &self.page.cockpit;
-        if let Err(error) = self.page.desk().check(self.id) {
+        if let Err(error) = self.page.desk.lock().check(self.id) {
             return self.release(Err(error.to_string()));
         }
         let outcome = cockpit.outcome(command);
@@ -426,7 +427,7 @@ impl<C: PageBackend> PageSession<'_, C> {
     /// The page is gone: what it held ends at once, and control is free.
     fn leave(&mut self) {
         self.release(Ok(json!("released")));
-        let had = self.page.desk().leave(self.id);
+        let had = self.page.desk.lock().leave(self.id);
         if had {
             self.page.tell_control();
         }

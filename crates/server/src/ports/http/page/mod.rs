@@ -12,7 +12,7 @@ mod routes;
 mod search;
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use elite_runtime::CompilePool;
 use elite_runtime::message::Message;
@@ -21,6 +21,7 @@ use futures_util::FutureExt as _;
 use futures_util::future::BoxFuture;
 use hyper::upgrade::OnUpgrade;
 use motion_api::{CommandId, CommandKind, Outcome};
+use parking_lot::Mutex;
 use pendant::{ControlLock, History, PageOrder, Token};
 use recorder::Recording;
 use serde_json::Value;
@@ -131,11 +132,6 @@ pub struct Page<C> {
     reading: tokio::sync::Semaphore,
 }
 
-/// The value is whole at every moment, so a poisoned lock is as good as any.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl<C: PageBackend> Page<C> {
     /// The page of a controller. With `token_is_public` the token is given to whoever may ask here.
     ///
@@ -172,13 +168,9 @@ impl<C: PageBackend> Page<C> {
         );
     }
 
-    fn desk(&self) -> MutexGuard<'_, ControlLock> {
-        locked(&self.desk)
-    }
-
     /// Tells every page who has control.
     fn tell_control(&self) {
-        let holder = self.desk().holder();
+        let holder = self.desk.lock().holder();
         let control = serde_json::json!({"event": "control", "page": holder.map(|page| page.0)});
         self.stage.tell(control.to_string().into());
     }

@@ -4,12 +4,13 @@
 //! The latest frame is all that waits for a page; events wait in one queue that all share, from which a slow page loses
 //! the oldest.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use elite_runtime::chinese;
 use elite_runtime::message::{Message, Severity};
+use parking_lot::Mutex;
 
 use motion_api::{RegisterImages, RobotMode, RobotState, SafetyMode};
 use pendant::frame::{FrameContext, encode};
@@ -22,7 +23,7 @@ use tokio::sync::{broadcast, watch};
 use tokio::time::{MissedTickBehavior, interval};
 use tokio_util::sync::CancellationToken;
 
-use super::{PageBackend, locked};
+use super::PageBackend;
 use crate::language;
 use crate::ports::description::TaskStatus;
 
@@ -196,7 +197,7 @@ impl<C: PageBackend> PagePublisher<'_, C> {
         }
         let frame = encode(&state, &beside);
         if self.fills_history {
-            locked(&self.stage.history).frame(state.time, &frame);
+            self.stage.history.lock().frame(state.time, &frame);
         }
         if is_seen {
             self.stage
@@ -222,13 +223,13 @@ impl<C: PageBackend> PagePublisher<'_, C> {
         if replace_if_changed(&stage.panel, &panel) {
             stage.tell(format!(r#"{{"event":"panel","panel":{panel}}}"#).into());
             if self.fills_history {
-                locked(&stage.history).panel(time, panel);
+                stage.history.lock().panel(time, panel);
             }
         }
         if replace_if_changed(&stage.registers, &registers) {
             stage.tell(format!(r#"{{"event":"registers","registers":{registers}}}"#).into());
             if self.fills_history {
-                locked(&stage.history).registers(time, registers);
+                stage.history.lock().registers(time, registers);
             }
         }
     }
@@ -251,7 +252,7 @@ impl<C: PageBackend> PagePublisher<'_, C> {
     fn event(&self, time: f64, level: u8, event: Value) {
         let event: Arc<str> = event.to_string().into();
         if self.fills_history {
-            locked(&self.stage.history).event(time, level, event.clone());
+            self.stage.history.lock().event(time, level, event.clone());
         }
         self.stage.tell(event);
     }

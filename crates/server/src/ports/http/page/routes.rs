@@ -19,7 +19,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::super::{BODY_TIMEOUT, answer, cross_site, refuse};
-use super::{Page, PageBackend, files, locked, search};
+use super::{Page, PageBackend, files, search};
 
 /// Largest body of a request here, bytes: a program with every character escaped.
 const BODY_BYTES_MAX: usize = 8 << 20;
@@ -86,7 +86,7 @@ async fn scene<C: PageBackend>(State(page): PageState<C>) -> Response {
 async fn state<C: PageBackend>(State(page): PageState<C>) -> Response {
     let cockpit = &page.cockpit;
     let state = cockpit.state();
-    let holder = page.desk().holder();
+    let holder = page.desk.lock().holder();
     answer(
         StatusCode::OK,
         &json!({
@@ -302,7 +302,7 @@ async fn order<C: PageBackend>(State(page): PageState<C>, request: Request) -> R
         return refuse(StatusCode::UNPROCESSABLE_ENTITY, text);
     }
     if order.needs_control()
-        && let Err(error) = page.desk().check_visitor()
+        && let Err(error) = page.desk.lock().check_visitor()
     {
         return refuse(StatusCode::CONFLICT, &error.to_string());
     }
@@ -381,7 +381,7 @@ async fn history<C: PageBackend>(State(page): PageState<C>, uri: Uri) -> Respons
         Ok(asked) => asked,
         Err(refused) => return *refused,
     };
-    let history = locked(page.stage.history());
+    let history = page.stage.history().lock();
     let frames = history.frames(from, to, points.max(1.0) as usize);
     let (first, last) = history.span().unwrap_or((0.0, 0.0));
     let whole = history.is_whole();
@@ -402,7 +402,7 @@ async fn moment<C: PageBackend>(State(page): PageState<C>, uri: Uri) -> Response
         Ok(time) => time,
         Err(refused) => return *refused,
     };
-    let history = locked(page.stage.history());
+    let history = page.stage.history().lock();
     let frame = history.frame_at(time).map(|frame| STANDARD.encode(frame));
     let mut moment = history.beside(time);
     drop(history);
@@ -425,7 +425,7 @@ async fn events<C: PageBackend>(State(page): PageState<C>, uri: Uri) -> Response
         Ok(wanted) => wanted,
         Err(refused) => return *refused,
     };
-    let text = locked(page.stage.history()).events(wanted);
+    let text = page.stage.history().lock().events(wanted);
     let kind = [(header::CONTENT_TYPE, "application/json")];
     (kind, text).into_response()
 }

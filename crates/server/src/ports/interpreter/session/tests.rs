@@ -1,8 +1,8 @@
 //! Sessions over an in-memory stream with an interpreter that keeps a list.
 
-use std::sync::Mutex;
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use proptest::prelude::*;
 use tokio::io::{AsyncBufReadExt, BufReader, DuplexStream, duplex};
 use tokio::sync::Notify;
@@ -28,12 +28,12 @@ impl InterpreterBackend for Fake {
         if &*statement.text == "hold" {
             self.release.notified().await;
         }
-        let mut queue = self.queue.lock().unwrap();
+        let mut queue = self.queue.lock();
         queue.push(statement);
         StatementReply::Ack(queue.len() as u64)
     }
     async fn command(&self, command: InterpreterCommand) -> u64 {
-        let mut queue = self.queue.lock().unwrap();
+        let mut queue = self.queue.lock();
         if command == InterpreterCommand::SkipBuffer {
             queue.clear();
         }
@@ -117,7 +117,7 @@ async fn a_statement_thrown_away_later_is_reported_to_its_sender() {
     let mut rig = rig(4096);
     rig.send("a()\n").await;
     assert_eq!(rig.reply().await, "ack: 1: a()\n");
-    let statement = rig.interpreter.queue.lock().unwrap().pop().unwrap();
+    let statement = rig.interpreter.queue.lock().pop().unwrap();
     statement.discard(&Discard::CleanedUp);
     assert_eq!(
         rig.reply().await,
@@ -158,7 +158,7 @@ async fn a_client_that_streams_without_reading_is_not_held_up() {
         .expect("the stream stalls");
     drop(rig.client);
     assert_eq!(rig.session.await.unwrap(), SessionEnd::Disconnected);
-    assert_eq!(rig.interpreter.queue.lock().unwrap().len(), 20_000);
+    assert_eq!(rig.interpreter.queue.lock().len(), 20_000);
 }
 
 #[tokio::test]
@@ -190,7 +190,7 @@ async fn an_abort_is_carried_out_behind_any_number_of_statements_and_what_has_no
     assert!(rig.interpreter.aborted.load(Ordering::SeqCst), "{aborted}");
     rig.interpreter.release.notify_one();
     while !rig.reply().await.starts_with("ack: 1: hold") {}
-    let waited = rig.interpreter.queue.lock().unwrap().len();
+    let waited = rig.interpreter.queue.lock().len();
     assert!(waited >= 1);
 }
 

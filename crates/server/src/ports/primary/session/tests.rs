@@ -2,8 +2,9 @@
 
 mod states;
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
+use parking_lot::Mutex;
 use proptest::prelude::*;
 use tokio::io::{DuplexStream, duplex};
 use tokio::sync::{Semaphore, watch};
@@ -48,7 +49,7 @@ impl Fake {
     }
 
     fn asked(&self) -> Vec<Asked> {
-        self.asked.lock().unwrap().clone()
+        self.asked.lock().clone()
     }
 
     /// Texts of the programs received.
@@ -90,13 +91,13 @@ impl PrimaryBackend for Fake {
     }
     async fn submit(&self, submission: Submission) {
         self.room.acquire().await.unwrap().forget();
-        self.asked.lock().unwrap().push(Asked::Program(submission));
+        self.asked.lock().push(Asked::Program(submission));
     }
     async fn control(&self, _: ClientId, phrase: ControlPhrase) {
-        self.asked.lock().unwrap().push(Asked::Control(phrase));
+        self.asked.lock().push(Asked::Control(phrase));
     }
     fn preempt(&self, phrase: ControlPhrase) {
-        self.asked.lock().unwrap().push(Asked::Hurry(phrase));
+        self.asked.lock().push(Asked::Hurry(phrase));
     }
 }
 
@@ -258,7 +259,7 @@ async fn a_stop_is_heard_behind_any_flood_to_a_busy_controller_and_what_has_no_r
         for _ in 0..(16 << 20) / flood.len() {
             rig.client.write_all(flood.as_bytes()).await.unwrap();
         }
-        rig.backend.asked.lock().unwrap().clear();
+        rig.backend.asked.lock().clear();
         rig.send("stop task\n").await;
         for _ in 0..1000 {
             if rig.backend.asked().is_empty() {

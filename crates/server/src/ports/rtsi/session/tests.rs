@@ -2,11 +2,11 @@
 
 mod golden;
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use motion_api::RingFull;
+use parking_lot::Mutex;
 use proptest::prelude::*;
 use tokio::io::{DuplexStream, duplex};
 use tokio::sync::broadcast;
@@ -47,7 +47,6 @@ impl RtsiBackend for Fake {
         }
         self.applied
             .lock()
-            .unwrap()
             .push((client, changes.to_vec(), written.len()));
         Ok(110)
     }
@@ -195,7 +194,7 @@ async fn the_handshake_of_the_page_goes_byte_for_byte() {
     );
     rig.send(packet_type::DATA, &[1, 0, 1, 0, 1]).await;
     assert_eq!(
-        *controller.applied.lock().unwrap(),
+        *controller.applied.lock(),
         [(
             ClientId(1),
             vec![Change::StandardDigitalOut { mask: 1, levels: 1 }],
@@ -359,7 +358,7 @@ async fn values_wait_for_room_and_are_left_out_with_a_word_when_there_is_none() 
     let controller = Fake::new();
     let mut rig = connect(&controller, &Owners::default(), 1, 4096);
     assert_eq!(rig.inputs("input_int_register0").await, is(1, "INT32"));
-    let applied = || controller.applied.lock().unwrap().len();
+    let applied = || controller.applied.lock().len();
     controller.busy.store(true, Ordering::Relaxed);
     rig.send(packet_type::DATA, &[1, 0, 0, 0, 7]).await;
     tokio::time::sleep(ROOM_WITHIN / 2).await;
@@ -411,7 +410,7 @@ async fn inputs_are_applied_while_paused_and_wrong_packages_are_told() {
     let values = [&[1][..], &1_u32.to_be_bytes(), &0.5_f64.to_be_bytes()].concat();
     rig.send(packet_type::DATA, &values).await;
     assert_eq!(
-        *controller.applied.lock().unwrap(),
+        *controller.applied.lock(),
         [(ClientId(1), vec![Change::SpeedFraction(0.5)], 2)]
     );
     for (payload, text) in [
@@ -429,7 +428,7 @@ async fn inputs_are_applied_while_paused_and_wrong_packages_are_told() {
     assert_eq!(rig.text().await, "packets of type 63 are not known");
     assert_eq!(rig.ask(packet_type::PROTOCOL, &[0, 2]).await, [0]);
     assert_eq!(rig.ask(packet_type::PROTOCOL, &[0, 1]).await, [1]);
-    assert_eq!(controller.applied.lock().unwrap().len(), 1);
+    assert_eq!(controller.applied.lock().len(), 1);
 }
 
 #[tokio::test(start_paused = true)]
