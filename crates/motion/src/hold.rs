@@ -1,13 +1,15 @@
 //! Whether the arm may move in this cycle: the one place that decides it, whatever moves the arm.
 //!
-//! How the arm comes to rest for which reason is the table in `stopping`; what of it holds the arm so that it goes on
+//! How the arm comes to rest for which reason is the list in `stopping`; what of it holds the arm so that it goes on
 //! afterwards is done here:
 //!
 //! | asked for by | planned motion by itself | anything else: online modes, belts, offsets, force mode, hands |
 //! |---|---|---|
 //! | slider at 0 | halts on its path | online modes come to rest, streams as in a pause; belts and force mode go on |
-//! | pause | halts on its path | speeds, offsets and force mode come to rest by themselves; on a belt, in a stream and under a hand the joints are braked |
-//! | safeguard stop | halts on its path, or has its joints braked where the path would take longer | the joints are braked |
+//! | pause | halts on its path | speeds, offsets and force mode come to rest by themselves, the others as below |
+//! | safeguard stop | halts on its path, or joint by joint where the path takes longer | the joints are braked |
+//!
+//! For a pause on a belt, in a stream and under a hand the joints are braked.
 //!
 //! An arm that is too fast for reduced mode is slowed down the same way, see `limits_in_force`.
 //!

@@ -5,9 +5,9 @@
 //!
 //! | safety mode | what it does | how it ends |
 //! |---|---|---|
-//! | emergency stop (button, or input) | joints brake, then the power goes off | released, then power on and brake release |
+//! | emergency stop (button, or input) | joints brake, then the power goes off | release, power on, brake release |
 //! | protective stop | joints brake, the brakes hold | unlock |
-//! | safeguard stop (input) | the arm stops, a planned motion on its path, and waits there | the input, or the reset input where there is one |
+//! | safeguard stop (input) | the arm stops and waits there | the input, or the reset input where there is one |
 //! | reduced (input) | reduced limits | the input |
 //!
 //! Where several apply, the first of the table is the mode that is seen.

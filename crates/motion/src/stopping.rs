@@ -1,14 +1,22 @@
 //! How the arm comes to rest: one law for each reason, whatever moves the arm.
 //!
-//! | reason | planned motion by itself | anything else: online modes, belts, offsets, force mode, hands |
-//! |---|---|---|
-//! | emergency, protective stop | each joint brakes as fast as it can | the same |
-//! | safeguard stop | on its path as hard as the joints can; joint by joint where the path takes longer ([`STOP_ON_PATH`]) | each joint brakes as fast as it can |
-//! | power off, `stop task`, dashboard, page, program's end, replacement ([`StopLaw::InSpace`]) | as for a safeguard stop | the same; belts, offsets and force mode end |
-//! | `stop_thread`, a jog that ends ([`StopLaw::Underneath`]) | as for a safeguard stop | the motion underneath brakes so; belts, offsets and force mode go on |
-//! | pause, speed slider | on its path with its own acceleration, at least [`PAUSE_SHARE`](crate::constants::PAUSE_SHARE) of what the joints can do | online modes the same; on a belt a pause brakes each joint as fast as it can |
-//! | `stopj(a)` | the fastest joint brakes with `a`, the others in proportion; limited by the joints only | the same for the motion underneath |
-//! | `stopl(a)` | the TCP brakes with `a` along its line; limited by the joints only | the same for the motion underneath |
+//! In the list, the first law is that of a planned motion by itself, the second that of anything else: online modes,
+//! belts, offsets, force mode, hands.
+//!
+//! - emergency, protective stop: each joint brakes as fast as it can; the same.
+//! - safeguard stop: on its path as hard as the joints can, but joint by joint where the path takes longer
+//!   ([`STOP_ON_PATH`]); each joint brakes as fast as it can.
+//! - power off, `stop task`, dashboard, page, program's end, replacement ([`StopLaw::InSpace`]): as for a safeguard
+//!   stop; the same, and belts, offsets and force mode end.
+//! - `stop_thread`, a jog that ends ([`StopLaw::Underneath`]): as for a safeguard stop; the motion underneath brakes
+//!   so, belts, offsets and force mode go on.
+//! - pause, speed slider: on its path with its own acceleration, at least
+//!   [`PAUSE_SHARE`](crate::constants::PAUSE_SHARE) of what the joints can do; online modes the same, but on a belt a
+//!   pause brakes each joint as fast as it can.
+//! - `stopj(a)`: the fastest joint brakes with `a`, the others in proportion, limited by the joints only; the same for
+//!   the motion underneath.
+//! - `stopl(a)`: the TCP brakes with `a` along its line, limited by the joints only; the same for the motion
+//!   underneath.
 //!
 //! Owns what ends with a stop and where the braking begins. The braking itself is in `enter_protective_stop`, on the
 //! path of the motion (`scalar::PathProgress`) and in the modes; what only holds the arm so that it goes on afterwards

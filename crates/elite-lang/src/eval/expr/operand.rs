@@ -99,8 +99,8 @@ impl Operand {
     /// Where its value lies, if that is found without evaluating anything and it is bound.
     ///
     /// # Safety
-    /// The caller promises what `ScriptCell::get_unguarded` asks: while the reference is in use values are only read and
-    /// copied.
+    /// The caller promises what `ScriptCell::get_unguarded` asks: while the reference is in use values are only read
+    /// and copied.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub unsafe fn value_ref<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
