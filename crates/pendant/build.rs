@@ -90,11 +90,13 @@ fn files(out: &Path) -> String {
         let bytes = fs::read(&file).unwrap_or_else(|error| panic!("{name}: {error}"));
         let mark = mark(&bytes);
         format!(
-            "    Asset {{ path: {path:?}, media_type: {kind:?}, bytes: include_bytes!({name:?}), is_gzipped: {gzipped}, mark: {mark:?} }},\n"
+            "    Asset {{ path: {path:?}, media_type: {kind:?}, bytes: include_bytes!({name:?}), is_gzipped: \
+             {gzipped}, mark: {mark:?} }},\n"
         )
     };
     let mut text = String::from(
-        "/// Whether the page is in this build.\npub const IS_BUNDLED: bool = true;\n/// Every file.\npub const ASSETS: &[Asset] = &[\n",
+        "/// Whether the page is in this build.\npub const IS_BUNDLED: bool = true;\n/// Every file.\n\
+         pub const ASSETS: &[Asset] = &[\n",
     );
     text += &row("/", "index.html", "text/html; charset=utf-8", false);
     text += &row(
@@ -125,7 +127,9 @@ fn placeholder(out: &Path, reason: &str) -> String {
     let file = out.join("index.html");
     fs::write(&file, &page).unwrap_or_else(|error| panic!("index.html: {error}"));
     format!(
-        "/// Whether the page is in this build.\npub const IS_BUNDLED: bool = false;\n/// Every file.\npub const ASSETS: &[Asset] = &[Asset {{ path: \"/\", media_type: \"text/html; charset=utf-8\", bytes: include_bytes!({:?}), is_gzipped: false, mark: {:?} }}];\n",
+        "/// Whether the page is in this build.\npub const IS_BUNDLED: bool = false;\n/// Every file.\n\
+         pub const ASSETS: &[Asset] = &[Asset {{ path: \"/\", media_type: \"text/html; charset=utf-8\", bytes: \
+         include_bytes!({:?}), is_gzipped: false, mark: {:?} }}];\n",
         file.display().to_string(),
         mark(page.as_bytes())
     )

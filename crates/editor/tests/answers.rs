@@ -274,7 +274,8 @@ fn definitions_and_references_follow_scopes() {
 
 #[test]
 fn globals_and_nonlocals_are_one_name() {
-    let text = "n = 0\ndef f():\n    global n\n    n = 1\n    k = 2\n    def g():\n        nonlocal k\n        k += n\n    g()\nclass C:\n    n = 5\n    def m(self):\n        return n\n";
+    let text = "n = 0\ndef f():\n    global n\n    n = 1\n    k = 2\n    def g():\n        nonlocal k\
+        \n        k += n\n    g()\nclass C:\n    n = 5\n    def m(self):\n        return n\n";
     let mut client = Client::of(text);
     assert_eq!(
         starts(&client.at("textDocument/documentHighlight", 0, 0)),
@@ -332,16 +333,16 @@ fn renaming_changes_every_place_or_says_why_not() {
 
 #[test]
 fn renaming_reaches_arguments_by_name() {
-    let points = "from dataclasses import dataclass, replace\n@dataclass\nclass Pt:\n    px: float\n    py: float = 0.0\n\
-                  a = Pt(px=3)\nb = replace(a, px=4)\nprint(a.px, b)\n";
+    let points = "from dataclasses import dataclass, replace\n@dataclass\nclass Pt:\n    px: float\
+        \n    py: float = 0.0\na = Pt(px=3)\nb = replace(a, px=4)\nprint(a.px, b)\n";
     let all = vec![(3, 4), (5, 7), (6, 15), (7, 8)];
     for (line, column) in &all {
         let column = u32::try_from(*column).unwrap();
         let line = u32::try_from(*line).unwrap();
         assert_eq!(renamed(points, line, column, "x"), Ok(all.clone()));
     }
-    let named = "from typing import NamedTuple\nclass Pt(NamedTuple):\n    px: float\na = Pt(px=3)._replace(px=4)\nb = Pt(1)\n\
-                 c = b._replace(px=5)\nprint(b.px)\n";
+    let named = "from typing import NamedTuple\nclass Pt(NamedTuple):\n    px: float\na = Pt(px=3)._replace(px=4)\n\
+        b = Pt(1)\nc = b._replace(px=5)\nprint(b.px)\n";
     assert_eq!(
         renamed(named, 2, 4, "x"),
         Ok(vec![(2, 4), (3, 7), (3, 22), (5, 15), (6, 8)])
@@ -419,7 +420,8 @@ fn units_stand_behind_positional_arguments() {
 
 #[test]
 fn findings_with_a_suggestion_have_an_action() {
-    let text = "import json, math\ndef f():\n    spee = 1\n    movej([0, -90, 0, 0, 0, 0], v=sped)\n    movel([100, 0, 0, 0, 0, 90])\n    while True:\n        x = math.pi\n";
+    let text = "import json, math\ndef f():\n    spee = 1\n    movej([0, -90, 0, 0, 0, 0], v=sped)\
+        \n    movel([100, 0, 0, 0, 0, 90])\n    while True:\n        x = math.pi\n";
     let mut client = Client::of(text);
     let actions = client.whole("textDocument/codeAction");
     let shown: Vec<String> = actions
@@ -483,7 +485,8 @@ fn colours_lie_side_by_side_in_the_order_of_the_text() {
 
 #[test]
 fn formatting_touches_blanks_only() {
-    let text = "def f( a,b = 1 , *c ):\n  x=[ 1,2 ]  \n  if a<b :# yes\n     y = {1:2}[ 1 ] ;z=-1\n     w = x [1:2]\n  # here\n  return (x\n    ,w)\n\n\n\n\nf(1, b = 2)\n";
+    let text = "def f( a,b = 1 , *c ):\n  x=[ 1,2 ]  \n  if a<b :# yes\n     y = {1:2}[ 1 ] ;z=-1\n     w = x [1:2]\
+        \n  # here\n  return (x\n    ,w)\n\n\n\n\nf(1, b = 2)\n";
     let mut client = Client::of(text);
     let edits = client.whole("textDocument/formatting");
     let mut lines: Vec<String> = text.split('\n').map(str::to_owned).collect();

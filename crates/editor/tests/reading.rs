@@ -8,10 +8,15 @@ use proptest::prelude::*;
 /// Programs whose parts know each other.
 const PROGRAMS: &[&str] = &[
     "import math\nfrom time import sleep as nap\n\n",
-    "class Station:\n    kind = 1\n    def __init__(self, name, speed=0.25):\n        self.name = name\n        self.poses = [[0, 1], [2]]\n    def pick(self, n: int):\n        for pose in self.poses:\n            movel(pose, v=self.speed)\n        return self.name\n\n",
-    "def run(limit=10):\n    global done\n    station = Station('s', speed=0.5)\n    done = [math.sin(i) for i in range(limit)]\n    def inner():\n        nonlocal limit\n        limit += len(done)\n    inner()\n    return station.pick(n=1)\n\n",
+    "class Station:\n    kind = 1\n    def __init__(self, name, speed=0.25):\n        self.name = name\
+     \n        self.poses = [[0, 1], [2]]\n    def pick(self, n: int):\n        for pose in self.poses:\
+     \n            movel(pose, v=self.speed)\n        return self.name\n\n",
+    "def run(limit=10):\n    global done\n    station = Station('s', speed=0.5)\
+     \n    done = [math.sin(i) for i in range(limit)]\n    def inner():\n        nonlocal limit\
+     \n        limit += len(done)\n    inner()\n    return station.pick(n=1)\n\n",
     "while get_standard_digital_in(0):\n    x = run(limit=3)\n    sync()\nelse:\n    x = 1\n",
-    "$ LINE: (1, \"Job\")\ntry:\n    movej([0, 0, 0, 0, 0, 0])\nexcept Exception as e:\n    print(f\"{e!r} {x:>{width}}\")\nwidth = 3\n",
+    "$ LINE: (1, \"Job\")\ntry:\n    movej([0, 0, 0, 0, 0, 0])\nexcept Exception as e:\
+     \n    print(f\"{e!r} {x:>{width}}\")\nwidth = 3\n",
     "def f():; if x:; y();end;end;\r\n# c\r\n位置 = lambda q, *r: (q, r, 位置)\r\nclass B(Station): z = 1\r\n",
     "sec s():\n    while True:\n        sync()\n    end\nend\n",
 ];

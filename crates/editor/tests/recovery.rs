@@ -5,7 +5,8 @@ use crate::client::Client;
 /// A line that is being typed in the middle of a program whose other names must still be known.
 fn around(line: &str) -> Client {
     let text = format!(
-        "def before(alpha):\n    return alpha\n{line}\nclass After:\n    def method(self):\n        beta = before(1)\n        \n        return beta\nlast = After()\n"
+        "def before(alpha):\n    return alpha\n{line}\nclass After:\n    def method(self):\n        beta = before(1)\
+         \n        \n        return beta\nlast = After()\n"
     );
     Client::of(&text)
 }

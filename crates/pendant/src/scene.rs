@@ -99,11 +99,10 @@ mod tests {
     #[test]
     fn the_chain_is_that_of_the_model_and_the_cell_is_named() {
         let model = RobotModel::built_in("cs66").unwrap();
-        let text = "[[obstacle]]\nname = 'table'\nshape = 'box'\nsize = [1, 1, 0.1]\npose = [0, 0, -0.05, 0, 0, 0]\nstiffness = 2e4\n\
-            [[safety_plane]]\nname = 'wall'\npoint = [1, 0, 0]\nnormal = [-1, 0, 0]\n\
-            [[wire]]\nfrom = 'standard_digital_out[1]'\nto = 'standard_digital_in[2]'\n\
-            [[safety_input]]\nfunction = 'safeguard_stop'\npair = 1\n\
-            [names]\n'standard_digital_out[1]' = 'vacuum'\n";
+        let text = "[[obstacle]]\nname = 'table'\nshape = 'box'\nsize = [1, 1, 0.1]\npose = [0, 0, -0.05, 0, 0, 0]\n\
+            stiffness = 2e4\n[[safety_plane]]\nname = 'wall'\npoint = [1, 0, 0]\nnormal = [-1, 0, 0]\n[[wire]]\n\
+            from = 'standard_digital_out[1]'\nto = 'standard_digital_in[2]'\n[[safety_input]]\n\
+            function = 'safeguard_stop'\npair = 1\n[names]\n'standard_digital_out[1]' = 'vacuum'\n";
         let cell = Cell::from_text(text.to_owned(), Path::new("cell.toml")).unwrap();
         let scene = describe(&model, Some(&cell));
         assert_eq!(scene["joints"].as_array().unwrap().len(), 6);

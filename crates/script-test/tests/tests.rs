@@ -487,10 +487,13 @@ def test_fine():
 /// A file of tests, a program and what belongs to them.
 fn project() -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
-    let program = "import random\nfor i in range(3):\n    x = random.uniform(-0.3, 0.3)\n    movej([x, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\nif x > 10:\n    print('never')\n";
+    let program = "import random\nfor i in range(3):\n    x = random.uniform(-0.3, 0.3)\
+        \n    movej([x, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\nif x > 10:\n    print('never')\n";
     std::fs::create_dir(folder.path().join("programs")).unwrap();
     std::fs::write(folder.path().join("programs/moves.script"), program).unwrap();
-    let tests = "def test_moves():\n    assert test.run('programs/moves.script').outcome == 'ended'\n    test.path_near('ways/moves.csv', 0.001)\n\ndef test_fails():\n    test.run('programs/moves.script')\n    assert False\n";
+    let tests = "def test_moves():\n    assert test.run('programs/moves.script').outcome == 'ended'\
+        \n    test.path_near('ways/moves.csv', 0.001)\n\ndef test_fails():\n    test.run('programs/moves.script')\
+        \n    assert False\n";
     std::fs::write(folder.path().join("test_moves.script"), tests).unwrap();
     let path = folder.path().to_owned();
     (folder, path)

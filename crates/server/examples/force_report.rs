@@ -130,7 +130,8 @@ fn surfaces() -> Vec<(String, String)> {
         let (y, z) = (radius * angle.sin(), radius * (1.0 - angle.cos()));
         let _ = writeln!(
             valley,
-            "[[obstacle]]\nname = \"facet {facet}\"\nshape = \"plane\"\npose = [{}, {}, {}, {angle}, 0, 0]\nstiffness = 1e4",
+            "[[obstacle]]\nname = \"facet {facet}\"\nshape = \"plane\"\npose = [{}, {}, {}, {angle}, 0, 0]\n\
+             stiffness = 1e4",
             tcp.x,
             tcp.y + y,
             tcp.z - 0.003 + z,

@@ -62,7 +62,8 @@ fn main() {
     println!("| situation | order | p50 ms | p99 ms | max ms |\n|---|---|---|---|---|");
     for (name, body) in SITUATIONS {
         let program = format!(
-            "def bench():\n  def busy():\n    while True:\n      pass\n  try:\n    print('ready')\n    {body}\n  finally:\n    print('reached')\nend\n"
+            "def bench():\n  def busy():\n    while True:\n      pass\n  try:\n    print('ready')\n    {body}\
+             \n  finally:\n    print('reached')\nend\n"
         );
         let times = (0..trials).map(|_| bench.stop_reaches(&program)).collect();
         report(name, "stop", times);
@@ -251,7 +252,8 @@ impl Bench {
     fn throughput(&mut self) {
         let mut client = TcpStream::connect(("127.0.0.1", self.interpreter_port)).unwrap();
         let mut replies = BufReader::new(client.try_clone().unwrap());
-        self.send("def bench():\n  n = 0\n  print('ready')\n  interpreter_mode()\n  print('executed ' + str(n))\nend\n");
+        self.send("def bench():\n  n = 0\n  print('ready')\n  interpreter_mode()\n  print('executed ' + str(n))\n\
+            end\n");
         self.wait_for_print("ready");
         while !self
             .host

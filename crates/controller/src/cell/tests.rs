@@ -242,7 +242,8 @@ fn each_mistake_has_one_sentence_that_names_the_key() {
         "[[obstacle]]\nshape = \"box\"".to_owned(),
         format!("{}\n[tool]\nshape = \"box\"", obstacle("shape = \"plane\"")),
         format!("{}\n[[obstacle]]\nname = \"b\"\npose = [0, 0, 0, 0, 0, 0]", obstacle("shape = \"plane\"")),
-        "[[wire]]\nfrom = \"standard_digital_out[0]\"\nto = \"standard_digital_in[0]\"\n\n[[wire]]\nto = \"standard_digital_in[1]\"".to_owned(),
+        "[[wire]]\nfrom = \"standard_digital_out[0]\"\nto = \"standard_digital_in[0]\"\n\n[[wire]]\n\
+         to = \"standard_digital_in[1]\"".to_owned(),
         "wrench = [{ at = 1, duration = 1, wrench = [0, 0, 0, 0, 0, 0] },\n{ at = 2, duration = 1 }]".to_owned(),
         "[[modbus]]\nIP = \"h\"\nslave_number = 1\nsignal_address = 0\nsignal_name = \"x\"".to_owned(),
         obstacle("shape = \"cube\""),

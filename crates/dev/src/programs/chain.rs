@@ -183,16 +183,21 @@ impl Writer<'_, '_> {
             _ => self.material.pick(&["150", "900", "3000", "30000", "20"]),
         };
         if links.iter().any(|link| link.starts_with("exception")) {
-            self.line("def exception(inner):\n    try: raise ValueError(inner)\n    except ValueError as error:\n        try: raise KeyError(1) from error\n        except KeyError as outer: return outer");
+            self.line("def exception(inner):\n    try: raise ValueError(inner)\n    except ValueError as error:\
+                \n        try: raise KeyError(1) from error\n        except KeyError as outer: return outer");
         }
         if links.iter().any(|link| link.starts_with("started")) {
-            self.line("def started(inner):\n    def body():\n        yield 1\n        yield inner\n    value = body(); next(value)\n    return value");
+            self.line(
+                "def started(inner):\n    def body():\n        yield 1\n        yield inner\
+                \n    value = body(); next(value)\n    return value",
+            );
         }
         if links.iter().any(|link| link.starts_with("cell")) {
             self.line("def cell(inner):\n    def one(): return inner\n    return one");
         }
         if links.iter().any(|link| link.starts_with("wrapped")) {
-            self.line("def wrapped(inner):\n    @functools.wraps(act)\n    def one(*args): return inner(*args)\n    return one");
+            self.line("def wrapped(inner):\n    @functools.wraps(act)\n    def one(*args): return inner(*args)\
+                \n    return one");
         }
         self.line("try:");
         self.indent += 1;

@@ -140,7 +140,8 @@ impl Writer<'_, '_> {
         self.line("def deep(n): return deep(n - 1) if n else inner()");
         // With a clause around its `yield` a generator has a stack of its own.
         self.line("def walk(n):\n    try:\n        yield deep(n)\n    finally:\n        n = None");
-        self.line("def nested(n):\n    try:\n        yield list(nested(n - 1)) if n else inner()\n    finally:\n        n = None");
+        self.line("def nested(n):\n    try:\n        yield list(nested(n - 1)) if n else inner()\n    finally:\
+            \n        n = None");
         for _ in 0..=self.material.below(2) {
             let depth = match self.material.below(4) {
                 0 => self.material.below(130),

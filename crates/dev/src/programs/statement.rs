@@ -317,8 +317,10 @@ impl Writer<'_, '_> {
     fn threads(&mut self) {
         let lines = [
             "x = threading.Thread(target=act); x.start(); x.join(1)",
-            "x = [threading.Thread(target=list, args=(map(act, a),)) for _ in range(5)]; [v.start() for v in x]; [v.join(1) for v in x]",
-            "x = threading.Thread(target=a.sort, kwargs={'key': lambda v: time.sleep(0.01) or act()}); x.start(); a.clear(); x.join(1)",
+            "x = [threading.Thread(target=list, args=(map(act, a),)) for _ in range(5)]; [v.start() for v in x]; \
+             [v.join(1) for v in x]",
+            "x = threading.Thread(target=a.sort, kwargs={'key': lambda v: time.sleep(0.01) or act()}); x.start(); \
+             a.clear(); x.join(1)",
             "x = threading.Timer(0.01, act); x.start(); time.sleep(0.02)",
             "x = threading.Thread(target=next, args=(g,)); x.start(); next(g); x.join(1)",
             "x = threading.Condition(); x.acquire(); x.wait(0.01); x.notify_all(); x.release()",

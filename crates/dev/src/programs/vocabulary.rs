@@ -61,7 +61,8 @@ pub fn vocabulary() -> &'static Vocabulary {
         let builtins = elite_lang::builtin_names().map(str::to_owned);
         let modules = IMPORTS.trim_start_matches("import ");
         let functions = output_of(&format!(
-            "{IMPORTS}\nfor name, module in zip('{modules}'.split(', '), [{modules}]):\n    for member in dir(module):\n        if not member.startswith('_'): print(name + '.' + member)\n"
+            "{IMPORTS}\nfor name, module in zip('{modules}'.split(', '), [{modules}]):\
+             \n    for member in dir(module):\n        if not member.startswith('_'): print(name + '.' + member)\n"
         ));
         let methods = SAMPLES.iter().map(|(name, sample)| {
             let text = format!("{IMPORTS}\nprint(*dir({sample}))\n");

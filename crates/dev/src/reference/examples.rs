@@ -165,7 +165,10 @@ mod tests {
 
     #[test]
     fn a_test_becomes_an_example() {
-        let text = "x = 1\ndef test_movej():\n    test.set(\"a\", 1)\n    movej(q)\n    test.near(f([1, 2])[0], 3, 0.1)\n    assert g(1) == True\n    test.raises(\"ValueError\", lambda: movej([1]))\nend\n\ndef test_halt():\n    r = test.run(\"\"\"\nhalt()\n\"\"\")\n    assert result.prints == []\nend\n";
+        let text = "x = 1\ndef test_movej():\n    test.set(\"a\", 1)\n    movej(q)\
+            \n    test.near(f([1, 2])[0], 3, 0.1)\n    assert g(1) == True\
+            \n    test.raises(\"ValueError\", lambda: movej([1]))\nend\n\ndef test_halt():\
+            \n    r = test.run(\"\"\"\nhalt()\n\"\"\")\n    assert result.prints == []\nend\n";
         let [movej, halt] = &parse(text)[..] else {
             panic!("two tests")
         };

@@ -211,7 +211,8 @@ fn a_program_that_computes_or_moves_is_paused() {
 
 #[test]
 fn steps_lead_from_node_to_node_of_the_pendants_task() {
-    let program = "$ LINE: (1, \"Start\")\na = 1\nb = 2\n$ LINE: (2, \"Approach\")\nc = 3\nd = 4\n$ LINE: (3, \"Weld\")\ne = 5\n";
+    let program = "$ LINE: (1, \"Start\")\na = 1\nb = 2\n$ LINE: (2, \"Approach\")\nc = 3\nd = 4\n\
+        $ LINE: (3, \"Weld\")\ne = 5\n";
     let mut client = Client::launched(program, &[], json!({"stopOnEntry": true}));
     client.held();
     assert_eq!(client.go("nextNode").line, 5);
@@ -221,7 +222,8 @@ fn steps_lead_from_node_to_node_of_the_pendants_task() {
 
 #[test]
 fn the_header_of_a_loop_holds_in_every_round() {
-    let program = "total = 0\nfor a, b in [(1, 2), (3, 4), (5, 6)]:\n    total += a * b\nfor x in []:\n    pass\nprint(total)\n";
+    let program = "total = 0\nfor a, b in [(1, 2), (3, 4), (5, 6)]:\n    total += a * b\nfor x in []:\n    pass\n\
+        print(total)\n";
     let mut client = Client::launched(
         program,
         &[json!({"line": 2}), json!({"line": 4})],

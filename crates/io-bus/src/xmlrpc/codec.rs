@@ -359,9 +359,10 @@ mod tests {
 
     #[test]
     fn faults_and_bare_texts_are_understood() {
-        let fault = "<?xml version='1.0'?>\n<methodResponse>\n<fault>\n<value><struct>\n<member>\n<name>faultCode</name>\n\
-            <value><int>4</int></value>\n</member>\n<member>\n<name>faultString</name>\n<value><string>too many &lt;x&gt;</string></value>\n\
-            </member>\n</struct></value>\n</fault>\n</methodResponse>\n";
+        let fault = "<?xml version='1.0'?>\n<methodResponse>\n<fault>\n<value><struct>\n<member>\n\
+            <name>faultCode</name>\n<value><int>4</int></value>\n</member>\n<member>\n<name>faultString</name>\n\
+            <value><string>too many &lt;x&gt;</string></value>\n</member>\n</struct></value>\n</fault>\n\
+            </methodResponse>\n";
         let wanted = RpcFault {
             code: 4,
             text: "too many <x>".to_owned(),

@@ -86,8 +86,8 @@ impl primary::PrimaryBackend for PortBackend {
             && let Some(name) = self.undefined_name(&program.text).await
         {
             self.refuse(format!(
-                "NameError: {name}, so the line was not run, and the program that runs goes on. A def block that is sent runs \
-                 by itself: a line behind it would take its place"
+                "NameError: {name}, so the line was not run, and the program that runs goes on. A def block that is \
+                 sent runs by itself: a line behind it would take its place"
             ));
             return;
         }

@@ -332,8 +332,9 @@ mod tests {
     use super::*;
 
     const TASK: &str = "<EliTask name=\"cell\" installationName=\"line\"/>";
-    const FILE: &str = "<VariablesManager>\n  <Variable name=\"width\" value=\"100\" remarks=\"mm\" favorite=\"true\"/>\n  \
-                        <Variable name=\"home\" value=\"[0, 1]\" remarks=\"\" favorite=\"false\"/>\n</VariablesManager>\n";
+    const FILE: &str = "<VariablesManager>\
+        \n  <Variable name=\"width\" value=\"100\" remarks=\"mm\" favorite=\"true\"/>\
+        \n  <Variable name=\"home\" value=\"[0, 1]\" remarks=\"\" favorite=\"false\"/>\n</VariablesManager>\n";
     const SCRIPT: &str = "def cell():\n  global width\n  width = 7\n  $ 1 \"Main\"\n  pass\nend\n";
 
     fn ended(variables: &mut ConfigurationVariables, folder: &TaskFolder, last: &[(&str, &str)]) {

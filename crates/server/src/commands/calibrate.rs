@@ -37,13 +37,15 @@ fn written(args: &CalibrateArgs) -> Result<String, String> {
         .map_err(|error| format!("cannot write the calibration file {out}: {error}"))?;
     if let Some(unexplained) = reading.tcp_residual.filter(|by| *by > UNEXPLAINED_MAX) {
         logging::say(&format!(
-            "the robot has its TCP {:.3} mm from where these numbers put it: it counts with something that it does not send, such as offsets of its joints",
+            "the robot has its TCP {:.3} mm from where these numbers put it: it counts with something that it does \
+             not send, such as offsets of its joints",
             unexplained * 1e3
         ));
     }
     let distance = reading.distance;
     Ok(format!(
-        "{out}: the {} at {address}, whose flange is up to {:.3} mm ({:.3} mm on average) and {:.4} degrees from where its sheet has it",
+        "{out}: the {} at {address}, whose flange is up to {:.3} mm ({:.3} mm on average) and {:.4} degrees from \
+         where its sheet has it",
         reading.calibration.model(),
         distance.position * 1e3,
         distance.position_mean * 1e3,

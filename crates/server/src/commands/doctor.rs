@@ -209,8 +209,8 @@ fn timing_checks(rehearsal: &LatencyTest, step: Duration) -> Vec<HealthCheck> {
         rehearsal.latencies.len(),
         step.as_secs_f64() * 1e3,
     );
-    let advice = "keep other load off this machine, set the governor to performance, and for a real cell use a kernel with \
-                  PREEMPT_RT; a virtual machine is never quite on time";
+    let advice = "keep other load off this machine, set the governor to performance, and for a real cell use a \
+        kernel with PREEMPT_RT; a virtual machine is never quite on time";
     let timer = if rehearsal.max_latency() > step {
         HealthCheck::poor("timer", format!("{found}: cycles would be missed"), advice)
     } else if rehearsal.latency_permille(990) > LATE {

@@ -157,7 +157,8 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     let [major, minor, fix, _] = rtsi.version();
     let offered = rtsi.offered().len();
     logging::say(&format!(
-        "recording the {} at {primary}, controller {major}.{minor}.{fix}: {offered} of {} variables at {} Hz into {path}",
+        "recording the {} at {primary}, controller {major}.{minor}.{fix}: {offered} of {} variables at {} Hz into \
+         {path}",
         reading.calibration.model(),
         KNOWN_VARIABLES.len(),
         args.rate,
@@ -222,7 +223,8 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         count => format!(", {count} messages left out"),
     };
     Ok(format!(
-        "{path}: {cycles} cycles, {missing} missing, {out_of_order} out of order left out, {lost} lost here, {reconnects} reconnects{left_out}"
+        "{path}: {cycles} cycles, {missing} missing, {out_of_order} out of order left out, {lost} lost here, \
+         {reconnects} reconnects{left_out}"
     ))
 }
 

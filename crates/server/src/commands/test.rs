@@ -146,8 +146,8 @@ impl Settings {
                     }
                     Permission::FsIn(_) | Permission::Process | Permission::Env => {
                         return Err(format!(
-                            "the settings of the tests in {} allow more than there is here: of files fs, \
-                             which is the folder that eliteserver mcp was started in, of machines those that a test plays",
+                            "the settings of the tests in {} allow more than there is here: of files fs, which is \
+                             the folder that eliteserver mcp was started in, of machines those that a test plays",
                             folder.display()
                         ));
                     }

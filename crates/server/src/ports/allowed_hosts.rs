@@ -19,7 +19,8 @@ use super::escape::EscapedLine;
 pub enum HostRejection {
     /// The server is called by a name that is not this machine's.
     #[error(
-        "the request is for {0}, which is not a name of this machine; open it by its address or as localhost, or start the server with --trust-host"
+        "the request is for {0}, which is not a name of this machine; open it by its address or as localhost, or \
+         start the server with --trust-host"
     )]
     Host(String),
     /// A page that comes from elsewhere.

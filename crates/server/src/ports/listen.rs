@@ -133,8 +133,8 @@ pub async fn bind(
         PortSetting::Either(port, otherwise) => match open(option, ip, port).await {
             Err(BindError::NotAllowed { .. }) => {
                 tracing::info!(
-                    "{port} needs a privilege that this user does not have: {otherwise} is opened in its place, and clients \
-                     must be told so ({option} chooses)"
+                    "{port} needs a privilege that this user does not have: {otherwise} is opened in its place, and \
+                     clients must be told so ({option} chooses)"
                 );
                 otherwise
             }
@@ -348,7 +348,8 @@ mod tests {
         assert_eq!(
             error.to_string(),
             format!(
-                "{address} is in use by another program: stop it, or choose another port with --x-port (0 takes any free one)"
+                "{address} is in use by another program: stop it, or choose another port with --x-port (0 takes any \
+                 free one)"
             )
         );
         let off = bind("--x-port", LOCALHOST, PortSetting::Off).await.unwrap();

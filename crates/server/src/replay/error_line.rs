@@ -72,7 +72,8 @@ ZeroDivisionError: division by zero
         let expected = "ZeroDivisionError: division by zero (weld.script, line 4, column 7, in main; in node 7 接近点)";
         assert_eq!(in_one_line(report), expected);
         let chained = format!(
-            "Traceback (most recent call last):\n  a, line 1, column 2, in f\nKeyError: 1\n\nDuring handling of the above exception, another exception occurred:\n\n{report}"
+            "Traceback (most recent call last):\n  a, line 1, column 2, in f\nKeyError: 1\n\n\
+             During handling of the above exception, another exception occurred:\n\n{report}"
         );
         assert_eq!(in_one_line(&chained), expected);
     }
@@ -94,7 +95,8 @@ ZeroDivisionError: division by zero
                 "ValueError: x",
             ),
             (
-                "error[syntax]: expected ':'\n --> pick.script:3:5\n  |\n3 | if x\n  |     ^\nSyntaxError: expected ':'",
+                "error[syntax]: expected ':'\n --> pick.script:3:5\n  |\n3 | if x\n  |     ^\n\
+                 SyntaxError: expected ':'",
                 "SyntaxError: expected ':' (pick.script:3:5)",
             ),
             ("SyntaxError: no place", "SyntaxError: no place"),

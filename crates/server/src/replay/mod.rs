@@ -149,7 +149,8 @@ fn answer_noting(
         match recording.abnormal_end() {
             None | Some(FileEnd::Complete) => {}
             Some(FileEnd::Truncated) => notes.push(format!(
-                "{path} ends in the middle, its writer was killed or is still writing; the answer is about what is there"
+                "{path} ends in the middle, its writer was killed or is still writing; the answer is about what is \
+                 there"
             )),
             Some(FileEnd::Damaged(reason)) => {
                 let reason = reason.clone();

@@ -212,11 +212,15 @@ pub(super) const TARGETS: &[Target] = &[
         render_input: as_they_are,
         seeds: || {
             let requests: [&[u8]; 6] = [
-                b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\nGET /metrics HTTP/1.1\r\nHost: 127.0.0.1:8080\r\n\r\n",
+                b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\nGET /metrics HTTP/1.1\r\nHost: 127.0.0.1:8080\r\n\
+                  \r\n",
                 b"GET http://evil.example/panel HTTP/1.1\r\nHost: evil.example\r\nOrigin: http://evil.example\r\n\r\n",
                 b"GET /api/io HTTP/1.0\r\n\r\n",
-                b"POST /api/inputs HTTP/1.1\r\nHost: [::1]:80\r\nContent-Type: application/json\r\nContent-Length: 13\r\n\r\n{\"DI0\": true}",
-                b"POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nOrigin: http://localhost\r\nTransfer-Encoding: chunked\r\n\r\n6\r\n{\"DI0\"\r\n7\r\n: true}\r\n0\r\n\r\n",
+                b"POST /api/inputs HTTP/1.1\r\nHost: [::1]:80\r\nContent-Type: application/json\r\n\
+                  Content-Length: 13\r\n\r\n{\"DI0\": true}",
+                b"POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n\
+                  Origin: http://localhost\r\nTransfer-Encoding: chunked\r\n\r\n6\r\n{\"DI0\"\r\n7\r\n: true}\r\n\
+                  0\r\n\r\n",
                 b"OPTIONS * HTTP/1.1\r\nHost: localhost\r\nExpect: 100-continue\r\nConnection: close\r\n\r\n",
             ];
             requests.map(<[u8]>::to_vec).to_vec()

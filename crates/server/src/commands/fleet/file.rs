@@ -138,7 +138,8 @@ impl FleetConfig {
             .is_some_and(|value| value.as_str() != Some("off"))
         {
             return Err(wrong(
-                "`record` in [defaults] can only be \"off\": without it every robot records into a folder of its own".to_owned(),
+                "`record` in [defaults] can only be \"off\": without it every robot records into a folder of its \
+                 own".to_owned(),
             ));
         }
         let tables = match top.remove("robot") {

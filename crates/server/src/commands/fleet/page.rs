@@ -246,8 +246,8 @@ fn row(robot: &RobotProcess, seen: &ProcessStatus, health: &Json) -> String {
         _ => state,
     };
     format!(
-        "<tr><td>{pendant}</td><td class=\"{class}\">{told}</td><td>{}</td><td>{}</td><td>{} MB</td><td>{}</td><td>{bind}</td>\
-         <td><a href=\"/logs/{name}\">log</a></td></tr>",
+        "<tr><td>{pendant}</td><td class=\"{class}\">{told}</td><td>{}</td><td>{}</td><td>{} MB</td>\
+         <td>{}</td><td>{bind}</td><td><a href=\"/logs/{name}\">log</a></td></tr>",
         escaped(health["task"].as_str().unwrap_or("–")),
         health["cycle"],
         seen.memory / 1_000_000,

@@ -28,14 +28,14 @@ const WAITING_MAX: usize = 64;
 /// Longest text of an answer, bytes: what an assistant can take in.
 const TEXT_BYTES_MAX: usize = 200_000;
 
-const INSTRUCTIONS: &str = "\
-Robot programs for Elite Robots CS arms, in EliteScript: Python 3 with `end` after blocks where the indentation does not say it, \
-`sec` for secondary programs, and the functions of the robot as builtins. Lengths are m, angles rad, forces N, times s; a pose is \
-[x, y, z, Rx, Ry, Rz] in the base frame, joint positions are six angles.\n\
-Look functions up with `builtin` before you use them, `check` what you have written, `run` it on a simulated arm (simulated time, \
-nothing moves), write tests in test_*.script and run them with `test`. A run with `record` leaves a recording: `replay_summary`, \
-`replay_at`, `replay_find` and `replay_plot` tell what the arm did. Files are those beneath the folder the server was started in. \
-No tool reaches a real robot or the network.";
+const INSTRUCTIONS: &str = "Robot programs for Elite Robots CS arms, in EliteScript: Python 3 with `end` after \
+    blocks where the indentation does not say it, `sec` for secondary programs, and the functions of the robot as \
+    builtins. Lengths are m, angles rad, forces N, times s; a pose is [x, y, z, Rx, Ry, Rz] in the base frame, \
+    joint positions are six angles.\n\
+    Look functions up with `builtin` before you use them, `check` what you have written, `run` it on a simulated \
+    arm (simulated time, nothing moves), write tests in test_*.script and run them with `test`. A run with `record` \
+    leaves a recording: `replay_summary`, `replay_at`, `replay_find` and `replay_plot` tell what the arm did. Files \
+    are those beneath the folder the server was started in. No tool reaches a real robot or the network.";
 
 /// The server.
 pub(super) struct McpServer {

@@ -84,8 +84,8 @@ pub(super) fn all() -> &'static [ToolSpec] {
             true,
             builtins::BuiltinArguments,
             builtins::builtin,
-            "Functions of the script language: the full text of one (signature, units, ranges, defaults, what comes back, section \
-             of the manual), or those that fit a search. Without arguments all names by category."
+            "Functions of the script language: the full text of one (signature, units, ranges, defaults, what comes \
+             back, section of the manual), or those that fit a search. Without arguments all names by category."
         ),
         tool!(
             "check",
@@ -93,8 +93,9 @@ pub(super) fn all() -> &'static [ToolSpec] {
             true,
             programs::CheckArguments,
             programs::check,
-            "Parses and checks a program without running it: syntax, unknown names, arguments out of range, degrees where radians \
-             are meant, loops that never wait. Findings have line, column, and often the right spelling."
+            "Parses and checks a program without running it: syntax, unknown names, arguments out of range, degrees \
+             where radians are meant, loops that never wait. Findings have line, column, and often the right \
+             spelling."
         ),
         tool!(
             "run",
@@ -102,9 +103,10 @@ pub(super) fn all() -> &'static [ToolSpec] {
             false,
             programs::RunArguments,
             programs::run,
-            "Runs a program to its end on a simulated arm in simulated time, and tells how it ended, what it printed, errors with \
-             their lines, where the arm is, peaks of speed and force. With `record` every cycle is written to a recording for the \
-             replay tools. Programs reach no network and, without `files`, no file."
+            "Runs a program to its end on a simulated arm in simulated time, and tells how it ended, what it \
+             printed, errors with their lines, where the arm is, peaks of speed and force. With `record` every \
+             cycle is written to a recording for the replay tools. Programs reach no network and, without `files`, \
+             no file."
         ),
         tool!(
             "test",
@@ -112,8 +114,9 @@ pub(super) fn all() -> &'static [ToolSpec] {
             false,
             test_tool::TestArguments,
             test_tool::test,
-            "Runs test functions (def test_…():) of files test_*.script and *_test.script, each on a simulated arm of its own. In a \
-             test the object `test` starts programs, sets inputs, plays machines on the network and checks what happened."
+            "Runs test functions (def test_…():) of files test_*.script and *_test.script, each on a simulated arm \
+             of its own. In a test the object `test` starts programs, sets inputs, plays machines on the network \
+             and checks what happened."
         ),
         tool!(
             "replay_summary",
@@ -121,8 +124,8 @@ pub(super) fn all() -> &'static [ToolSpec] {
             true,
             recordings::SummaryArguments,
             recordings::summary,
-            "What a recording holds: duration, programs, commands, errors, protective stops, limits that were reached, peaks of \
-             speed, torque and force; optionally the program with when each line ran."
+            "What a recording holds: duration, programs, commands, errors, protective stops, limits that were \
+             reached, peaks of speed, torque and force; optionally the program with when each line ran."
         ),
         tool!(
             "replay_at",
@@ -130,8 +133,8 @@ pub(super) fn all() -> &'static [ToolSpec] {
             true,
             recordings::AtArguments,
             recordings::at,
-            "Everything that is known of one moment of a recording: line of the script, command, joints, TCP, speeds, torques, \
-             forces, inputs and outputs."
+            "Everything that is known of one moment of a recording: line of the script, command, joints, TCP, \
+             speeds, torques, forces, inputs and outputs."
         ),
         tool!(
             "replay_find",
@@ -139,8 +142,9 @@ pub(super) fn all() -> &'static [ToolSpec] {
             true,
             recordings::FindArguments,
             recordings::find,
-            "When a condition held in a recording, where the script was then and where the arm. Conditions are expressions over \
-             the fields of a cycle: norm(tcp_force[0:3]) > 20, safety_mode != normal, actual_q[1] < -1.5 and line == 7."
+            "When a condition held in a recording, where the script was then and where the arm. Conditions are \
+             expressions over the fields of a cycle: norm(tcp_force[0:3]) > 20, safety_mode != normal, \
+             actual_q[1] < -1.5 and line == 7."
         ),
         tool!(
             "replay_plot",
@@ -148,8 +152,8 @@ pub(super) fn all() -> &'static [ToolSpec] {
             true,
             recordings::PlotArguments,
             recordings::plot,
-            "A picture (PNG) of joint positions, speeds, accelerations, torques and force over time, with lines and commands \
-             marked."
+            "A picture (PNG) of joint positions, speeds, accelerations, torques and force over time, with lines and \
+             commands marked."
         ),
     ];
     TOOLS

@@ -93,7 +93,8 @@ mod tests {
 
     #[test]
     fn a_line_belongs_to_the_last_node_before_it() {
-        let text = "x = 1\n$ LINE: (3, \"摆动\")\nmovej(a)\n  $ LINE : (12,'Approach' , \"after\")\n$ OTHER: (1, \"x\")\n$ LINE: (x, \"y\")\nmovej(b)\n";
+        let text = "x = 1\n$ LINE: (3, \"摆动\")\nmovej(a)\n  $ LINE : (12,'Approach' , \"after\")\n\
+            $ OTHER: (1, \"x\")\n$ LINE: (x, \"y\")\nmovej(b)\n";
         let nodes = NodeTracker::of(&SourceFile::new("task", text));
         let at = [1, 2, 3, 4, 7, 999].map(|line| nodes.at(line));
         let (swing, approach) = (Some("node 3 摆动"), Some("node 12 Approach"));

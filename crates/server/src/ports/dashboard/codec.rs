@@ -21,8 +21,9 @@ pub const REPLY_BYTES_MAX: usize = 512;
 pub fn greeting() -> String {
     let version = CONTROLLER_VERSION.map(|part| part.to_string()).join(".");
     format!(
-        "EliRobot dashboard shell, version {version}\r\nType 'help' to see the list of commands.\r\nType 'help name' to find out \
-         what the command 'name' does.\r\nType 'usage name' to find out how the command 'name' is used."
+        "EliRobot dashboard shell, version {version}\r\nType 'help' to see the list of commands.\r\n\
+         Type 'help name' to find out what the command 'name' does.\r\n\
+         Type 'usage name' to find out how the command 'name' is used."
     )
 }
 
@@ -303,8 +304,8 @@ pub fn help(names: &[String]) -> String {
 pub fn needs_remote_control(word: &str, mode: ControlMode) -> String {
     match mode {
         ControlMode::Mixed => format!(
-            "Command [{word}] is not supported while remote control is disabled in the settings. Please enable remote control \
-             first."
+            "Command [{word}] is not supported while remote control is disabled in the settings. Please enable \
+             remote control first."
         ),
         ControlMode::Local | ControlMode::Remote => format!(
             "Command [{word}] is not supported in local control mode. Please close local control mode first."

@@ -217,7 +217,8 @@ async fn the_panel_is_json() {
 async fn post_inputs(address: SocketAddr, headers: &str, body: &str) -> String {
     let length = body.len();
     let request = format!(
-        "POST /api/inputs HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Length: {length}\r\n{headers}\r\n{body}"
+        "POST /api/inputs HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Length: {length}\r\n\
+         {headers}\r\n{body}"
     );
     answer(address, &request).await
 }

@@ -136,7 +136,8 @@ impl fmt::Display for ScriptRejection {
             ),
             Self::CutOff { lines } => write!(
                 f,
-                "RuntimeError: the connection ended inside a block: the text was cut off after line {lines}, so none of it runs"
+                "RuntimeError: the connection ended inside a block: the text was cut off after line {lines}, so \
+                 none of it runs"
             ),
             Self::NotUtf8 { .. } => f.write_str("the program is not UTF-8 text"),
             Self::Speed { given } => {

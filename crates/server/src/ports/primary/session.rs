@@ -59,7 +59,8 @@ pub enum SessionEnd {
 }
 
 /// What a client hears before its connection is closed in local mode.
-const LOCAL_MODE: &str = "RuntimeError: remote control is off: in local control mode every connection to the primary port is closed";
+const LOCAL_MODE: &str = "RuntimeError: remote control is off: in local control mode every connection to the \
+    primary port is closed";
 
 /// How long a client in local mode has to hear that.
 const FAREWELL: Duration = Duration::from_millis(500);

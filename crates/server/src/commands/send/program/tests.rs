@@ -25,9 +25,11 @@ fn blocks_go_out_as_they_are() {
 
 #[test]
 fn plain_statements_go_into_a_function_and_keep_their_places_and_globals() {
-    let text = "count = 0\ndef more():\n    global count\n    count += 1\nmore()\ntext = '''a\n  b\n'''\nprint(count, text)\n";
+    let text = "count = 0\ndef more():\n    global count\n    count += 1\nmore()\ntext = '''a\n  b\n'''\n\
+        print(count, text)\n";
     let sent = outgoing(text, &[]).expect("sent");
-    let wanted = "def task_program():\n\tglobal count, more, text\n\tpass\n\tcount = 0\n\tdef more():\n\t    global count\n\t    count += 1\n\tmore()\n\ttext = '''a\n  b\n'''\n\tprint(count, text)\nend\n";
+    let wanted = "def task_program():\n\tglobal count, more, text\n\tpass\n\tcount = 0\n\tdef more():\n\
+        \t    global count\n\t    count += 1\n\tmore()\n\ttext = '''a\n  b\n'''\n\tprint(count, text)\nend\n";
     assert_eq!(sent.text, wanted);
     assert_eq!(sent.place(4, 2), Some((1, 1)));
     assert_eq!(sent.place(7, 6), Some((4, 5)));
@@ -122,8 +124,9 @@ fn reports_name_the_file_and_its_lines() {
         &[],
     )
     .expect("sent");
-    let report = "Traceback (most recent call last):\n  task_program, line 7, column 2, in task_program\n    helper(1)\n  \
-                  task_program, line 6, column 13, in task_program.<locals>.helper\nZeroDivisionError: at , line 7";
+    let report = "Traceback (most recent call last):\n  task_program, line 7, column 2, in task_program\
+        \n    helper(1)\n  task_program, line 6, column 13, in task_program.<locals>.helper\n\
+        ZeroDivisionError: at , line 7";
     assert_eq!(
         sent.in_file(report, "pick.script"),
         "Traceback (most recent call last):\n  pick.script, line 4, column 1, in <module>\n    helper(1)\n  \
