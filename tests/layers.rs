@@ -20,7 +20,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         &["io-bus", "kinematics", "motion-api", "recorder", "wire"],
     ),
     ("task-memory", &["platform"]),
-    ("elite-lang", &["platform", "task-memory"]),
+    ("elite-syntax", &["task-memory"]),
+    ("elite-lang", &["elite-syntax", "platform", "task-memory"]),
     ("motion-api", &["kinematics"]),
     ("force", &["kinematics", "motion-api"]),
     (
@@ -39,6 +40,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         "elite-runtime",
         &[
             "elite-lang",
+            "elite-syntax",
             "kinematics",
             "motion-api",
             "io-bus",
@@ -52,6 +54,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         &[
             "elite-lang",
             "elite-runtime",
+            "elite-syntax",
             "force",
             "io-bus",
             "kinematics",
@@ -68,6 +71,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "controller",
             "elite-lang",
             "elite-runtime",
+            "elite-syntax",
             "io-bus",
             "kinematics",
             "motion-api",
@@ -82,6 +86,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "controller",
             "elite-lang",
             "elite-runtime",
+            "elite-syntax",
             "io-bus",
             "kinematics",
             "motion-api",
@@ -89,6 +94,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "recorder",
             "script-test",
             "supervision",
+            "task-memory",
         ],
     ),
     (
@@ -96,8 +102,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         &[
             "controller",
             "editor",
-            "elite-lang",
             "elite-runtime",
+            "elite-syntax",
             "io-bus",
             "kinematics",
             "motion-api",
@@ -112,6 +118,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "editor",
             "elite-lang",
             "elite-runtime",
+            "elite-syntax",
             "force",
             "io-bus",
             "kinematics",
@@ -130,7 +137,6 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         "pybind",
         &[
             "controller",
-            "elite-lang",
             "elite-runtime",
             "kinematics",
             "motion-api",
@@ -146,6 +152,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "editor",
             "elite-lang",
             "elite-runtime",
+            "elite-syntax",
             "io-bus",
             "kinematics",
             "motion-api",
@@ -153,6 +160,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "server",
             "supervision",
             "wire",
+            "task-memory",
         ],
     ),
 ];
@@ -162,7 +170,7 @@ const KEPT_IN: &[(&str, &[&str])] = &[
     ("rapier3d-f64", &["motion"]),
     ("rsruckig", &["motion"]),
     ("clarabel", &["force"]),
-    ("corosensei", &["elite-lang"]),
+    ("corosensei", &["elite-lang", "elite-syntax"]),
     // What depends on the system; `dev` starts and limits processes of its own.
     ("nix", &["platform", "dev"]),
     ("libc", &["platform"]),

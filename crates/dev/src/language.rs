@@ -6,9 +6,9 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, ScriptThread, SourceFile,
-    ThreadId, check, compile, memory, render_human, render_script_error,
+    Host, Interpreter, Limits, Resume, ResumeOutcome, ScriptThread, ThreadId, render_script_error,
 };
+use elite_syntax::{KnownNames, SourceFile, check, compile, render_human};
 use nix::time::{ClockId, clock_gettime};
 
 /// Threads a program may have at once.
@@ -129,14 +129,14 @@ const MEMORY_HELD_MAX: isize = (MEMORY + MEMORY / 4 + (4 << 20)) as isize;
 /// What may stay when everything is dropped: tables that are made once in a process.
 const LEFT_MAX: isize = 2 << 20;
 
-/// Runs a program with little fuel and memory, its threads in turn, and stops what still runs.
+/// Runs a program with little fuel and its threads in turn, and stops what still runs.
 ///
 /// # Panics
 /// If something that must hold does not.
 pub fn judged(text: String) -> TrialOutcome {
-    let before = memory::live_bytes();
+    let before = task_memory::live_bytes();
     let outcome = run(text, before);
-    let left = memory::live_bytes() - before;
+    let left = task_memory::live_bytes() - before;
     assert!(left < LEFT_MAX, "LEAK: {left} bytes are held after the end");
     outcome
 }
@@ -187,7 +187,7 @@ fn run(text: String, before: isize) -> TrialOutcome {
                 }
             }
         }
-        let held = memory::live_bytes() - before;
+        let held = task_memory::live_bytes() - before;
         assert!(held < MEMORY_HELD_MAX, "MEMORY: {held} bytes are held");
         threads.extend(host.started.take());
         if waiting == threads.len() {

@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use controller::Peaks;
 use controller::program_position::{PositionTracker, ProgramPosition};
-use elite_lang::TaskNode;
 use elite_runtime::message::Observer;
+use elite_syntax::TaskNode;
 use motion_api::{CycleFrame, ProgramId, RobotState, ThreadNumber};
 
 /// Cycles that are kept; what comes after them is counted only. At 4 ms it is the first 400 s of a test.

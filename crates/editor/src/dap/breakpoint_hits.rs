@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use controller::condition::ProgramPosition;
 use elite_lang::debug::{EvalOutcome, PausedProgram, StatementEvent};
-use elite_lang::{ThreadId, Value, memory};
+use elite_lang::{ThreadId, Value};
 use motion_api::RobotState;
 use recorder::CycleMessage;
 
@@ -165,7 +165,7 @@ impl Probe {
         let mut watches = std::mem::take(&mut self.state.borrow_mut().watches);
         let mut met: Vec<(u64, String, Option<HitCondition>)> = Vec::new();
         let mut failed = Vec::new();
-        memory::uncounted(|| {
+        task_memory::uncounted(|| {
             let cycle = CycleMessage::from(&robot);
             let doing = ProgramPosition {
                 line: self.link.line.load(Ordering::Relaxed),

@@ -13,8 +13,9 @@ use std::sync::mpsc::Receiver;
 
 use controller::condition::Condition;
 use elite_lang::debug::{DebugAction, EvalHandle, EvalOutcome, PausedProgram};
-use elite_lang::{TaskNode, ThreadId, Value, memory};
+use elite_lang::{ThreadId, Value};
 use elite_runtime::debug::{CONSOLE_THREAD, DebuggedTask, DebuggerHost, TaskDebugger};
+use elite_syntax::TaskNode;
 
 use super::breakpoints::{Breakpoints, HitCondition};
 use super::inspect::ReferenceTable;
@@ -216,7 +217,7 @@ impl Probe {
                     id: data.id,
                     hits: data.hits,
                     // Looked at when it was set; here it is made for this thread.
-                    condition: memory::uncounted(|| {
+                    condition: task_memory::uncounted(|| {
                         Condition::new("the data breakpoint", &data.condition).ok()
                     }),
                     text: data.condition.clone(),
@@ -225,7 +226,7 @@ impl Probe {
             });
         }
         let old = std::mem::replace(&mut state.watches, watches);
-        memory::uncounted(|| drop(old));
+        task_memory::uncounted(|| drop(old));
     }
 
     /// A moment passes: counts it, does again what was done here, and says what the caller has to do instead of
