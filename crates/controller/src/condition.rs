@@ -8,10 +8,10 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use elite_lang::{
-    ExceptionKind, Host, Interpreter, KnownNames, Limits, NativeBody, NativeFunction, Param,
-    Resume, ResumeOutcome, ScriptThread, Severity, SourceFile, ThreadId, Value, check, compile,
-    render_human, render_script_error,
+    ExceptionKind, Host, Interpreter, Limits, NativeBody, NativeFunction, Param, Resume,
+    ResumeOutcome, ScriptThread, ThreadId, Value, render_script_error,
 };
+use elite_syntax::{KnownNames, Severity, SourceFile, check, compile, render_human};
 use motion_api::{MotionMode, RobotMode, SafetyMode};
 use recorder::{CycleMessage, FieldValue};
 use thiserror::Error;

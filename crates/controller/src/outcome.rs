@@ -6,11 +6,11 @@
 use core::fmt;
 use std::sync::Arc;
 
-use elite_lang::TaskNode;
 use elite_runtime::TaskEnd;
 use elite_runtime::message::{
     EMERGENCY_STOP_CODE, Message, Observer, PROTECTIVE_STOP_CODE, SCRIPT_ALARM_CODE, Severity,
 };
+use elite_syntax::TaskNode;
 use motion_api::{CycleFrame, ProgramId, StopReason, ThreadNumber};
 use parking_lot::Mutex;
 

@@ -6,10 +6,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use elite_lang::TaskNode;
 use elite_runtime::external::{ExternalInput, ExternalInputSink};
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::VariableValue;
+use elite_syntax::TaskNode;
 use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
 use parking_lot::Mutex;
 use recorder::lengths::{NAME_BYTES, SHORT_TEXT_BYTES, truncate_marked};

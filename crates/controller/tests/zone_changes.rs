@@ -6,9 +6,9 @@
 use std::sync::Arc;
 
 use controller::{ControllerConfig, PreparedController, StartOptions};
-use elite_lang::TaskNode;
 use elite_runtime::message::{InterpreterEvent, Message, Observer};
 use elite_runtime::panel::VariableValue;
+use elite_syntax::TaskNode;
 use motion_api::{CycleFrame, ProgramId, ThreadNumber};
 use parking_lot::Mutex;
 

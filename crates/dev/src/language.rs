@@ -6,9 +6,9 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, ScriptThread, SourceFile,
-    ThreadId, check, compile, render_human, render_script_error,
+    Host, Interpreter, Limits, Resume, ResumeOutcome, ScriptThread, ThreadId, render_script_error,
 };
+use elite_syntax::{KnownNames, SourceFile, check, compile, render_human};
 use nix::time::{ClockId, clock_gettime};
 
 /// Threads a program may have at once.
@@ -129,7 +129,7 @@ const MEMORY_HELD_MAX: isize = (MEMORY + MEMORY / 4 + (4 << 20)) as isize;
 /// What may stay when everything is dropped: tables that are made once in a process.
 const LEFT_MAX: isize = 2 << 20;
 
-/// Runs a program with little fuel and memory, its threads in turn, and stops what still runs.
+/// Runs a program with little fuel and its threads in turn, and stops what still runs.
 ///
 /// # Panics
 /// If something that must hold does not.

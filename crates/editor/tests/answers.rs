@@ -40,8 +40,8 @@ fn starts(places: &Value) -> Vec<(u64, u64)> {
 fn findings_are_those_of_check() {
     let text = "def f():\n    spee = 1\n    movej([0, -90, 0, 0, 0, 0], v=sped)\n    return 1\n    sync()\n";
     let mut client = Client::of(text);
-    let file = elite_lang::SourceFile::new("x", text);
-    let checked = elite_lang::check(file.clone(), &elite_runtime::builtins::known_names());
+    let file = elite_syntax::SourceFile::new("x", text);
+    let checked = elite_syntax::check(file.clone(), &elite_runtime::builtins::known_names());
     let checked: Vec<(String, u64)> = checked
         .iter()
         .map(|f| (f.code.to_owned(), u64::from(file.line_of(f.span.start) - 1)))
@@ -139,7 +139,7 @@ print(math.pi, math.sin(1), math, tau, tool.nothing)
 #[test]
 fn everything_that_python_gives_is_explained_in_both_languages() {
     let is_chinese = |text: &str| text.chars().any(|c| ('\u{4e00}'..'\u{a000}').contains(&c));
-    for name in elite_lang::builtin_names() {
+    for name in elite_syntax::python_names::builtin_names() {
         let english = Language::English.python(name).unwrap_or_default();
         let chinese = Language::Chinese.python(name).unwrap_or_default();
         assert!(

@@ -5,15 +5,15 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use editor::analysis::words::Language;
-use elite_lang::chinese::PhraseTable;
+use elite_syntax::chinese::PhraseTable;
 
 /// Where sentences about texts of programs are declared.
 const OF_TEXTS: &[&str] = &[
-    "elite-lang/src/lexer",
-    "elite-lang/src/parser",
-    "elite-lang/src/resolve",
-    "elite-lang/src/lint",
-    "elite-lang/src/program.rs",
+    "elite-syntax/src/lexer",
+    "elite-syntax/src/parser",
+    "elite-syntax/src/resolve",
+    "elite-syntax/src/lint",
+    "elite-syntax/src/program.rs",
 ];
 
 /// Where those about the robot are, all of which people are told.
@@ -179,7 +179,10 @@ fn gaps(declared: &BTreeSet<String>, known: &BTreeSet<&str>) -> Vec<String> {
 
 #[test]
 fn every_sentence_about_texts_is_there_in_chinese() {
-    let known = english(&[elite_lang::chinese::SENTENCES, elite_lang::chinese::WORDS]);
+    let known = english(&[
+        elite_syntax::chinese::SENTENCES,
+        elite_syntax::chinese::WORDS,
+    ]);
     let declared = declared(OF_TEXTS);
     assert!(declared.len() > 300, "{}", declared.len());
     assert_eq!(gaps(&declared, &known), [""; 0]);
@@ -224,8 +227,8 @@ fn a_gap_is_found() {
 #[test]
 fn tables_keep_what_varies_and_are_in_order() {
     let tables = [
-        elite_lang::chinese::SENTENCES,
-        elite_lang::chinese::WORDS,
+        elite_syntax::chinese::SENTENCES,
+        elite_syntax::chinese::WORDS,
         elite_runtime::chinese::SENTENCES,
         elite_runtime::chinese::WORDS,
     ];

@@ -7,8 +7,8 @@ use editor::analysis::format::{Indent, applied, format};
 use editor::analysis::rename::{RenameError, rename};
 use editor::analysis::scopes::SymbolKind;
 use editor::analysis::{Analysis, TextKind};
-use elite_lang::SourceFile;
-use elite_lang::syntax::same_tree;
+use elite_syntax::SourceFile;
+use elite_syntax::same_tree;
 
 /// Symbols of one program that are renamed: some of each, or it takes minutes without optimisation.
 const RENAMED_MAX: usize = 6;
@@ -155,8 +155,8 @@ fn renaming_there_and_back_keeps_the_text(number: usize) {
             let Ok(places) = rename(&analysed, first.span.start, "renamed_q") else {
                 continue;
             };
-            let edits = |places: &[elite_lang::Span], text: &str| -> Vec<Edit> {
-                let edit = |span: &elite_lang::Span| Edit {
+            let edits = |places: &[elite_syntax::Span], text: &str| -> Vec<Edit> {
+                let edit = |span: &elite_syntax::Span| Edit {
                     span: *span,
                     text: text.to_owned(),
                 };

@@ -8,9 +8,8 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::Instant;
 
-use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
-};
+use elite_lang::{Host, Interpreter, Limits, Resume, ResumeOutcome, ThreadId};
+use elite_syntax::{KnownNames, SourceFile, compile};
 use shapes::{SHAPES, forget_peak, of_process, program};
 
 struct Silent;

@@ -5,9 +5,8 @@
 use std::process::{Command, ExitCode};
 use std::rc::Rc;
 
-use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
-};
+use elite_lang::{Host, Interpreter, Limits, Resume, ResumeOutcome, ThreadId};
+use elite_syntax::{KnownNames, SourceFile, compile};
 
 /// Objects of each kind.
 const COUNT: usize = 2000;

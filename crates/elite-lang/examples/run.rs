@@ -4,10 +4,8 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::Instant;
 
-use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
-    render_human, render_script_error,
-};
+use elite_lang::{Host, Interpreter, Limits, Resume, ResumeOutcome, ThreadId, render_script_error};
+use elite_syntax::{KnownNames, SourceFile, compile, render_human};
 
 struct Console {
     start: Instant,

@@ -4,9 +4,8 @@
 use std::rc::Rc;
 use std::time::Duration;
 
-use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
-};
+use elite_lang::{Host, Interpreter, Limits, Resume, ResumeOutcome, ThreadId};
+use elite_syntax::{KnownNames, SourceFile, compile};
 use nix::time::{ClockId, clock_gettime};
 
 struct Silent;

@@ -6,10 +6,8 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
-    render_script_error,
-};
+use elite_lang::{Host, Interpreter, Limits, Resume, ResumeOutcome, ThreadId, render_script_error};
+use elite_syntax::{KnownNames, SourceFile, compile};
 use nix::time::{ClockId, clock_gettime};
 
 #[derive(Default)]

@@ -4,9 +4,10 @@
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
+use elite_syntax::nearest;
+
 use crate::builtins::Builtin;
 use crate::eval::Evaluator;
-use crate::spelling::nearest;
 use crate::value::symbol::known;
 use crate::value::{Function, Instance, Raised, Value};
 

@@ -11,7 +11,6 @@
 
 mod evaluate;
 mod halt;
-mod places;
 mod show;
 
 use std::cell::{Cell, RefCell};
@@ -20,14 +19,13 @@ use std::rc::{Rc, Weak};
 pub use evaluate::{EvalHandle, EvalOutcome, PendingEval};
 use halt::TopFrame;
 pub use halt::{PausedProgram, SetVariableError, StackFrame};
-pub(crate) use places::is_executable;
-pub use places::{BreakpointLocation, places};
 pub use show::{ChildFilter, ChildValue, ValuePreview};
+
+use elite_syntax::{SourceFile, Span};
 
 use crate::eval::coroutine::{StopState, SuspendRequest};
 use crate::eval::{Evaluator, Frame};
 use crate::host::ThreadId;
-use crate::source::{SourceFile, Span};
 use crate::value::{Function, Instance, R, Raised, ScriptCell, Value};
 
 /// Calls within calls of which variables are kept; those between the outermost and the innermost ones have none.

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use elite_syntax::{SourceFile, Span, TaskNode};
+
 use crate::eval::Evaluator;
-use crate::eval::node::TaskNode;
-use crate::source::{SourceFile, Span};
 use crate::value::exception::{ExceptionState, TracebackEntry};
 use crate::value::instance::InstancePayload;
 use crate::value::{Instance, R, Raised, Value};

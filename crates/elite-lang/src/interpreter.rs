@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
+use elite_syntax::{Program, ProgramKind, TaskNode, WorkBudget, with_deep_stack};
 
 use crate::builtins::Builtin;
 use crate::debug::{DebugHook, Debugger, PausedProgram};
@@ -16,15 +17,12 @@ use crate::eval::coroutine::{
     RequestSink, Resume, StackKind, StopState, SuspendRequest, ThreadState, limit_of,
 };
 use crate::eval::count::LineCounts;
-use crate::eval::node::{NodeChange, NodeCursor, TaskNode};
+use crate::eval::node::{NodeChange, NodeCursor};
 use crate::eval::{Evaluator, InterpreterState};
 use crate::host::{Host, ThreadId};
 use crate::limits::Limits;
 use crate::limits::overflow::{Exit, Watch};
-use crate::limits::work_budget::WorkBudget;
 use crate::native::{NativeFunction, WaitToken};
-use crate::program::{Program, ProgramKind};
-use crate::stack::with_deep_stack;
 use crate::value::{Function, R, Raised, Value, trash};
 
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
@@ -34,7 +32,7 @@ pub struct Interpreter {
     leftovers: Rc<FreeListPurge>,
 }
 
-/// The blocks that a task has left on the shelves of its thread. They go back to the system, if that is worth it, when
+/// The blocks that a task has left in the free lists of its thread. They go back to the system, if that is worth it, when
 /// the interpreter and everybody who has asked for this (`Interpreter::free_list_purge`) has dropped it.
 #[derive(Default)]
 pub struct FreeListPurge {
@@ -56,13 +54,13 @@ impl AccountedProgram {
     fn new(program: Program) -> Self {
         let guest = AccountedProgram(Some(program));
         if guest.is_foreign() {
-            task_memory::add_external(guest.bytes);
+            task_memory::add_external(guest.tree_bytes());
         }
         guest
     }
 
     fn is_foreign(&self) -> bool {
-        self.made_by != std::thread::current().id()
+        self.compiled_by() != std::thread::current().id()
     }
 }
 
@@ -78,7 +76,7 @@ impl Deref for AccountedProgram {
 impl Drop for AccountedProgram {
     fn drop(&mut self) {
         if self.is_foreign() {
-            task_memory::remove_external(self.bytes);
+            task_memory::remove_external(self.tree_bytes());
             task_memory::uncounted(|| drop(self.0.take()));
         }
     }
@@ -104,14 +102,14 @@ impl Interpreter {
         let (core, program) = (self.core.clone(), AccountedProgram::new(program.clone()));
         ScriptThread::new(&self.core, move |ev| {
             let namespace = core.globals.clone();
-            ev.check_allocation(program.bytes)?;
+            ev.check_allocation(program.tree_bytes())?;
             let code = with_deep_stack(|| {
-                let (module, resolution) = (&program.module, &program.resolution);
+                let (module, resolution) = (program.module(), program.resolution());
                 let budget = WorkBudget::with_limit(usize::MAX);
                 crate::lower::program(
                     &core,
                     &namespace,
-                    &program.file,
+                    program.file(),
                     module,
                     resolution,
                     &budget,
@@ -119,7 +117,7 @@ impl Interpreter {
             });
             let function = Function::without_defaults(code, Box::default());
             let result = ev.call_function(&function, &mut [], &[])?;
-            let entry = program.entry.as_ref();
+            let entry = program.entry();
             let entry = entry.and_then(|entry| namespace.get(core.symbols.intern(entry)));
             let result = match entry {
                 Some(function) => ev.call(&function, &mut [], &[])?,

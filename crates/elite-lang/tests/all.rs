@@ -2,7 +2,6 @@
 
 mod support;
 
-mod agreement;
 mod block_ends;
 mod compile_time;
 mod diagnostics;
@@ -15,7 +14,6 @@ mod long_integers;
 mod nesting;
 mod nodes;
 mod pace;
-mod reading;
 mod robustness;
 mod scripts;
 mod stacks;

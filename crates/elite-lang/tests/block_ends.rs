@@ -6,7 +6,7 @@ use crate::support;
 
 use std::fmt::Write as _;
 
-use elite_lang::{KnownNames, Severity, check};
+use elite_syntax::{KnownNames, Severity, check};
 use support::Task;
 
 /// Numbers that look random and are the same every time (Knuth's generator with the constants of MMIX).

@@ -4,7 +4,7 @@
 //! checked and their findings shown, and the times compared. Times are those of the processor, so that other work on
 //! the machine does not disturb them.
 
-use elite_lang::{
+use elite_syntax::{
     DIAGNOSTICS_MAX, KnownNames, SourceFile, check, compile, compile_statement, render_human,
 };
 

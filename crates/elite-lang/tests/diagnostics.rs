@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use elite_lang::{KnownNames, check, compile, render_human};
+use elite_syntax::{KnownNames, check, compile, render_human};
 use support::{Task, run};
 
 /// All findings of a text, rendered.
@@ -433,11 +433,11 @@ fn directives_that_cannot_be_read_say_so_once_on_their_line() {
         ),
     ] {
         let text = format!("def main():\n    x = 1\n    {directive}\n    print(x)\nend\n");
-        let file = elite_lang::SourceFile::new("a.script", text.as_str());
-        let found = elite_lang::check(file.clone(), &elite_lang::KnownNames::default());
+        let file = elite_syntax::SourceFile::new("a.script", text.as_str());
+        let found = elite_syntax::check(file.clone(), &elite_syntax::KnownNames::default());
         let shown: Vec<String> = found
             .iter()
-            .map(|finding| elite_lang::render_human(finding, &file, false))
+            .map(|finding| elite_syntax::render_human(finding, &file, false))
             .collect();
         assert_eq!(found.len(), 1, "{shown:?}");
         assert_eq!(found[0].message, message);
@@ -472,8 +472,8 @@ print(await, async in await)
         ("x = await f()", "'await'"),
         ("await 1", "'await'"),
     ] {
-        let file = elite_lang::SourceFile::new("a.script", text);
-        let found = elite_lang::check(file, &elite_lang::KnownNames::default());
+        let file = elite_syntax::SourceFile::new("a.script", text);
+        let found = elite_syntax::check(file, &elite_syntax::KnownNames::default());
         assert!(
             found.iter().any(|finding| finding.message.contains(what)),
             "{text}: {found:?}"

@@ -6,9 +6,10 @@ use crate::support;
 use std::sync::{Arc, Mutex};
 
 use elite_lang::{
-    ExceptionKind, Interpreter, Limits, NativeBody, NativeCall, NativeFunction, Param, ProgramKind,
-    Resume, ResumeOutcome, ScriptResult, ThreadId, Value, WaitToken, compile,
+    ExceptionKind, Interpreter, Limits, NativeBody, NativeCall, NativeFunction, Param, Resume,
+    ResumeOutcome, ScriptResult, ThreadId, Value, WaitToken,
 };
+use elite_syntax::{ProgramKind, compile};
 use support::{Task, drive, last_line, run};
 
 fn native(
@@ -812,7 +813,7 @@ fn what_reaches_beyond_the_program_is_refused_unless_it_is_permitted() {
 
 #[test]
 fn every_module_can_be_imported_and_names_itself() {
-    for name in elite_lang::module_names() {
+    for name in elite_syntax::python_names::module_names() {
         let text = format!("import {name}\nimport sys\nprint(sys.modules['{name}'].__name__)");
         assert_eq!(run(&text), format!("{name}\n"));
     }

@@ -314,7 +314,7 @@ fn begin(text: &str) -> String {
 
 /// Acts of the functions and methods that take all that such an iterator has, found by giving them one with an end.
 fn acts_with(endless: &str) -> Vec<String> {
-    let names: Vec<&str> = elite_lang::builtin_names()
+    let names: Vec<&str> = elite_syntax::python_names::builtin_names()
         .filter(|name| name.starts_with(char::is_lowercase))
         .collect();
     let forms = FORMS.join(", lambda f, e: ");

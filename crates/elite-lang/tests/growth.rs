@@ -220,7 +220,7 @@ const OF_FUNCTIONS: &[&str] = &[
 /// Calls every builtin function and every function of the library with them.
 fn functions(n: usize) -> String {
     let arguments = OF_FUNCTIONS.join(", lambda n: ");
-    let names: Vec<&str> = elite_lang::builtin_names()
+    let names: Vec<&str> = elite_syntax::python_names::builtin_names()
         .filter(|name| name.starts_with(char::is_lowercase))
         .collect();
     format!(

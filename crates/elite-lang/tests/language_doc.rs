@@ -8,7 +8,8 @@ use crate::support;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use elite_lang::{ExceptionKind, Limits, builtin_names, module_names};
+use elite_lang::{ExceptionKind, Limits};
+use elite_syntax::python_names::{builtin_names, module_names};
 use support::run;
 
 /// Types whose methods are listed.

@@ -4,7 +4,8 @@
 
 use crate::support;
 
-use elite_lang::{Resume, ResumeOutcome, Severity, check, compile};
+use elite_lang::{Resume, ResumeOutcome};
+use elite_syntax::{Severity, check, compile};
 use support::Task;
 
 /// So many that any recursion without a bound runs out of the stack for compiling.

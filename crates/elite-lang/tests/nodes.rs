@@ -3,9 +3,10 @@
 use crate::support;
 
 use elite_lang::{
-    KnownNames, Limits, NativeBody, NativeFunction, NodeChange, Param, Resume, ResumeOutcome,
-    ScriptThread, Severity, Value, WaitToken, check, compile,
+    Limits, NativeBody, NativeFunction, NodeChange, Param, Resume, ResumeOutcome, ScriptThread,
+    Value, WaitToken,
 };
+use elite_syntax::{KnownNames, Severity, check, compile};
 use support::{Task, drive};
 
 /// `move(ok)`: a motion that waits and ends, or fails; then what was to be shown after it is.
@@ -428,7 +429,7 @@ fn bad_directives_are_errors_with_their_place() {
             start.line, start.column, end.line, end.column, first.message
         );
         assert_eq!(shown, expected, "{text}");
-        let is_here = |span: elite_lang::Span| file.position(span.start).line == 1;
+        let is_here = |span: elite_syntax::Span| file.position(span.start).line == 1;
         assert!(
             found.iter().all(|finding| is_here(finding.span)),
             "{text}: {found:?}"
@@ -441,16 +442,16 @@ fn findings_name_the_node_they_are_in() {
     let known = KnownNames::new(["movej"]);
     let nodes = |text: &str| -> Vec<String> {
         let file = Task::file(text);
-        let shown = |finding: &elite_lang::Diagnostic| {
+        let shown = |finding: &elite_syntax::Diagnostic| {
             let node = finding.node.as_ref().map(ToString::to_string);
-            let picture = elite_lang::render_human(finding, &file, false);
+            let picture = elite_syntax::render_human(finding, &file, false);
             match &node {
                 Some(node) => assert!(picture.contains(&format!("note: in {node}")), "{picture}"),
                 None => assert!(!picture.contains("note: in "), "{picture}"),
             }
             format!("{}: {}", finding.code, node.unwrap_or_default())
         };
-        elite_lang::check(file.clone(), &known)
+        elite_syntax::check(file.clone(), &known)
             .iter()
             .map(shown)
             .collect()

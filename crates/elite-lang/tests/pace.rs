@@ -321,7 +321,7 @@ for name, function in functions:
 
 /// The names of the builtin functions and types, but the exceptions and what is no name of its own.
 fn builtin_functions() -> Vec<&'static str> {
-    let names = elite_lang::builtin_names();
+    let names = elite_syntax::python_names::builtin_names();
     names
         .filter(|name| name.starts_with(char::is_lowercase))
         .collect()

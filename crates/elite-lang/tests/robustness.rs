@@ -5,7 +5,8 @@ use crate::support;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use elite_lang::{Limits, Resume, ResumeOutcome, check, compile, render_human};
+use elite_lang::{Limits, Resume, ResumeOutcome};
+use elite_syntax::{check, compile, render_human};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use support::Task;

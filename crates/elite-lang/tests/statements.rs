@@ -8,9 +8,10 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
 use elite_lang::{
-    KnownNames, Limits, NativeBody, NativeCall, NativeFunction, Param, Resume, ResumeOutcome,
-    ScriptResult, SourceFile, Statement, Value, WaitToken, compile_statement, render_script_error,
+    Limits, NativeBody, NativeCall, NativeFunction, Param, Resume, ResumeOutcome, ScriptResult,
+    Value, WaitToken, render_script_error,
 };
+use elite_syntax::{KnownNames, SourceFile, Statement, compile_statement};
 use support::{Task, drive};
 
 fn statement(text: &str) -> Statement {

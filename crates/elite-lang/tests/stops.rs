@@ -121,7 +121,7 @@ fn program(before: &str, act: &str) -> String {
 
 /// Functions, of builtins and of the library, that take a value of this kind in some form without refusing a small one.
 fn functions_that_take(wrap: &str, start: &str) -> Vec<(String, usize)> {
-    let names: Vec<&str> = elite_lang::builtin_names()
+    let names: Vec<&str> = elite_syntax::python_names::builtin_names()
         .filter(|name| name.starts_with(char::is_lowercase))
         .collect();
     let forms = FORMS.join(", lambda f, a, b: ");

@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use elite_lang::{ArgumentLiteral, CallHint, CallSite, KnownNames, check, render_human};
+use elite_syntax::{ArgumentLiteral, CallHint, CallSite, KnownNames, check, render_human};
 use support::Task;
 
 /// A robot that moves by numbers up to ten.

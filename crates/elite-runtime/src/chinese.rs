@@ -6,8 +6,9 @@
 
 mod table;
 
-use elite_lang::Diagnostic;
-use elite_lang::chinese::{self, PhraseTable, Translations};
+use elite_syntax::Diagnostic;
+use elite_syntax::chinese;
+use elite_syntax::chinese::{PhraseTable, Translations};
 
 use crate::message::Message;
 

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use elite_lang::{Diagnostic, KnownNames, Program, SourceFile};
+use elite_syntax::{Diagnostic, KnownNames, Program, SourceFile};
 use tokio::sync::{Notify, watch};
 
 use crate::compile_pool::{CompilePool, CompilePoolError};
@@ -51,7 +51,7 @@ pub enum SubmitResult {
 /// What `interpreter_mode()` does next.
 pub(crate) enum NextAction {
     /// Execute this, then say [`InterpreterMode::finish`].
-    Statement(StatementId, elite_lang::Statement),
+    Statement(StatementId, elite_syntax::Statement),
     /// Wait.
     Nothing,
     /// Return.
@@ -64,7 +64,7 @@ pub const QUEUED_BYTES_MAX: usize = 64 * 1024 * 1024;
 
 /// A statement that waits.
 struct QueuedStatement {
-    compiled: elite_lang::Statement,
+    compiled: elite_syntax::Statement,
     thrown_away: Box<dyn FnOnce(DiscardReason) + Send>,
     _share: QuotaGuard,
 }
@@ -200,7 +200,7 @@ impl InterpreterMode {
     ) -> Result<Result<Program, Vec<Diagnostic>>, CompilePoolError> {
         let known = self.known.clone();
         let bytes = file.text().len();
-        let compile = move || elite_lang::compile(file, &known);
+        let compile = move || elite_syntax::compile(file, &known);
         self.pool.run(bytes, compile).await
     }
 
@@ -402,7 +402,7 @@ impl InterpreterMode {
 
 impl ModeShared {
     /// The reason for which the running program cannot take the statement; `None` when it can.
-    fn refusal(&self, statement: &elite_lang::Statement) -> Option<String> {
+    fn refusal(&self, statement: &elite_syntax::Statement) -> Option<String> {
         let exists = |name: &str| {
             self.globals.contains(name)
                 || self
@@ -424,9 +424,9 @@ fn notify_discarded(thrown_away: Vec<(StatementId, QueuedStatement)>, reason: Di
 }
 
 /// Compiles a statement; the error says what is wrong with it.
-fn compile(text: String, known: &KnownNames) -> Result<elite_lang::Statement, String> {
+fn compile(text: String, known: &KnownNames) -> Result<elite_syntax::Statement, String> {
     let file = SourceFile::new("statement", text);
-    let compiled = elite_lang::compile_statement(file.clone(), known);
+    let compiled = elite_syntax::compile_statement(file.clone(), known);
     let compiled = compiled.map_err(|findings| {
         findings.first().map_or_else(String::new, |finding| {
             let column = finding.fields(&file).column;

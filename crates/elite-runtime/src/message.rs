@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::TaskNode;
+use elite_syntax::TaskNode;
 use motion_api::{CycleFrame, Origin, ProgramId, StopReason, ThreadNumber};
 
 use crate::panel::VariableValue;

@@ -3,7 +3,7 @@
 //! Owns what is allowed as name and as value. Who sets them, and where, is the business of a task or of whoever sends a
 //! program elsewhere.
 
-use elite_lang::{Severity, SourceFile, check};
+use elite_syntax::{Severity, SourceFile, check};
 use thiserror::Error;
 
 use crate::builtins::known_names;

@@ -9,7 +9,7 @@ mod ask;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
-use elite_lang::{Diagnostic, KnownNames, SourceFile};
+use elite_syntax::{Diagnostic, KnownNames, SourceFile};
 use motion_api::{CommandId, CommandKind, Origin, ProgramId};
 use supervision::{CaughtPanic, Fault, ThreadRole, catch};
 use thiserror::Error;
@@ -406,7 +406,7 @@ impl Supervisor {
         let compiling = self
             .shared
             .pool
-            .run(bytes, move || elite_lang::compile(copy, &known));
+            .run(bytes, move || elite_syntax::compile(copy, &known));
         match compiling.await {
             Ok(Ok(program)) => Ok(ProgramSource::Compiled(program)),
             Ok(Err(findings)) => {

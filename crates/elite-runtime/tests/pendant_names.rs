@@ -10,8 +10,8 @@ use motion_api::{CommandKind, IoChange};
 
 /// What a program prints that must not fail; `check` finds no error in it either.
 fn printed(text: &str) -> String {
-    let file = elite_lang::SourceFile::new("test.script", text);
-    let found = elite_lang::check(file, &known_names());
+    let file = elite_syntax::SourceFile::new("test.script", text);
+    let found = elite_syntax::check(file, &known_names());
     assert!(found.is_empty(), "{found:?}");
     let ran = run(&Standing::default(), text);
     assert_eq!(ran.report, "", "{text}");

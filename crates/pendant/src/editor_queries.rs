@@ -10,7 +10,7 @@ use editor::analysis::completion::{self, CompletionKind};
 use editor::analysis::fixes::fixes;
 use editor::analysis::words::Language;
 use editor::analysis::{Analysis, TextKind, hover, signature};
-use elite_lang::{Severity, Span};
+use elite_syntax::{Severity, Span};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use thiserror::Error;

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use elite_lang::{KnownNames, SourceFile, compile, render_human};
+use elite_syntax::{KnownNames, SourceFile, compile, render_human};
 use thiserror::Error;
 
 use crate::files::FileScope;

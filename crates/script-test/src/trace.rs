@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use controller::Peaks;
 use controller::program_position::{PositionTracker, ProgramPosition};
-use elite_lang::TaskNode;
 use elite_runtime::message::Observer;
+use elite_syntax::TaskNode;
 use motion_api::{CycleFrame, ProgramId, RobotState, ThreadNumber};
 use parking_lot::Mutex;
 

@@ -8,12 +8,12 @@ use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use elite_lang::TaskNode;
 use elite_runtime::message::{
     EMERGENCY_STOP_CODE, InterpreterEvent, Message, Observer, PROTECTIVE_STOP_CODE,
     RECORDING_ALARM_CODE, REPLACED, Severity,
 };
 use elite_runtime::panel::VariableValue;
+use elite_syntax::TaskNode;
 use motion_api::{CycleFrame, Origin, ProgramId, ThreadNumber};
 use parking_lot::Mutex;
 use recorder::lengths::truncate_marked;

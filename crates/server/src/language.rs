@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use editor::analysis::words::Language;
-use elite_lang::Diagnostic;
 use elite_runtime::chinese;
 use elite_runtime::message::Message;
+use elite_syntax::Diagnostic;
 
 use crate::cli::TextLanguage;
 

@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use elite_lang::TaskNode;
 use elite_runtime::{TaskState, TaskStatus as SupervisorStatus};
+use elite_syntax::TaskNode;
 use kinematics::{JointSpeeds, RobotModel};
 use motion_api::{CycleFrame, RobotState, ThreadNumber};
 use parking_lot::Mutex;

@@ -58,7 +58,7 @@ pub fn vocabulary() -> &'static Vocabulary {
             let names = text.split_whitespace().map(str::to_owned);
             names.filter(|name| !LEFT_OUT.contains(&name.as_str())).collect()
         };
-        let builtins = elite_lang::builtin_names().map(str::to_owned);
+        let builtins = elite_syntax::python_names::builtin_names().map(str::to_owned);
         let modules = IMPORTS.trim_start_matches("import ");
         let functions = output_of(&format!(
             "{IMPORTS}\nfor name, module in zip('{modules}'.split(', '), [{modules}]):\

@@ -5,10 +5,11 @@
 
 use std::collections::{HashMap, HashSet};
 
-use elite_lang::Span;
-use elite_lang::syntax::{
+use elite_syntax::Span;
+use elite_syntax::ast::visit::blocks;
+use elite_syntax::ast::{
     Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
-    FunctionDef, Ident, ImportAlias, Parameters, Stmt, StmtKind, blocks,
+    FunctionDef, Ident, ImportAlias, Parameters, Stmt, StmtKind,
 };
 
 use super::incremental::UnresolvedName;
@@ -617,7 +618,7 @@ impl NameCollector<'_> {
                 }
                 DictItem::Unpack(mapping) => self.expr(mapping),
             }),
-            _ => elite_lang::syntax::parts(expr, &mut |part| self.expr(part)),
+            _ => elite_syntax::ast::visit::parts(expr, &mut |part| self.expr(part)),
         }
     }
 

@@ -1,9 +1,10 @@
 //! What could be written at the cursor.
 
 use controller::cell::point::IoPointName;
-use elite_lang::Span;
-use elite_lang::syntax::{LibraryMember, MemberKind, TokenKind as T};
+use elite_lang::library::{LibraryMember, MemberKind};
 use elite_runtime::builtins::declare::ParameterType;
+use elite_syntax::Span;
+use elite_syntax::lexer::TokenKind as T;
 
 use super::cursor::CursorContext;
 use super::scopes::SymbolKind;
@@ -167,7 +168,7 @@ impl CompletionBuilder<'_> {
             Type::Module(module) => {
                 self.members(library::members_of_module(&module), false);
                 let inner = format!("{module}.");
-                for name in elite_lang::module_names() {
+                for name in elite_syntax::python_names::module_names() {
                     if let Some(rest) = name.strip_prefix(&inner) {
                         self.push(rest, CompletionKind::Module, "", 1);
                     }
@@ -224,7 +225,7 @@ impl CompletionBuilder<'_> {
     }
 
     fn modules(&mut self) {
-        for name in elite_lang::module_names() {
+        for name in elite_syntax::python_names::module_names() {
             self.push(name, CompletionKind::Module, "", 1);
         }
     }

@@ -1,8 +1,8 @@
 //! Where the cursor stands: the word before it, what is before a dot, the call around it. Reads tokens, not the tree,
 //! for the line that is being typed seldom parses.
 
-use elite_lang::syntax::{Token, TokenKind as T};
-use elite_lang::{SourceFile, Span};
+use elite_syntax::lexer::{Token, TokenKind as T};
+use elite_syntax::{SourceFile, Span};
 
 use super::Analysis;
 use super::scopes::ScopeId;
@@ -149,7 +149,7 @@ impl<'a> CursorContext<'a> {
         }
         let start = token.span.start + open as u32 + 1;
         let piece = SourceFile::new("field", inside);
-        let tokens = elite_lang::syntax::tokens(&piece);
+        let tokens = elite_syntax::lexer::tokens(&piece);
         let shifted = tokens
             .into_iter()
             .filter(|token| token.span.end > token.span.start)

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use elite_lang::syntax::LibraryMember;
+use elite_lang::library::LibraryMember;
 use elite_runtime::builtins::declare::{Builtin, FROM_OUTPUT, Parameter};
 
 use super::Analysis;

@@ -1,9 +1,8 @@
 //! Changes that do away with findings.
 
-use elite_lang::syntax::{
-    Constant, Expr, ExprKind, Stmt, StmtKind, UnaryOp, blocks, own_expressions, parts,
-};
-use elite_lang::{Diagnostic, Span};
+use elite_syntax::ast::visit::{blocks, own_expressions, parts};
+use elite_syntax::ast::{Constant, Expr, ExprKind, Stmt, StmtKind, UnaryOp};
+use elite_syntax::{Diagnostic, Span};
 
 use super::Analysis;
 use super::words::Language;
@@ -141,7 +140,7 @@ fn is_pose(analysis: &Analysis, finding: &Diagnostic) -> bool {
             return;
         };
         for (index, arg) in args.iter().enumerate() {
-            use elite_lang::syntax::Arg;
+            use elite_syntax::ast::Arg;
             let (value, parameter) = match arg {
                 Arg::Positional(value) => (value, builtin.params.get(index)),
                 Arg::Keyword(name, value) => {
@@ -225,7 +224,7 @@ fn without_import(analysis: &Analysis, place: Span) -> Vec<Edit> {
         let (StmtKind::Import(names) | StmtKind::ImportFrom { names, .. }) = &statement.kind else {
             return;
         };
-        let whole = |alias: &elite_lang::syntax::ImportAlias| match &alias.alias {
+        let whole = |alias: &elite_syntax::ast::ImportAlias| match &alias.alias {
             Some(bound) => alias.name.span.to(bound.span),
             None => alias.name.span,
         };

@@ -4,8 +4,8 @@
 //! what the author chose, one blank at most. Lines with several statements keep their inner blanks, which may mean
 //! blocks there.
 
-use elite_lang::syntax::{self, Token, TokenKind as T};
-use elite_lang::{SourceFile, Span};
+use elite_syntax::lexer::{Token, TokenKind as T};
+use elite_syntax::{SourceFile, Span};
 
 use super::Analysis;
 use super::fixes::Edit;
@@ -55,7 +55,7 @@ const STEP_MAX: u32 = 16;
 /// Why it is not formatted.
 pub fn format(analysis: &Analysis, indent: Indent) -> Result<Vec<Edit>, FormatError> {
     let errors =
-        |finding: &&elite_lang::Diagnostic| finding.severity == elite_lang::Severity::Error;
+        |finding: &&elite_syntax::Diagnostic| finding.severity == elite_syntax::Severity::Error;
     if let Some(error) = analysis.findings().iter().find(errors) {
         return Err(FormatError::TextHasErrors {
             line: analysis.file.line_of(error.span.start),
@@ -65,7 +65,7 @@ pub fn format(analysis: &Analysis, indent: Indent) -> Result<Vec<Edit>, FormatEr
     let edits = Formatter::new(analysis, indent).edits();
     let formatted = applied(analysis.text(), &edits);
     let formatted = SourceFile::new(analysis.file.name(), formatted);
-    match syntax::same_tree(&analysis.file, &formatted) {
+    match elite_syntax::same_tree(&analysis.file, &formatted) {
         Some(true) => Ok(edits),
         _ => Err(FormatError::WouldChange),
     }

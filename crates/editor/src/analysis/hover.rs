@@ -1,7 +1,7 @@
 //! What is shown about the thing under the pointer.
 
-use elite_lang::Span;
-use elite_lang::syntax::TokenKind;
+use elite_syntax::Span;
+use elite_syntax::lexer::TokenKind;
 
 use super::scopes::AttributeUse;
 use super::types::{Type, TypeRef};

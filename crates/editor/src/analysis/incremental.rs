@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::vec::IntoIter;
 
-use elite_lang::Span;
-use elite_lang::syntax::ParsedDocument;
+use elite_syntax::ParsedDocument;
+use elite_syntax::Span;
 
 use super::collect::{UnitNames, collect_unit};
 use super::scopes::{

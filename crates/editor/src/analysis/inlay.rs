@@ -1,8 +1,9 @@
 //! Units of arguments that are given by position, shown behind them.
 
-use elite_lang::Span;
-use elite_lang::syntax::{Arg, Expr, ExprKind, Stmt, blocks, own_expressions, parts};
 use elite_runtime::builtins::declare::Builtin;
+use elite_syntax::Span;
+use elite_syntax::ast::visit::{blocks, own_expressions, parts};
+use elite_syntax::ast::{Arg, Expr, ExprKind, Stmt};
 
 use super::words::Language;
 use super::{Analysis, describe, library};

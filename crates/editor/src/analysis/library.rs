@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::LazyLock;
 
-use elite_lang::syntax::{self, LibraryMember};
+use elite_lang::library::LibraryMember;
 use elite_runtime::builtins::declare::Builtin;
 use parking_lot::Mutex;
 
@@ -20,7 +20,7 @@ pub static ROBOT: LazyLock<BTreeMap<&'static str, &'static Builtin>> = LazyLock:
 
 /// Python's own names, in the order of the names.
 pub static PYTHON: LazyLock<BTreeMap<String, LibraryMember>> = LazyLock::new(|| {
-    let found = syntax::builtins();
+    let found = elite_lang::library::builtins();
     found
         .into_iter()
         .map(|member| (member.name.clone(), member))
@@ -28,7 +28,7 @@ pub static PYTHON: LazyLock<BTreeMap<String, LibraryMember>> = LazyLock::new(|| 
 });
 
 static TYPES: LazyLock<HashMap<String, &'static [LibraryMember]>> = LazyLock::new(|| {
-    let found = syntax::type_members().into_iter();
+    let found = elite_lang::library::type_members().into_iter();
     // The members are leaked on purpose: they are needed as long as the process lives.
     found
         .map(|(name, members)| (name, &*members.leak()))
@@ -46,7 +46,7 @@ pub fn robot(name: &str) -> Option<&'static Builtin> {
 
 /// Whether Python has a function, type or constant of this name.
 pub fn is_python(name: &str) -> bool {
-    elite_lang::builtin_names().any(|known| known == name)
+    elite_syntax::python_names::builtin_names().any(|known| known == name)
 }
 
 /// What values of a type of Python's own have.
@@ -60,7 +60,7 @@ pub fn members_of_module(name: &str) -> &'static [LibraryMember] {
     if let Some(known) = modules.get(name) {
         return known;
     }
-    match syntax::module_members(name) {
+    match elite_lang::library::module_members(name) {
         Some(found) => {
             let found: &'static [LibraryMember] = found.leak();
             modules.insert(name.to_owned(), found);

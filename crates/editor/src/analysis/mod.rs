@@ -26,8 +26,10 @@ pub mod words;
 
 use std::sync::{Arc, LazyLock};
 
-use elite_lang::syntax::{self, Module, ParsedDocument, Token, TokenKind};
-use elite_lang::{Diagnostic, KnownNames, SourceFile, Span};
+use elite_syntax::ParsedDocument;
+use elite_syntax::ast::Module;
+use elite_syntax::lexer::{Token, TokenKind};
+use elite_syntax::{Diagnostic, KnownNames, SourceFile, Span};
 
 use scopes::NameTables;
 use types::{Type, TypeRef};
@@ -82,7 +84,7 @@ impl Analysis {
     pub fn of(name: &str, text: &str, kind: TextKind) -> Self {
         let file = SourceFile::new(name, text);
         let reading = ParsedDocument::of(file.clone(), kind.known());
-        let names = syntax::with_deep_stack(|| incremental::names(&reading, None));
+        let names = elite_syntax::with_deep_stack(|| incremental::names(&reading, None));
         Analysis {
             file,
             kind,
@@ -96,7 +98,7 @@ impl Analysis {
         let file = SourceFile::new(self.file.name(), text);
         let reading = self.reading.reparse(file.clone(), self.kind.known());
         let names = Some(self.names);
-        let names = syntax::with_deep_stack(|| incremental::names(&reading, names));
+        let names = elite_syntax::with_deep_stack(|| incremental::names(&reading, names));
         Analysis {
             file,
             kind: self.kind,
@@ -127,7 +129,7 @@ impl Analysis {
 
     /// Whether the text has errors, so that parts of it may not have been understood.
     pub fn has_errors(&self) -> bool {
-        let errors = |finding: &Diagnostic| finding.severity == elite_lang::Severity::Error;
+        let errors = |finding: &Diagnostic| finding.severity == elite_syntax::Severity::Error;
         self.findings().iter().any(errors)
     }
 

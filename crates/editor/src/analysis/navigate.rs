@@ -1,6 +1,6 @@
 //! From a place to other places: definitions, references, highlights.
 
-use elite_lang::Span;
+use elite_syntax::Span;
 
 use super::Analysis;
 use super::hover::{attribute_at, touches};
@@ -53,7 +53,7 @@ pub fn entity_at(analysis: &Analysis, offset: u32) -> Option<(NamedEntity, Span)
     }
     // A name in a line that does not parse.
     let token = analysis.token_at(offset)?;
-    if token.kind != elite_lang::syntax::TokenKind::Name || after_dot(analysis, token.span) {
+    if token.kind != elite_syntax::lexer::TokenKind::Name || after_dot(analysis, token.span) {
         return None;
     }
     let written = analysis.file.slice(token.span);

@@ -1,7 +1,9 @@
 //! What a program consists of: its functions, classes and variables as a tree, and what can be folded.
 
-use elite_lang::Span;
-use elite_lang::syntax::{Stmt, TokenKind, blocks};
+use elite_syntax::Span;
+use elite_syntax::ast::Stmt;
+use elite_syntax::ast::visit::blocks;
+use elite_syntax::lexer::TokenKind;
 
 use super::Analysis;
 use super::scopes::SymbolKind;
@@ -209,7 +211,7 @@ pub fn folds(analysis: &Analysis) -> Vec<Fold> {
 }
 
 fn is_import(statement: &Stmt) -> bool {
-    use elite_lang::syntax::StmtKind;
+    use elite_syntax::ast::StmtKind;
     matches!(
         statement.kind,
         StmtKind::Import(_) | StmtKind::ImportFrom { .. }

@@ -1,7 +1,7 @@
 //! New names for old: every place of a name, or the reason why not.
 
-use elite_lang::Span;
-use elite_lang::syntax::TokenKind;
+use elite_syntax::Span;
+use elite_syntax::lexer::TokenKind;
 
 use super::navigate::{KeywordOwner, NamedEntity, entity_at, keyword_of, references_of};
 use super::scopes::{KeywordUse, SymbolKind};
@@ -196,7 +196,7 @@ const BY_TEXT: &[&str] = &[
 
 /// A text with the name of the attribute in a program that reaches attributes by texts could be it.
 fn name_in_text(analysis: &Analysis, name: &str) -> Result<(), RenameError> {
-    let written = |token: &elite_lang::syntax::Token| analysis.file.slice(token.span);
+    let written = |token: &elite_syntax::lexer::Token| analysis.file.slice(token.span);
     let mut tokens = analysis.tokens().iter();
     let reaches =
         tokens.any(|token| token.kind == TokenKind::Name && BY_TEXT.contains(&written(token)));
@@ -267,14 +267,14 @@ fn check_new(
     written: &str,
     new: &str,
 ) -> Result<(), RenameError> {
-    let file = elite_lang::SourceFile::new("name", new);
-    let tokens = elite_lang::syntax::tokens(&file);
+    let file = elite_syntax::SourceFile::new("name", new);
+    let tokens = elite_syntax::lexer::tokens(&file);
     let is_name = tokens
         .first()
         .is_some_and(|token| token.kind == TokenKind::Name);
     let is_private = new.starts_with("__") || written.starts_with("__");
     // `end` closes blocks, `sec` heads programs, private names are mangled.
-    if !elite_lang::syntax::is_name(new)
+    if !elite_syntax::lexer::is_name(new)
         || !is_name
         || new.len() > NAME_MAX
         || new == "end"

@@ -6,7 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use elite_lang::Span;
+use elite_syntax::Span;
 
 use super::incremental::UnitIndex;
 use super::types::TypeRef;

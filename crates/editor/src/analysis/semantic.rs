@@ -1,7 +1,7 @@
 //! Every word of a text with what it is, for colours.
 
-use elite_lang::Span;
-use elite_lang::syntax::TokenKind as T;
+use elite_syntax::Span;
+use elite_syntax::lexer::TokenKind as T;
 
 use super::Analysis;
 use super::scopes::{Role, ScopeKind, SymbolKind};
@@ -170,7 +170,7 @@ fn names(analysis: &Analysis, within: Span, found: &mut Vec<SemanticToken>) {
                     Type::Robot(_) => (SemanticTokenKind::Function, true),
                     Type::Python(_) => {
                         let is_class = matches!(super::library::PYTHON.get(name), Some(m)
-                            if m.kind == elite_lang::syntax::MemberKind::Class);
+                            if m.kind == elite_lang::library::MemberKind::Class);
                         let kind = if is_class {
                             SemanticTokenKind::Class
                         } else {

@@ -1,6 +1,6 @@
 //! What an expression says about its value, noted while the tree is walked.
 
-use elite_lang::syntax::{
+use elite_syntax::ast::{
     BinaryOp, ComprehensionKind, Constant, Expr, ExprKind, Stmt, StmtKind, UnaryOp,
 };
 

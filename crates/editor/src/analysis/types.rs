@@ -239,14 +239,14 @@ impl Inference<'_> {
         let found = library::members_of_module(module);
         let Some(member) = found.iter().find(|member| member.name == name) else {
             let inner = format!("{module}.{name}");
-            return match elite_lang::module_names().any(|known| known == inner) {
+            return match elite_syntax::python_names::module_names().any(|known| known == inner) {
                 true => Type::Module(inner.into()),
                 false => Type::Unknown,
             };
         };
         match member.kind {
-            elite_lang::syntax::MemberKind::Module => Type::Module(name.into()),
-            elite_lang::syntax::MemberKind::Value => Type::Unknown,
+            elite_lang::library::MemberKind::Module => Type::Module(name.into()),
+            elite_lang::library::MemberKind::Value => Type::Unknown,
             _ => Type::Member(module.into(), name.into()),
         }
     }

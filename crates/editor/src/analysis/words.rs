@@ -6,8 +6,8 @@ mod python;
 
 use std::borrow::Cow;
 
-use elite_lang::Diagnostic;
 use elite_runtime::builtins::declare::Builtin;
+use elite_syntax::Diagnostic;
 
 /// A language that people read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender};
 
-use elite_lang::SourceFile;
-use elite_lang::debug::places;
 use elite_runtime::ProgramText;
+use elite_syntax::SourceFile;
+use elite_syntax::breakpoint_locations;
 use serde_json::{Value as Json, json};
 
 use super::hub::{DebugHub, ProgramStarted};
@@ -249,7 +249,10 @@ impl DapSession<'_> {
         };
         let file = SourceFile::new(program.name.clone(), program.text.clone());
         self.generation = begun.generation;
-        self.launched = Some(LaunchedProgram::of_another(program, places(&file)));
+        self.launched = Some(LaunchedProgram::of_another(
+            program,
+            breakpoint_locations(&file),
+        ));
         self.phase = ProgramPhase::Running;
         let name = begun.name.to_string();
         self.event("process", json!({"name": name, "startMethod": "attach"}));

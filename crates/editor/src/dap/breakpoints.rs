@@ -5,9 +5,10 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use controller::condition::{Condition, ConditionError, ProgramPosition};
-use elite_lang::debug::BreakpointLocation;
-use elite_lang::syntax::{ParsedDocument, StmtKind};
-use elite_lang::{KnownNames, Severity, SourceFile};
+use elite_syntax::BreakpointLocation;
+use elite_syntax::ParsedDocument;
+use elite_syntax::ast::StmtKind;
+use elite_syntax::{KnownNames, Severity, SourceFile};
 use kinematics::JointPositions;
 use motion_api::RobotState;
 use recorder::CycleMessage;

@@ -13,8 +13,9 @@ use std::sync::mpsc::Receiver;
 
 use controller::condition::Condition;
 use elite_lang::debug::{DebugAction, EvalHandle, EvalOutcome, PausedProgram};
-use elite_lang::{TaskNode, ThreadId, Value};
+use elite_lang::{ThreadId, Value};
 use elite_runtime::debug::{CONSOLE_THREAD, DebuggedTask, DebuggerHost, TaskDebugger};
+use elite_syntax::TaskNode;
 
 use super::breakpoints::{Breakpoints, HitCondition};
 use super::inspect::ReferenceTable;

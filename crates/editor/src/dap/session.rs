@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
-use elite_lang::SourceFile;
-use elite_lang::debug::{BreakpointLocation, places};
 use elite_runtime::{ProgramText, TaskEnd};
+use elite_syntax::SourceFile;
+use elite_syntax::{BreakpointLocation, breakpoint_locations};
 use serde_json::{Value as Json, json};
 use supervision::ThreadSupervisor;
 
@@ -373,7 +373,7 @@ impl<'s> DapSession<'s> {
             is_on_disk: on_disk.is_ok_and(|text| text == what.program.text),
             path: same_path(what.program.name.as_ref()),
             program: what.program.clone(),
-            places: places(&file),
+            places: breakpoint_locations(&file),
             stop_on_entry: flag("stopOnEntry") && !flag("noDebug"),
             stop_at_end: flag("stopAtEnd") && !flag("noDebug"),
             is_free: flag("noDebug"),

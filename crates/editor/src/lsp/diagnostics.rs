@@ -1,6 +1,6 @@
 //! Findings as the protocol's diagnostics.
 
-use elite_lang::{Diagnostic, Severity};
+use elite_syntax::{Diagnostic, Severity};
 use serde_json::{Value, json};
 
 use super::documents::Document;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use elite_lang::Span;
+use elite_syntax::Span;
 use ls_types::{Position, Range, TextDocumentContentChangeEvent, Uri};
 
 use super::positions::{Encoding, LineIndex};

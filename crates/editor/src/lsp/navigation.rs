@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use elite_lang::Span;
+use elite_syntax::Span;
 use ls_types::{
     DocumentHighlight, DocumentHighlightKind, DocumentSymbol, FoldingRange, FoldingRangeKind,
     Location, ReferenceParams, RenameParams, SymbolKind, TextDocumentIdentifier,

@@ -1,6 +1,6 @@
 //! Lines and columns of the protocol, in UTF-16 or UTF-8 units, and byte offsets of a text.
 
-use elite_lang::Span;
+use elite_syntax::Span;
 use ls_types::{Position, Range};
 
 /// What columns count.

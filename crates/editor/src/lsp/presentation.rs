@@ -36,7 +36,7 @@ pub(super) fn colours(
 ) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
     let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
-    let all = elite_lang::Span::new(0, document.text.len());
+    let all = elite_syntax::Span::new(0, document.text.len());
     Ok(encoded(
         document,
         &semantic_tokens(&analysis, all),

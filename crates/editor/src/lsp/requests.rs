@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::Span;
+use elite_syntax::Span;
 use ls_types::{
     CompletionItem, CompletionItemKind, CompletionList, CompletionTextEdit, Documentation, Hover,
     HoverContents, MarkupContent, MarkupKind, ParameterInformation, ParameterLabel, SignatureHelp,

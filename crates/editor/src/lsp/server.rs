@@ -178,7 +178,7 @@ impl LanguageServer {
                 Ok(Value::Null)
             }
             (ServerPhase::Running, _) => {
-                elite_lang::syntax::with_deep_stack(|| requests::answer(self, request))
+                elite_syntax::with_deep_stack(|| requests::answer(self, request))
             }
             _ => refuse(ErrorCode::InvalidRequest, "the server was shut down"),
         }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use elite_lang::Span;
+use elite_syntax::Span;
 use ls_types::{Location, Uri, WorkspaceSymbolParams};
 use serde_json::{Value, json};
 

@@ -6,11 +6,12 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
+use elite_syntax::ast::{Stmt, StmtKind};
+
 use super::evaluate::{VARIABLE, dictionary_namespace};
 use super::reading::{
     ResolvedTree, parse_and_resolve, release, source_file, source_text, with_parse_budget,
 };
-use crate::ast::{Stmt, StmtKind};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
 use crate::value::data::NativeData;
@@ -229,9 +230,9 @@ impl Evaluator<'_> {
         // What is a text's only expression may not be right as a statement, with blanks before it.
         let file = &code.file;
         let is_expression = with_parse_budget(self, |budget| {
-            let parsed = crate::parser::parse_within(file, budget);
-            let is_error = |finding: &crate::diagnostic::Diagnostic| {
-                finding.severity == crate::diagnostic::Severity::Error
+            let parsed = elite_syntax::parser::parse_within(file, budget);
+            let is_error = |finding: &elite_syntax::Diagnostic| {
+                finding.severity == elite_syntax::Severity::Error
             };
             let is_wrong = parsed.diagnostics.iter().any(is_error);
             parsed.module.release(budget);
@@ -254,7 +255,7 @@ impl Evaluator<'_> {
 
     fn code_anew(
         &self,
-        file: &std::sync::Arc<crate::source::SourceFile>,
+        file: &std::sync::Arc<elite_syntax::SourceFile>,
         is_expression: bool,
         globals: &Rc<Dict>,
     ) -> R<Rc<Code>> {

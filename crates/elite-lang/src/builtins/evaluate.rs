@@ -9,19 +9,19 @@ use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use elite_syntax::ast::{Stmt, StmtKind};
+use elite_syntax::parser::parse_expression;
+use elite_syntax::{Severity, SourceFile};
+
 use super::Args;
 use super::compile::code_text;
 use super::reading::{
     ResolvedTree, TEXT_NAME, parse_and_resolve, release, source_file, source_text,
     with_parse_budget,
 };
-use crate::ast::{Stmt, StmtKind};
-use crate::diagnostic::Severity;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
-use crate::parser::parse_expression;
-use crate::source::SourceFile;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};

@@ -2,8 +2,9 @@
 
 use std::rc::Rc;
 
+use elite_syntax::ast::CompareOp;
+
 use super::{Args, Builtin};
-use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::generator::{GeneratorInput, StepResult};
 use crate::eval::pace::WORK_PER_VALUE;
@@ -450,9 +451,9 @@ fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Ok(sum);
     }
     while let Some(value) = ev.next_at_safepoint(&iterator)? {
-        total = match crate::ops::arith::fast(crate::ast::BinaryOp::Add, &total, &value) {
+        total = match crate::ops::arith::fast(elite_syntax::ast::BinaryOp::Add, &total, &value) {
             Some(total) => total,
-            None => ev.binary(crate::ast::BinaryOp::Add, &total, &value)?,
+            None => ev.binary(elite_syntax::ast::BinaryOp::Add, &total, &value)?,
         };
     }
     Ok(total)
@@ -463,7 +464,7 @@ fn sum_of_numbers(ev: &Evaluator<'_>, items: &Value, start: &Value) -> R<Option<
     let sum = |items: &[Value]| {
         let mut total = start.clone();
         for item in items {
-            total = crate::ops::arith::fast(crate::ast::BinaryOp::Add, &total, item)?;
+            total = crate::ops::arith::fast(elite_syntax::ast::BinaryOp::Add, &total, item)?;
         }
         Some(total)
     };

@@ -20,7 +20,8 @@ pub(crate) use call::EMBEDDER;
 pub use quick::FastPath;
 pub use signature::{Signature, is_slot};
 
-use crate::ast::BinaryOp;
+use elite_syntax::ast::BinaryOp;
+
 use crate::eval::{Evaluator, Frame, InterpreterState};
 use crate::native::NativeFunction;
 use crate::value::{R, Symbol, Value, trash};
@@ -215,7 +216,7 @@ impl Drop for Builtin {
 pub fn install(core: &Rc<InterpreterState>) {
     for class in core.types.all().into_iter().chain(core.types.exceptions()) {
         let name = class.name();
-        if is_builtin_name(&name) {
+        if elite_syntax::python_names::is_builtin_name(&name) {
             core.builtins
                 .set(core.symbols.intern(&name), Value::Class(class.clone()));
         }
@@ -238,159 +239,4 @@ pub fn install(core: &Rc<InterpreterState>) {
     functions::install(core);
     types::install(core);
     alias("unichr", "chr");
-}
-
-/// Names that every program finds defined.
-const NAMES: &[&str] = &[
-    "ArithmeticError",
-    "AssertionError",
-    "AttributeError",
-    "BaseException",
-    "BaseExceptionGroup",
-    "BlockingIOError",
-    "BrokenPipeError",
-    "BufferError",
-    "BytesWarning",
-    "ChildProcessError",
-    "ConnectionAbortedError",
-    "ConnectionError",
-    "ConnectionRefusedError",
-    "ConnectionResetError",
-    "DeprecationWarning",
-    "EOFError",
-    "Ellipsis",
-    "EnvironmentError",
-    "Exception",
-    "ExceptionGroup",
-    "FileExistsError",
-    "FileNotFoundError",
-    "FloatingPointError",
-    "FutureWarning",
-    "GeneratorExit",
-    "IOError",
-    "ImportError",
-    "ImportWarning",
-    "IndentationError",
-    "IndexError",
-    "InterruptedError",
-    "IsADirectoryError",
-    "KeyError",
-    "KeyboardInterrupt",
-    "LookupError",
-    "MemoryError",
-    "ModuleNotFoundError",
-    "NameError",
-    "NotADirectoryError",
-    "NotImplemented",
-    "NotImplementedError",
-    "OSError",
-    "OverflowError",
-    "PendingDeprecationWarning",
-    "PermissionError",
-    "ProcessLookupError",
-    "RecursionError",
-    "ReferenceError",
-    "ResourceWarning",
-    "RuntimeError",
-    "RuntimeWarning",
-    "StopAsyncIteration",
-    "StopIteration",
-    "SyntaxError",
-    "SyntaxWarning",
-    "SystemError",
-    "SystemExit",
-    "TabError",
-    "TimeoutError",
-    "TypeError",
-    "UnboundLocalError",
-    "UnicodeDecodeError",
-    "UnicodeEncodeError",
-    "UnicodeError",
-    "UnicodeTranslateError",
-    "UnicodeWarning",
-    "UserWarning",
-    "ValueError",
-    "Warning",
-    "ZeroDivisionError",
-    "__debug__",
-    "__import__",
-    "__name__",
-    "abs",
-    "all",
-    "any",
-    "ascii",
-    "bin",
-    "bool",
-    "bytearray",
-    "bytes",
-    "callable",
-    "chr",
-    "classmethod",
-    "compile",
-    "complex",
-    "delattr",
-    "dict",
-    "dir",
-    "divmod",
-    "enumerate",
-    "eval",
-    "exec",
-    "exit",
-    "filter",
-    "float",
-    "format",
-    "frozenset",
-    "getattr",
-    "globals",
-    "hasattr",
-    "hash",
-    "hex",
-    "id",
-    "input",
-    "int",
-    "isinstance",
-    "issubclass",
-    "iter",
-    "len",
-    "list",
-    "locals",
-    "map",
-    "max",
-    "min",
-    "next",
-    "object",
-    "oct",
-    "open",
-    "ord",
-    "pow",
-    "print",
-    "property",
-    "quit",
-    "range",
-    "repr",
-    "reversed",
-    "round",
-    "set",
-    "setattr",
-    "slice",
-    "sorted",
-    "staticmethod",
-    "str",
-    "sum",
-    "super",
-    "tuple",
-    "type",
-    "unichr",
-    "vars",
-    "zip",
-];
-
-/// Whether every program finds this name defined.
-pub fn is_builtin_name(name: &str) -> bool {
-    NAMES.binary_search(&name).is_ok() || crate::stdlib::IMPLICIT_MODULES.contains(&name)
-}
-
-/// All names that every program finds defined.
-pub fn builtin_names() -> impl Iterator<Item = &'static str> {
-    NAMES.iter().copied()
 }

@@ -2,13 +2,14 @@
 
 use std::rc::Rc;
 
+use elite_syntax::ast::BinaryOp;
+use elite_syntax::surrogate::{char_of, code_of};
+
 use super::Builtin;
-use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, InterpreterState};
 use crate::format::{float, prefixed};
 use crate::value::int::Int;
-use crate::value::surrogate::{char_of, code_of};
 use crate::value::symbol::known;
 use crate::value::{R, Value};
 

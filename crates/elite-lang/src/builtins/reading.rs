@@ -3,14 +3,13 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use crate::ast::{Module, Stmt, StmtKind};
-use crate::diagnostic::{Diagnostic, Severity};
+use elite_syntax::ast::{Module, Stmt, StmtKind};
+use elite_syntax::parser::{TREE_MAX, parse_expression, parse_within};
+use elite_syntax::resolve::{KnownNames, Resolution, resolve_within};
+use elite_syntax::{Diagnostic, Severity, SourceFile, WorkBudget};
+
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::limits::work_budget::WorkBudget;
-use crate::parser::{TREE_MAX, parse_expression, parse_within};
-use crate::resolve::{KnownNames, Resolution, resolve_within};
-use crate::source::SourceFile;
 use crate::value::{R, Raised, Value};
 
 /// Longest text that is evaluated, in bytes.

@@ -3,13 +3,14 @@
 use std::cmp::Ordering;
 use std::rc::Rc;
 
+use elite_syntax::ast::CompareOp;
+use elite_syntax::surrogate::may_have_surrogates;
+
 use super::{Builtin, runs};
-use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{BULK_CHUNK, bulk_work};
 use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::instance::InstancePayload;
-use crate::value::surrogate::may_have_surrogates;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Symbol, Value, ValueVec};
 

@@ -83,7 +83,7 @@ impl<'h> PausedProgram<'h> {
     }
 
     /// The number of the latest node of the pendant's task that the running thread has passed.
-    pub fn node(&self) -> Option<crate::eval::node::TaskNode> {
+    pub fn node(&self) -> Option<elite_syntax::TaskNode> {
         self.core.nodes.passed()
     }
 

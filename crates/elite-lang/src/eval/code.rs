@@ -5,14 +5,14 @@ use std::collections::{BTreeMap, HashMap};
 use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
+use elite_syntax::{SourceFile, Span, drop_tree};
+
 use super::coroutine::LEVEL;
 use super::expr::enter::EntryPoints;
 use super::steps::GeneratorStep;
 use super::stmt::handle::ProtectedRange;
 use super::words::PairOf;
 use super::{BoxExpr, DynStmt, Evaluator, Flow, Frame, StmtNode};
-use crate::source::{SourceFile, Span};
-use crate::stack::drop_tree;
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
 use crate::value::trash::{self, NodeList};

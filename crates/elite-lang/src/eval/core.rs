@@ -14,9 +14,9 @@ use super::node::TaskNodes;
 use super::types::Types;
 use crate::debug::Debugger;
 use crate::host::{Host, ThreadId};
+use crate::interpreter_mode::InjectedNames;
 use crate::limits::Limits;
 use crate::ops::repr::ReprStack;
-use crate::statement::InjectedNames;
 use crate::stdlib::ModuleState;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
@@ -25,9 +25,9 @@ use crate::value::{CellVar, Dict, Function, Instance, Module, R, ScriptCell, Val
 
 /// Safepoints between two looks at the memory in use.
 pub(super) const FUEL_SLICE: u32 = 4096;
-/// From this size on a task has held so much that what it has left on the shelves is given back when it ends.
+/// From this size on a task has held so much that what it has left in the free lists is given back when it ends.
 const LARGE: usize = 1 << 20;
-/// How much a task has to let go of before its shelves are cleared.
+/// How much a task has to let go of before its free lists are cleared.
 const PURGE_AFTER_DROP: usize = 4 << 20;
 /// A task that holds no more keeps what it frees: it will want it again.
 const PURGE_MIN: usize = 64 << 20;
@@ -321,7 +321,7 @@ impl InterpreterState {
     }
 
     /// Looks at how much is held. Pages whose blocks have all been freed are the system's again at once, but for those
-    /// that blocks on the shelves are part of.
+    /// that blocks in the free lists are part of.
     pub fn update_memory_peak(&self) {
         let (used, peak) = (self.memory_used(), self.memory_peak.get());
         if used > LARGE {

@@ -262,7 +262,7 @@ impl Evaluator<'_> {
 
     /// Runs `inner`, which works on trees that may be deep and may pause meanwhile, on a stack of its own.
     pub fn with_deep_stack<T>(&self, inner: impl FnOnce() -> T) -> T {
-        let Some(mut stack) = crate::stack::deep_stack() else {
+        let Some(mut stack) = elite_syntax::deep_stack() else {
             // Without address space left the caller's stack has to do; only unusually deep texts need more.
             return inner();
         };

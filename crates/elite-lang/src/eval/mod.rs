@@ -231,7 +231,7 @@ impl<'y> Evaluator<'y> {
     /// Notes on its way out that an exception passed through `span` of the running function.
     #[cold]
     #[inline(never)]
-    pub fn trace(&self, f: &Frame<'_>, span: crate::source::Span, raised: Raised) -> Raised {
+    pub fn trace(&self, f: &Frame<'_>, span: elite_syntax::Span, raised: Raised) -> Raised {
         if let Raised::Exception(exception) = &raised
             && let Some(state) = exception.exception()
         {
@@ -244,12 +244,12 @@ impl<'y> Evaluator<'y> {
 /// Adds the place of an operation to whatever it raises.
 pub(crate) trait TraceExt<T> {
     /// Adds the place of `span` to the traceback of an exception, as `Evaluator::trace` does.
-    fn trace_at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T>;
+    fn trace_at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: elite_syntax::Span) -> R<T>;
 }
 
 impl<T> TraceExt<T> for R<T> {
     #[inline]
-    fn trace_at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T> {
+    fn trace_at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: elite_syntax::Span) -> R<T> {
         match self {
             Ok(value) => Ok(value),
             Err(raised) => Err(ev.trace(f, span, raised)),

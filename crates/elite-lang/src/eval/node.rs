@@ -8,40 +8,13 @@ use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use elite_syntax::TaskNode;
+
 use super::{BoxExpr, Evaluator, ExprNode, Flow, Frame, StmtNode};
-use crate::findings::quoted;
 use crate::value::R;
 
 /// Most changes of node that are kept of one resumption; of more, the last one is.
 const PASSAGES_MAX: usize = 64;
-
-/// A node of the task tree.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TaskNode {
-    /// The row of the node in the task tree, from 1.
-    pub number: u32,
-    /// The label of the node, as the pendant shows it; long ones are cut.
-    pub label: Arc<str>,
-}
-
-impl std::fmt::Display for TaskNode {
-    /// `node 7 Approach`, on one line whatever the label holds.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "node {}", self.number)?;
-        if self.label.is_empty() {
-            return Ok(());
-        }
-        f.write_str(" ")?;
-        for c in quoted(&self.label).chars() {
-            if c.is_control() {
-                write!(f, "{}", c.escape_default())?;
-            } else {
-                std::fmt::Write::write_char(f, c)?;
-            }
-        }
-        Ok(())
-    }
-}
 
 /// A thread came to a node: which one, and the line of the text it was in.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,6 +6,8 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::expr::operand::Operand;
 use super::generator::{GeneratorInput, StepResult};
 use super::stmt::loops::LoopTarget;
@@ -13,7 +15,6 @@ use super::stmt::target::Target;
 use super::walk::LoopCursor;
 use super::{BoxExpr, DynStmt, Evaluator, Flow, Frame, TraceExt};
 use crate::errors::ExceptionKind;
-use crate::source::Span;
 use crate::value::{Function, R, Raised, Value, trash};
 
 /// Index of a step.

@@ -2,8 +2,9 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::{Evaluator, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::{List, R, Str, Tuple, Value};
 
 /// What a loop with two targets gets each turn.

@@ -1,11 +1,12 @@
 //! `str.format`: replacement fields by position, name, attribute and item.
 
-use crate::ast::Conversion;
+use elite_syntax::ast::Conversion;
+use elite_syntax::surrogate::code_of;
+
 use crate::builtins::Args;
 use crate::eval::Evaluator;
 use crate::eval::bulk::WORK_PER_BYTE;
 use crate::ops::unicode::decimal;
-use crate::value::surrogate::code_of;
 use crate::value::{R, Symbol, Value};
 
 use super::index_of;

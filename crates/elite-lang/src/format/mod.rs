@@ -160,7 +160,7 @@ pub fn value(
 fn unknown_kind(ev: &Evaluator<'_>, kind: char, type_name: &str) -> crate::value::Raised {
     let kind = match kind {
         ' '..='~' => kind.to_string(),
-        other => format!("\\x{:x}", crate::value::surrogate::code_of(other)),
+        other => format!("\\x{:x}", elite_syntax::surrogate::code_of(other)),
     };
     ev.value_error(format!(
         "Unknown format code '{kind}' for object of type '{type_name}'"

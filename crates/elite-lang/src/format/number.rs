@@ -71,7 +71,7 @@ fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<
     let code = match int {
         Int::Small(code) => u32::try_from(*code)
             .ok()
-            .and_then(crate::value::surrogate::char_of),
+            .and_then(elite_syntax::surrogate::char_of),
         Int::Big(_) => {
             return Err(ev.raise(
                 crate::errors::ExceptionKind::OverflowError,

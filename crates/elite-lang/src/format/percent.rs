@@ -2,12 +2,13 @@
 
 use std::borrow::Cow;
 
+use elite_syntax::surrogate::code_of;
+
 use super::{Spec, integer, real, text};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{WORK_PER_BYTE, pieces};
 use crate::value::int::Int;
-use crate::value::surrogate::code_of;
 use crate::value::symbol::known;
 use crate::value::{Bytes, Instance, R, Raised, Value};
 
@@ -439,7 +440,7 @@ impl Evaluator<'_> {
                     }
                     Value::Int(code) => match u32::try_from(code)
                         .ok()
-                        .and_then(crate::value::surrogate::char_of)
+                        .and_then(elite_syntax::surrogate::char_of)
                     {
                         Some(c) => c.to_string(),
                         None => {

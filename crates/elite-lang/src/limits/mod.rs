@@ -1,7 +1,6 @@
 //! What one task may use: memory, call depth, digits of integers.
 
 pub(crate) mod overflow;
-pub(crate) mod work_budget;
 
 /// Limits of one interpreter.
 #[derive(Clone, Debug)]

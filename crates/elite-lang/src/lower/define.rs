@@ -1,18 +1,19 @@
 //! Functions, lambdas, generator expressions and classes: code objects of their own.
 
+use elite_syntax::Span;
+use elite_syntax::ast::{self, Constant, ExprKind, Stmt, StmtKind};
+use elite_syntax::resolve::{FrameLayout, Storage};
+
 use crate::value::trash::NodeList;
 use std::rc::Rc;
 
 use super::{FrameInfo, Lower, WORK_PER_NODE};
-use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
 use crate::eval::BoxExpr;
 use crate::eval::code::{Body, Code, CodeKind, Params};
 use crate::eval::expr::enter::EntryPoints;
 use crate::eval::expr::function::{Annotations, MakeFunction};
 use crate::eval::expr::names::LocalVar;
 use crate::eval::stmt::define::{DefineClass, DefineFunction};
-use crate::resolve::{FrameLayout, Storage};
-use crate::source::Span;
 use crate::value::Value;
 
 /// Work for the name of a parameter.

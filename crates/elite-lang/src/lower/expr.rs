@@ -3,10 +3,13 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::{ISOLATE_MIN, Lower, WORK_PER_NODE};
-use crate::ast::{
+use elite_syntax::Span;
+use elite_syntax::ast::{
     self, Arg, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart, UnaryOp,
 };
+use elite_syntax::resolve::Storage;
+
+use super::{ISOLATE_MIN, Lower, WORK_PER_NODE};
 use crate::eval::BoxExpr;
 use crate::eval::expr::arguments::{CallArg, CallUnpacked};
 use crate::eval::expr::attribute::{Attribute, InlineCache, ModuleMemberCache};
@@ -31,8 +34,6 @@ use crate::eval::expr::names::{
 use crate::eval::expr::operand::Operand;
 use crate::eval::expr::whole::IsolatedExpr;
 use crate::eval::expr::yields::{Yield, YieldFrom};
-use crate::resolve::Storage;
-use crate::source::Span;
 use crate::value::symbol::known;
 use crate::value::trash::NodeList;
 use crate::value::{CellVar, Symbol, Value};

@@ -1,15 +1,14 @@
 //! Bodies of generators: as steps where that is possible, otherwise as trees that run on a stack of their own.
 
+use elite_syntax::ast::{self, DirectiveAnchor, ExprKind, Stmt, StmtKind, visit};
+use elite_syntax::{Span, WorkBudget};
+
 use super::Lower;
-use crate::ast::{self, DirectiveAnchor, ExprKind, Stmt, StmtKind};
 use crate::eval::code::Body;
 use crate::eval::expr::operand::Operand;
 use crate::eval::steps::{GeneratorStep, StepIndex};
 use crate::eval::stmt::target::Target;
 use crate::eval::{BoxExpr, DynStmt};
-use crate::limits::work_budget::WorkBudget;
-use crate::lint::visit;
-use crate::source::Span;
 use crate::value::Value;
 
 /// A place that is filled in when it is known.

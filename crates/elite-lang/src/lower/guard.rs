@@ -1,7 +1,8 @@
 //! Blocks and what protects statements in them: the statements of a `try` stand among those of the block around it.
 
+use elite_syntax::ast::{self, Stmt, StmtKind};
+
 use super::{Lower, NumberedStmt};
-use crate::ast::{self, Stmt, StmtKind};
 use crate::eval::DynStmt;
 use crate::eval::code::Block;
 use crate::eval::stmt::handle::{ExceptClause, Finally, ProtectedRange};

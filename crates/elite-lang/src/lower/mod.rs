@@ -16,7 +16,10 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use self::guard::BlockBuilder;
-use crate::ast::{self, Constant, DirectiveAnchor, NodeDirective, ScopeId};
+use elite_syntax::ast::{self, Constant, DirectiveAnchor, NodeDirective, ScopeId};
+use elite_syntax::resolve::{FrameLayout, Resolution, ScopeLayout, Storage};
+use elite_syntax::{SourceFile, Span, WorkBudget};
+
 use crate::debug::{Debugger, StatementSite};
 use crate::eval::InterpreterState;
 use crate::eval::code::{Body, Code, CodeKind, CodeRefs, Params, SourceSymbols};
@@ -25,9 +28,6 @@ use crate::eval::count::{CoverageCondition, CoverageCounters, CoverageMark};
 use crate::eval::expr::enter::EntryPoints;
 use crate::eval::node::{EnterTaskNode, EnterTaskNodeThen};
 use crate::eval::{BoxExpr, DynStmt};
-use crate::limits::work_budget::WorkBudget;
-use crate::resolve::{FrameLayout, Resolution, ScopeLayout, Storage};
-use crate::source::{SourceFile, Span};
 use crate::value::module::Namespace;
 use crate::value::{Bytes, CellVar, Symbol, Value};
 

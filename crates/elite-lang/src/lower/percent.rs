@@ -1,12 +1,13 @@
 //! `"…" % (a, b)`: a constant format with a tuple written out. Where it asks for texts only (`%s`, `%r`, `%a`) it is an
 //! f-string, as in CPython: each item is formatted before the next one is evaluated, and by its `__format__`.
 
+use elite_syntax::Span;
+use elite_syntax::ast::{self, BinaryOp, Constant, Conversion, ExprKind};
+
 use super::Lower;
-use crate::ast::{self, BinaryOp, Constant, Conversion, ExprKind};
 use crate::eval::BoxExpr;
 use crate::eval::expr::fstring::{FString, FStringSegment};
 use crate::eval::expr::percent::PercentFormat;
-use crate::source::Span;
 use crate::value::Value;
 
 /// Digits of a width or a precision; CPython leaves more to `%` itself.

@@ -2,9 +2,12 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+use elite_syntax::ast::{self, ExprKind, Stmt, StmtKind};
+use elite_syntax::resolve::Storage;
+
 use super::Lower;
 use super::expr::keeps_locals;
-use crate::ast::{self, ExprKind, Stmt, StmtKind};
 use crate::eval::code::Block;
 use crate::eval::expr::attribute::InlineCache;
 use crate::eval::stmt::assert::{Assert, AssertComparison};
@@ -19,8 +22,6 @@ use crate::eval::stmt::loops::{For, LoopBody, While};
 use crate::eval::stmt::simple::{Delete, ExprStatement, Print, Raise};
 use crate::eval::stmt::with::With;
 use crate::eval::{BoxExpr, DynStmt};
-use crate::resolve::Storage;
-use crate::source::Span;
 use crate::value::Value;
 
 type BoxStmt = Box<dyn DynStmt>;

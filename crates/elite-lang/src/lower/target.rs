@@ -1,16 +1,17 @@
 //! Targets.
 
+use elite_syntax::Span;
+use elite_syntax::ast::{self, ExprKind};
+use elite_syntax::resolve::Storage;
+
 use super::Lower;
 use super::expr::keeps_locals;
-use crate::ast::{self, ExprKind};
 use crate::eval::stmt::class_body::ClassSlot;
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::stmt::target::{
     AttributeTarget, CellRef, ItemTarget, LocalOrTarget, MappingTarget, SharedTarget, SlotTarget,
     Target, Unpack,
 };
-use crate::resolve::Storage;
-use crate::source::Span;
 use crate::value::Value;
 use crate::value::trash::NodeList;
 

@@ -2,19 +2,23 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+use elite_syntax::ast::{self, ExprKind, Stmt, StmtKind, visit};
+
 use super::Lower;
-use crate::ast::{self, ExprKind, Stmt, StmtKind};
-use crate::debug::{StatementSite, is_executable};
+use crate::debug::StatementSite;
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::watch::{DebugCondition, DebugStatement, WatchedTarget};
 use crate::eval::{BoxExpr, DynStmt};
-use crate::lint::visit;
-use crate::source::Span;
 
 impl Lower<'_> {
     /// The node of a statement, watched where the program is.
     pub(super) fn debug_statement(&mut self, statement: &Stmt) -> Option<Box<dyn DynStmt>> {
-        let Some(debugger) = self.debugger.clone().filter(|_| is_executable(statement)) else {
+        let Some(debugger) = self
+            .debugger
+            .clone()
+            .filter(|_| elite_syntax::is_executable(statement))
+        else {
             return self.statement(statement);
         };
         let site = self.site(statement.span);

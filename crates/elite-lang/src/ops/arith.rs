@@ -1,8 +1,8 @@
 //! Arithmetic of numbers: integers of any size, floats, complex numbers. Semantics and messages are CPython 3.11's.
 
+use elite_syntax::ast::BinaryOp;
 use num_bigint::BigInt;
 
-use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::int::{Int, floor_divmod};

@@ -2,7 +2,8 @@
 
 use std::rc::Rc;
 
-use crate::ast::{BinaryOp, UnaryOp};
+use elite_syntax::ast::{BinaryOp, UnaryOp};
+
 use crate::eval::Evaluator;
 use crate::value::symbol::known;
 use crate::value::{Class, R, Raised, Symbol, Value};

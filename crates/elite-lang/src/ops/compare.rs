@@ -3,13 +3,14 @@
 use std::cmp::Ordering;
 use std::rc::Rc;
 
+use elite_syntax::ast::CompareOp;
+use elite_syntax::surrogate::{code_of, may_have_surrogates};
+
 use super::hash::{Equality, QUICK_MAX, int_float_order, quick_equal};
-use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::bulk::BULK_CHUNK;
 use crate::eval::pace::WORK_PER_VALUE;
 use crate::value::int::Int;
-use crate::value::surrogate::{code_of, may_have_surrogates};
 use crate::value::symbol::known;
 use crate::value::{LongRange, R, Str, Symbol, Value};
 

@@ -2,8 +2,9 @@
 
 use std::rc::Rc;
 
+use elite_syntax::ast::CompareOp;
+
 use super::hash::{QUICK_MAX, TupleHash, address_hash, quick_hash};
-use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::BULK_CHUNK;

@@ -403,16 +403,18 @@ impl Evaluator<'_> {
             Value::Class(class) => {
                 format!("<class '{}'>", self.full_name_of(class))
             }
-            Value::Module(module) => match crate::stdlib::is_bundled_module(&module.name) {
-                true => format!("<module '{}' (built-in)>", module.name),
-                false => {
-                    let part = |name| module.namespace.get(name);
-                    self.module_repr(
-                        part(known::NAME),
-                        part(self.core.symbols.intern("__file__")),
-                    )?
+            Value::Module(module) => {
+                match elite_syntax::python_names::is_bundled_module(&module.name) {
+                    true => format!("<module '{}' (built-in)>", module.name),
+                    false => {
+                        let part = |name| module.namespace.get(name);
+                        self.module_repr(
+                            part(known::NAME),
+                            part(self.core.symbols.intern("__file__")),
+                        )?
+                    }
                 }
-            },
+            }
             Value::Generator(generator) => {
                 format!(
                     "<generator object {} at {address:#x}>",

@@ -3,8 +3,8 @@
 use std::rc::Rc;
 
 use compact_str::CompactString;
+use elite_syntax::ast::BinaryOp;
 
-use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::BULK_CHUNK;

@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 use std::sync::LazyLock;
 
-use crate::ast::Conversion;
+use elite_syntax::ast::Conversion;
+use elite_syntax::surrogate::code_of;
+
 use crate::eval::Evaluator;
 use crate::eval::bulk::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::format::Spec;
-use crate::value::surrogate::code_of;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Raised, Str, Value};
 

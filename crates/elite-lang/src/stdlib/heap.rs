@@ -6,14 +6,15 @@
 
 use std::rc::Rc;
 
+use elite_syntax::ast::CompareOp;
+use elite_syntax::surrogate::may_have_surrogates;
+
 use super::define::ModuleBuilder;
-use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::WORK_PER_VALUE;
 use crate::ops::compare::fast;
 use crate::ops::hash::{Equality, quick_equal};
-use crate::value::surrogate::may_have_surrogates;
 use crate::value::{List, R, Value};
 
 /// Work to find the place of one item in a heap of any size.

@@ -549,7 +549,7 @@ const INTEGERS: &[MethodDef] = &[
         let mut result = args[1].if_given().cloned().unwrap_or(Value::Int(1));
         for item in ev.drain(&ev.iter(&args[0])?)? {
             ev.charge(WORK_PER_VALUE)?;
-            result = ev.binary(crate::ast::BinaryOp::Mul, &result, &item)?;
+            result = ev.binary(elite_syntax::ast::BinaryOp::Mul, &result, &item)?;
         }
         Ok(result)
     }),

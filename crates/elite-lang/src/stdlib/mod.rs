@@ -29,12 +29,13 @@ mod time;
 
 use std::rc::Rc;
 
-use crate::ast::StmtKind;
+use elite_syntax::SourceFile;
+use elite_syntax::ast::StmtKind;
+
 use crate::builtins::reading::{ResolvedTree, parse_and_resolve, release, with_parse_budget};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
 use crate::lower;
-use crate::source::SourceFile;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
 use crate::value::{Function, Module, R, Symbol, Value};
@@ -148,14 +149,10 @@ fn mark_as_c(ev: &Evaluator<'_>, module: &Module) {
     }
 }
 
-/// The modules that are there without import, unless a program gives their names another meaning (from controller
-/// output, not from the manual).
-pub const IMPLICIT_MODULES: &[&str] = &["copy", "elicopy"];
-
 /// The module that a name means which nothing else defines. It is loaded when it is first used.
 pub fn implicit_module(ev: &Evaluator<'_>, name: Symbol) -> R<Option<Value>> {
     let text = ev.core.symbols.name(name);
-    if !IMPLICIT_MODULES.contains(&&*text) {
+    if !elite_syntax::python_names::IMPLICIT_MODULES.contains(&&*text) {
         return Ok(None);
     }
     let module = ev.import(&text)?;
@@ -163,21 +160,10 @@ pub fn implicit_module(ev: &Evaluator<'_>, name: Symbol) -> R<Option<Value>> {
     Ok(Some(module))
 }
 
-/// Whether a module of this name is the interpreter's own.
-pub fn is_bundled_module(name: &str) -> bool {
-    name == "builtins" || name == "__main__" || MODULES.iter().any(|(known, _)| *known == name)
-}
-
 /// Whether a module may have others in it.
 pub fn is_package(name: &str) -> bool {
     // Those that are packages in CPython.
     matches!(name, "collections" | "importlib" | "json" | "re")
-}
-
-/// The names of all modules that are meant for scripts.
-pub fn module_names() -> impl Iterator<Item = &'static str> {
-    let names = MODULES.iter().map(|(name, _)| *name);
-    names.filter(|name| !name.starts_with('_'))
 }
 
 /// Makes the module of this name and enters it in the list of modules; None if there is none.
@@ -279,5 +265,14 @@ pub fn finish_main(ev: &Evaluator<'_>) -> R<()> {
     match threading.namespace.get(ev.core.symbols.intern("_shutdown")) {
         Some(shutdown) => ev.call(&shutdown, &mut [], &[]).map(drop),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_modules_are_those_that_texts_are_checked_against() {
+        let ours = super::MODULES.iter().map(|(name, _)| *name);
+        assert!(ours.eq(elite_syntax::python_names::all_module_names()));
     }
 }

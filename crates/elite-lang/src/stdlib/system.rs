@@ -40,7 +40,11 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
             Ok(Value::Dict(ev.core.module_table.clone()))
         }),
         ("module_names", "", |_, _| {
-            Ok(Value::list(super::module_names().map(Value::str).collect()))
+            Ok(Value::list(
+                elite_syntax::python_names::module_names()
+                    .map(Value::str)
+                    .collect(),
+            ))
         }),
         ("recursion_limit", "", |ev, _| {
             Ok(Value::Int(i64::from(ev.core.limits.call_depth)))

@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{TestHost, drive};
 use crate::value::CellVar;
-use crate::{
-    Interpreter, KnownNames, Limits, NativeBody, NativeFunction, Param, SourceFile, Value, compile,
-};
+use elite_syntax::{KnownNames, SourceFile, compile};
+
+use crate::{Interpreter, Limits, NativeBody, NativeFunction, Param, Value};
 
 /// A value of every kind that a program can have.
 const PROGRAM: &str = "

@@ -2,9 +2,9 @@
 //! dropped. Which ones do is found by asking, so that a new native is tried without being named here.
 
 use super::{TestHost, drive};
-use crate::{
-    Interpreter, KnownNames, Limits, NativeBody, NativeFunction, Param, SourceFile, Value, compile,
-};
+use elite_syntax::{KnownNames, SourceFile, compile};
+
+use crate::{Interpreter, Limits, NativeBody, NativeFunction, Param, Value};
 use std::rc::Rc;
 
 /// Whoever imports a module of the library gets these names; `_` begins those that scripts do not see.
@@ -142,7 +142,7 @@ fn chains_of_whatever_builtins_keep_are_dropped() {
 #[test]
 fn chains_of_whatever_the_library_keeps_are_dropped() {
     // Those of `typing` keep nothing that scripts would not.
-    let ours: Vec<&str> = crate::stdlib::module_names()
+    let ours: Vec<&str> = elite_syntax::python_names::module_names()
         .filter(|name| *name != "typing")
         .collect();
     assert!(ours.len() > 30, "{ours:?}");

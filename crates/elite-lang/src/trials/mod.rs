@@ -18,9 +18,10 @@ use std::cell::{Cell, RefCell};
 use std::process::{Command, Stdio};
 use std::rc::Rc;
 
+use elite_syntax::{KnownNames, SourceFile, compile, render_human};
+
 use crate::{
-    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, ScriptThread, SourceFile,
-    ThreadId, compile, render_human, render_script_error,
+    Host, Interpreter, Limits, Resume, ResumeOutcome, ScriptThread, ThreadId, render_script_error,
 };
 
 /// Collects what is printed; time moves on when all threads wait.

@@ -3,9 +3,10 @@
 use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::{Instance, ScriptCell, Value};
 use crate::eval::code::Code;
-use crate::source::Span;
 
 /// The state of an exception instance.
 #[derive(Default)]

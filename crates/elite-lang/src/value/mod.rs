@@ -23,7 +23,6 @@ pub mod order;
 pub mod range;
 pub mod set;
 pub mod string;
-pub mod surrogate;
 pub mod symbol;
 pub mod trash;
 pub mod values;

@@ -8,9 +8,10 @@
 
 use std::cell::{Cell, RefCell};
 
+use elite_syntax::work_on_tree;
+
 use super::Value;
 use super::values::DropItem;
-use crate::stack::work_on_tree;
 
 /// Levels that are dropped by plain recursion; deeper ones are put aside and dropped one after the other. So few that
 /// they fit what a native keeps free of its stack.

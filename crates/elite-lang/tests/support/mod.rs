@@ -6,9 +6,10 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, NativeFunction, Resume, ResumeOutcome, ScriptThread,
-    SourceFile, ThreadId, compile, render_human, render_script_error,
+    Host, Interpreter, Limits, NativeFunction, Resume, ResumeOutcome, ScriptThread, ThreadId,
+    render_script_error,
 };
+use elite_syntax::{KnownNames, SourceFile, compile, render_human};
 
 /// Collects output; time stands still unless a test moves it; random numbers are a counter.
 #[derive(Default)]

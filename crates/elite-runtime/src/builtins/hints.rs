@@ -8,7 +8,8 @@ mod signature_check;
 
 use std::rc::Rc;
 
-use elite_lang::{ArgumentLiteral, CallHint, CallSite, KnownNames, NativeCall, Raised};
+use elite_lang::{NativeCall, Raised};
+use elite_syntax::{ArgumentLiteral, CallHint, CallSite, KnownNames};
 
 use super::declare::{Builtin, Category, Parameter, ParameterType};
 use super::{all, names};
@@ -253,7 +254,7 @@ fn numbers(items: &[ArgumentLiteral<'_>]) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use elite_lang::{SourceFile, check};
+    use elite_syntax::{SourceFile, check};
 
     fn codes(text: &str) -> Vec<&'static str> {
         let found = check(SourceFile::new("test.script", text), &known_names());

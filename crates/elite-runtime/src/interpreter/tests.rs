@@ -17,7 +17,7 @@ fn interpreter() -> InterpreterMode {
 
 fn program() -> Program {
     let known = KnownNames::new(Vec::<String>::new());
-    elite_lang::compile(SourceFile::new("main", "global total\ntotal = 0\n"), &known).unwrap()
+    elite_syntax::compile(SourceFile::new("main", "global total\ntotal = 0\n"), &known).unwrap()
 }
 
 /// Runs a future of a client on a thread of its own.

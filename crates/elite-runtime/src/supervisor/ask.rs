@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-use elite_lang::{KnownNames, Program, SourceFile};
+use elite_syntax::{KnownNames, Program, SourceFile};
 use motion_api::{CycleFrame, ProgramId};
 use thiserror::Error;
 use tokio::time::timeout;
@@ -88,7 +88,7 @@ impl Supervisor {
         let compiling = self.shared.pool.run(statement.len(), move || {
             let compiled = |body: &str| {
                 let text = format!("sec _question():\n  {body}\nend\n");
-                elite_lang::compile(SourceFile::new(name.clone(), text), &known)
+                elite_syntax::compile(SourceFile::new(name.clone(), text), &known)
             };
             // What stands behind a `;` would not be reached.
             let value =

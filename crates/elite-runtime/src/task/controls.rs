@@ -6,7 +6,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use elite_lang::Program;
+use elite_syntax::Program;
 use tokio::sync::{Notify, mpsc, oneshot};
 
 /// Secondary programs that may wait for a task; it takes them at the latest after a slice.
@@ -169,8 +169,8 @@ mod tests {
     use super::*;
 
     fn secondary() -> Program {
-        let file = elite_lang::SourceFile::new("s", "sec s():\n x = 1\nend\n");
-        elite_lang::compile(file, &elite_lang::KnownNames::default()).unwrap()
+        let file = elite_syntax::SourceFile::new("s", "sec s():\n x = 1\nend\n");
+        elite_syntax::compile(file, &elite_syntax::KnownNames::default()).unwrap()
     }
 
     #[test]

@@ -3,7 +3,8 @@
 //! Between two turns a task learns nothing new of the world, so a recording that says what was seen in which turn is
 //! all that a repetition needs (`crate::external`). Turns are counted the same way whether or not anybody notes them.
 
-use elite_lang::{SourceFile, ThreadId};
+use elite_lang::ThreadId;
+use elite_syntax::SourceFile;
 use motion_api::ThreadNumber;
 
 use super::controls::Control;
@@ -134,7 +135,7 @@ impl Task {
         }
         let known = &self.known;
         let compiled =
-            task_memory::uncounted(|| elite_lang::compile(SourceFile::new(name, text), known));
+            task_memory::uncounted(|| elite_syntax::compile(SourceFile::new(name, text), known));
         // A text that compiled when it was recorded may not in another version; the run then departs from the
         // recording.
         if let Ok(program) = compiled {

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, Value};
+use elite_lang::{ScriptError, Value};
+use elite_syntax::{Diagnostic, SourceFile, TaskNode};
 use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::controls::Control;
@@ -289,7 +290,7 @@ pub(super) fn line_in_program(error: &ScriptError) -> Option<u32> {
 pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: ProgramId) -> Message {
     let place = finding.fields(file);
     let summary = format!("SyntaxError: {}", finding.message);
-    let picture = elite_lang::render_human(finding, file, false);
+    let picture = elite_syntax::render_human(finding, file, false);
     Message::ScriptError {
         program,
         line: place.line,

@@ -12,9 +12,9 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    FreeListPurge, Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ResumeOutcome,
-    ScriptThread, WaitToken,
+    FreeListPurge, Interpreter, Limits, Resume, ResumeOutcome, ScriptThread, WaitToken,
 };
+use elite_syntax::{KnownNames, Program, ProgramKind};
 use io_bus::{Fieldbus, ProgramState};
 use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
 use supervision::{CatchPanic, CaughtPanic, Fault, ThreadRole, ThreadSupervisor, catch, injection};

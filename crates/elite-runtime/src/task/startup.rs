@@ -4,7 +4,8 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Diagnostic, Program, ProgramKind, Resume, ResumeOutcome, SourceFile};
+use elite_lang::{Resume, ResumeOutcome};
+use elite_syntax::{Diagnostic, Program, ProgramKind, SourceFile};
 use io_bus::ProgramState;
 use motion_api::ThreadNumber;
 
@@ -66,7 +67,7 @@ impl Task {
     fn set_presets(&mut self) -> Result<(), TaskEnd> {
         for preset in self.presets.clone().iter() {
             let file = SourceFile::new("--set", format!("{}\n", preset.statement()));
-            let program = elite_lang::compile(file.clone(), &self.known).map_err(|findings| {
+            let program = elite_syntax::compile(file.clone(), &self.known).map_err(|findings| {
                 for finding in &findings {
                     self.report_finding(finding, &file, false);
                 }
@@ -122,6 +123,6 @@ impl Task {
                 return None;
             }
         };
-        Some(compiled.unwrap_or_else(|_| elite_lang::compile(file.clone(), &self.known)))
+        Some(compiled.unwrap_or_else(|_| elite_syntax::compile(file.clone(), &self.known)))
     }
 }

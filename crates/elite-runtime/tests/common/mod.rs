@@ -127,7 +127,7 @@ impl Observer for Listener {
         _: ProgramId,
         thread: ThreadNumber,
         line: u32,
-        node: Option<&elite_lang::TaskNode>,
+        node: Option<&elite_syntax::TaskNode>,
     ) {
         let node = node.map(|node| (node.number, node.label.to_string()));
         self.places.lock().unwrap().push((thread.0, (line, node)));

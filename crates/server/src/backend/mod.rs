@@ -16,11 +16,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::LogLines;
 use controller::cell::Cell;
-use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{DiscardReason, SubmitResult, SubmittedStatement};
 use elite_runtime::message::{Message, RECORDING_ALARM_CODE, REPLACED, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{NoAnswer, Robot, Supervisor};
+use elite_syntax::{KnownNames, SourceFile};
 use io_bus::{ControlMode, Fieldbus};
 use motion::realtime::ClockMetrics;
 use motion_api::{
@@ -282,7 +282,7 @@ impl PortBackend {
         let known = self.known.clone();
         let pool = self.supervisor.compile_pool();
         let compiling = pool.run(text.len(), move || {
-            elite_lang::compile(SourceFile::new("block", text), &known).is_ok()
+            elite_syntax::compile(SourceFile::new("block", text), &known).is_ok()
         });
         compiling.await.unwrap_or_else(|trouble| {
             tracing::warn!(%trouble, "a block that its sender left open is not run");

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use elite_lang::SourceFile;
 use elite_runtime::{ProgramText, TaskState};
+use elite_syntax::SourceFile;
 use io_bus::ControlMode;
 use motion_api::{CommandKind, CycleFrame, ProgramId};
 use tokio::sync::watch;
@@ -167,7 +167,7 @@ impl PortBackend {
         let (known, text) = (self.known.clone(), text.to_owned());
         let pool = self.supervisor.compile_pool();
         let checking = pool.run(text.len(), move || {
-            let findings = elite_lang::check(SourceFile::new(LINE_NAME, text), &known);
+            let findings = elite_syntax::check(SourceFile::new(LINE_NAME, text), &known);
             let mut findings = findings.into_iter();
             findings.find(|finding| finding.code == "undefined-name")
         });

@@ -33,7 +33,7 @@ pub(super) fn task(folder: &TaskFolder, name: &str) -> Result<(TaskText, bool), 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use elite_lang::{SourceFile, check};
+    use elite_syntax::{SourceFile, check};
 
     #[test]
     fn shipped_tasks_have_no_findings_and_give_way_to_files() {

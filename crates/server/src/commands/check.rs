@@ -5,9 +5,9 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use elite_lang::{Diagnostic, SourceFile};
 use elite_runtime::ProgramText;
 use elite_runtime::task_folder::is_xml;
+use elite_syntax::{Diagnostic, SourceFile};
 use serde_json::{Value as Json, json};
 
 use crate::cli::{CheckArgs, FindingFormat};
@@ -29,8 +29,8 @@ pub fn check(args: &CheckArgs) -> u8 {
                     let shown = render(finding, &file, args.format);
                     let _ = std::io::stdout().write_all(shown.as_bytes());
                 }
-                if findings.len() == elite_lang::DIAGNOSTICS_MAX {
-                    let most = elite_lang::DIAGNOSTICS_MAX;
+                if findings.len() == elite_syntax::DIAGNOSTICS_MAX {
+                    let most = elite_syntax::DIAGNOSTICS_MAX;
                     logging::say(&format!(
                         "eliteserver: {}: only the first {most} findings are shown",
                         file.name()
@@ -56,12 +56,12 @@ pub(crate) fn diagnostics_of(file: &Arc<SourceFile>, is_test: bool) -> Vec<Diagn
         true => known.with_object(script_test::OBJECT, script_test::function_names()),
         false => known,
     };
-    elite_lang::check(file.clone(), &known)
+    elite_syntax::check(file.clone(), &known)
 }
 
 /// A finding with the source line and a caret, for people.
 pub(crate) fn render_text(finding: &Diagnostic, file: &SourceFile) -> String {
-    let picture = elite_lang::render_human(finding, file, false);
+    let picture = elite_syntax::render_human(finding, file, false);
     let picture = picture.trim_end_matches('\n');
     picture
         .lines()
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn findings_for_people_end_with_a_line_end() {
         let file = SourceFile::new("pick.script", "1a");
-        let found = elite_lang::check(file.clone(), &elite_lang::KnownNames::default());
+        let found = elite_syntax::check(file.clone(), &elite_syntax::KnownNames::default());
         let pictures: Vec<String> = found
             .iter()
             .map(|finding| render(finding, &file, FindingFormat::Human))
@@ -200,7 +200,7 @@ mod tests {
         let text = "def f():\n    spee = 1\n    movej([0, -90, 0, 0, 0, 0], v=sped)\n    return 1\n    sync()\n";
         let file = SourceFile::new("pick.script", text);
         let known = elite_runtime::builtins::known_names();
-        let found: Vec<(String, u64)> = elite_lang::check(file.clone(), &known)
+        let found: Vec<(String, u64)> = elite_syntax::check(file.clone(), &known)
             .iter()
             .map(|finding| {
                 let line = render(finding, &file, FindingFormat::Json);

@@ -11,8 +11,8 @@ use std::io::IsTerminal;
 use std::sync::Arc;
 use std::time::Duration;
 
-use elite_lang::{Severity, SourceFile, check, compile};
 use elite_runtime::{Preset, PresetError};
+use elite_syntax::{Severity, SourceFile, check, compile};
 use robot_client::{
     MonitorOutcome, PrimaryClient, PrimaryError, ProgramEvent, ProgramMonitor, RobotAddress,
     dashboard,
@@ -140,7 +140,7 @@ fn prepared(
         if !is_error && is_set {
             continue;
         }
-        for line in elite_lang::render_human(&language::finding(&finding), &file, false)
+        for line in elite_syntax::render_human(&language::finding(&finding), &file, false)
             .trim_end()
             .lines()
         {

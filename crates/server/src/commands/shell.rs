@@ -14,8 +14,8 @@ use std::io::{IsTerminal, stdin, stdout};
 use std::rc::Rc;
 use std::time::Duration;
 
-use elite_lang::{SourceFile, compile};
 use elite_runtime::{Preset, PresetError};
+use elite_syntax::{SourceFile, compile};
 use robot_client::{InterpreterRequest, RobotAddress};
 use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 use thiserror::Error;
@@ -87,7 +87,9 @@ fn shelled(args: &ShellArgs) -> Result<u8, ShellError> {
     let opened = opened(args, &settings, &shutdown);
     let mut session = runtime.block_on(opened)?;
 
-    let mut names: BTreeSet<String> = elite_lang::builtin_names().map(str::to_owned).collect();
+    let mut names: BTreeSet<String> = elite_syntax::python_names::builtin_names()
+        .map(str::to_owned)
+        .collect();
     names.extend(elite_runtime::builtins::all().map(|builtin| builtin.name.to_owned()));
     let names: CompletionNames = Rc::new(RefCell::new(names));
     let is_terminal = stdin().is_terminal() && stdout().is_terminal();

@@ -3,8 +3,9 @@
 
 use std::rc::Rc;
 
+use elite_syntax::ast::{BinaryOp, CompareOp};
+
 use super::methods;
-use crate::ast::{BinaryOp, CompareOp};
 use crate::builtins::BoundFn;
 use crate::eval::{Evaluator, InterpreterState};
 use crate::value::symbol::known;
@@ -261,10 +262,16 @@ const CONVERSIONS: MethodTable = &[
         ev.truth(&ev.unwrap_builtin(&args[0])).map(Value::Bool)
     }),
     ("__neg__", "", |ev, args| {
-        ev.unary(crate::ast::UnaryOp::Neg, &ev.unwrap_builtin(&args[0]))
+        ev.unary(
+            elite_syntax::ast::UnaryOp::Neg,
+            &ev.unwrap_builtin(&args[0]),
+        )
     }),
     ("__pos__", "", |ev, args| {
-        ev.unary(crate::ast::UnaryOp::Pos, &ev.unwrap_builtin(&args[0]))
+        ev.unary(
+            elite_syntax::ast::UnaryOp::Pos,
+            &ev.unwrap_builtin(&args[0]),
+        )
     }),
     ("__abs__", "", |ev, args| {
         let abs = ev
@@ -325,7 +332,10 @@ const INTEGER: MethodTable = &[
             .map(crate::value::int::Int::into_value)
     }),
     ("__invert__", "", |ev, args| {
-        ev.unary(crate::ast::UnaryOp::Invert, &ev.unwrap_builtin(&args[0]))
+        ev.unary(
+            elite_syntax::ast::UnaryOp::Invert,
+            &ev.unwrap_builtin(&args[0]),
+        )
     }),
 ];
 

@@ -32,9 +32,10 @@ pub use number::int_from;
 
 use std::rc::Rc;
 
+use elite_syntax::ast::BinaryOp;
+
 use super::signature::is_slot;
 use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, quick};
-use crate::ast::BinaryOp;
 use crate::eval::{Evaluator, InterpreterState};
 use crate::value::class::BuiltinBase;
 use crate::value::function::WrappedFunction;
@@ -64,7 +65,8 @@ pub fn install(core: &Rc<InterpreterState>) {
 /// The name of a builtin type, which lives as long as the program.
 fn static_name(class: &Class) -> &'static str {
     let name = class.name();
-    let mut names = super::builtin_names().chain(crate::eval::types::NAMES.iter().copied());
+    let mut names = elite_syntax::python_names::builtin_names()
+        .chain(crate::eval::types::NAMES.iter().copied());
     names.find(|known| **known == *name).unwrap_or("object")
 }
 

@@ -2,8 +2,9 @@
 
 use std::rc::Rc;
 
+use elite_syntax::ast::CompareOp;
+
 use super::{methods, raw_constructor, raw_method, wrong_receiver};
-use crate::ast::CompareOp;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, InterpreterState};

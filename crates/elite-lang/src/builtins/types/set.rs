@@ -2,8 +2,9 @@
 
 use std::rc::Rc;
 
+use elite_syntax::ast::CompareOp;
+
 use super::{constructor, methods, wrong_receiver};
-use crate::ast::CompareOp;
 use crate::eval::{Evaluator, InterpreterState};
 use crate::value::{Class, R, Set, Value};
 

@@ -4,9 +4,9 @@
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use crate::{
-    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
-};
+use elite_syntax::{KnownNames, SourceFile, compile};
+
+use crate::{Host, Interpreter, Limits, Resume, ResumeOutcome, ThreadId};
 
 struct DiscardingHost;
 

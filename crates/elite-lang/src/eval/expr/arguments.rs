@@ -2,12 +2,12 @@
 
 use std::collections::HashSet;
 
+use elite_syntax::Span;
 use smallvec::SmallVec;
 
 use crate::errors::ExceptionKind;
 use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::symbol::{TempSymbol, known};
 use crate::value::trash::NodeList;
 use crate::value::{Dict, R, Raised, Symbol, Value, ValueVec};

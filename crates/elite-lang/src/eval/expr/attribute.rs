@@ -3,12 +3,13 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::names::Readable;
 use super::operand::Operand;
 use crate::builtins::FastPath;
 use crate::eval::words::PairOf;
 use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::class::AttrLocation;
 use crate::value::symbol::known;
 use crate::value::{BoundMethod, CellVar, Class, Module, R, ScriptCell, Symbol, Value};

@@ -2,12 +2,13 @@
 
 use std::marker::PhantomData;
 
+use elite_syntax::Span;
+use elite_syntax::ast::{BinaryOp, UnaryOp};
+
 use super::names::{Const, Readable};
 use super::operand::{Operand, two_operands};
-use crate::ast::{BinaryOp, UnaryOp};
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::ops::arith::fast;
-use crate::source::Span;
 use crate::value::R;
 
 /// An operator as a type.

@@ -2,12 +2,13 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::enter::call_script;
 use super::operand::Operand;
 use crate::builtins::{Builtin, BuiltinBody, FastPath};
 use crate::eval::run::{StackSlots, with_slots};
 use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::class::ConstructPath;
 use crate::value::instance::InstancePayload;
 use crate::value::trash::NodeList;

@@ -2,13 +2,14 @@
 
 use std::marker::PhantomData;
 
+use elite_syntax::Span;
+use elite_syntax::ast::CompareOp;
+
 use super::names::{Const, Readable};
 use super::operand::{Operand, two_operands};
-use crate::ast::CompareOp;
 use crate::builtins::quick::contains;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::ops::compare::fast;
-use crate::source::Span;
 use crate::value::trash::NodeList;
 use crate::value::{R, Value};
 

@@ -2,10 +2,11 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::walk::LoopCursor;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::trash::NodeList;
 use crate::value::{CellVar, Dict, R, Set, Value};
 

@@ -2,11 +2,12 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::operand::Operand;
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::ops::hash::quick_hash;
-use crate::source::Span;
 use crate::value::trash::NodeList;
 use crate::value::{Dict, R, Raised, Set, Value};
 

@@ -1,9 +1,10 @@
 //! f-strings.
 
-use crate::ast::Conversion;
+use elite_syntax::Span;
+use elite_syntax::ast::Conversion;
+
 use crate::eval::bulk::BULK_CHUNK;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::trash::NodeList;
 use crate::value::{R, Value};
 

@@ -2,9 +2,10 @@
 
 use std::rc::Rc;
 
+use elite_syntax::resolve::Storage;
+
 use crate::eval::code::Code;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame};
-use crate::resolve::Storage;
 use crate::value::trash::NodeList;
 use crate::value::{CellVar, Dict, Function, R, Raised, Value};
 

@@ -2,13 +2,14 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::attribute::Attribute;
 use super::names::Readable;
 use super::operand::Operand;
 use crate::eval::words::PairOf;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::ops::item::place_of;
-use crate::source::Span;
 use crate::value::{R, Slice, Value};
 
 /// `value[index]`

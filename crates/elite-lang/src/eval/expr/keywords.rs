@@ -3,13 +3,13 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
 use smallvec::SmallVec;
 
 use super::operand::Operand;
 use crate::eval::code::Params;
 use crate::eval::run::with_slots;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::trash::NodeList;
 use crate::value::{Dict, Function, R, Symbol, Value};
 

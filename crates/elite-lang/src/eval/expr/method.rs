@@ -3,6 +3,8 @@
 use std::cell::Cell;
 use std::rc::{Rc, Weak};
 
+use elite_syntax::Span;
+
 use super::attribute::{CachedLookup, InlineCache, ModuleMemberCache};
 use super::call::{CallArgs, call_fast_path, call_native, call_other};
 use super::enter::call_script;
@@ -12,7 +14,6 @@ use crate::builtins::{Builtin, FastPath};
 use crate::errors::ExceptionKind;
 use crate::eval::words::PairOf;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::{Class, Function, Instance, Module, R, Symbol, Value};
 
 /// The functions that a call has found in two classes. A class in the same state has the same functions, and keeps

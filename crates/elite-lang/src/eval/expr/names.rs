@@ -2,9 +2,10 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::{CellVar, R, Raised, Symbol, Value};
 
 /// An operand whose value can be looked at without evaluating anything.

@@ -2,10 +2,11 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::operand::Operand;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::trash::NodeList;
 use crate::value::{R, Str};
 

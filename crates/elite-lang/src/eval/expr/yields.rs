@@ -1,9 +1,10 @@
 //! `yield` and `yield from`.
 
+use elite_syntax::Span;
+
 use crate::errors::ExceptionKind;
 use crate::eval::generator::{GeneratorInput, StepResult};
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Value};
 

@@ -1,9 +1,10 @@
 //! `assert`. One that compares two values tells them when it fails, as advice before the last line of the report.
 
-use crate::ast::CompareOp;
+use elite_syntax::Span;
+use elite_syntax::ast::CompareOp;
+
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::source::Span;
 use crate::value::{R, Raised, Value};
 
 /// Characters of each side that are told, and items of a container up to which it is told at all.

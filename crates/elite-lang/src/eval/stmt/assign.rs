@@ -3,8 +3,10 @@
 use std::marker::PhantomData;
 use std::rc::Rc;
 
+use elite_syntax::Span;
+use elite_syntax::ast::BinaryOp;
+
 use super::target::{AttributeTarget, ItemTarget, LocalOrTarget, Target, Unpack};
-use crate::ast::BinaryOp;
 use crate::eval::expr::binary::{Operator, op};
 use crate::eval::expr::names::{Const, LocalVar, Readable};
 use crate::eval::expr::operand::{Operand, by_operand};
@@ -14,7 +16,6 @@ use crate::eval::{
     BoxExpr, DynStmt, Evaluator, ExprNode, Flow, Frame, StmtNode, TraceExt, attempt,
 };
 use crate::ops::arith::fast;
-use crate::source::Span;
 use crate::value::trash::NodeList;
 use crate::value::{List, R, Value};
 

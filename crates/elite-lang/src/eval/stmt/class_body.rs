@@ -7,10 +7,11 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, DynStmt, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::source::Span;
 use crate::value::{Dict, R, Raised, Value};
 
 /// A name of a class body.

@@ -2,6 +2,9 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+use elite_syntax::resolve::Storage;
+
 use super::layout::takes_slots;
 use super::target::Target;
 use crate::errors::ExceptionKind;
@@ -10,8 +13,6 @@ use crate::eval::expr::arguments::{CallArg, gather};
 use crate::eval::expr::function::{MakeFunction, closure};
 use crate::eval::run::with_slots;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::resolve::Storage;
-use crate::source::Span;
 use crate::value::class::BuiltinBase;
 use crate::value::function::WrappedFunction;
 use crate::value::symbol::known;

@@ -3,13 +3,14 @@
 use std::ops::Range;
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Block;
 use crate::eval::coroutine::StopState;
 use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt};
-use crate::source::Span;
 use crate::value::trash::NodeList;
 use crate::value::{Instance, R, Raised, Value};
 

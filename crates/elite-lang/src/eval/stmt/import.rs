@@ -2,11 +2,12 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
 use crate::ops::dict::WORK_PER_NAME;
-use crate::source::Span;
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
@@ -178,7 +179,7 @@ fn star_names(ev: &Evaluator<'_>, module: &Value) -> R<Vec<Symbol>> {
 
 /// What to say beside a message about an unknown name.
 fn suggestion(name: &str, names: impl Iterator<Item = impl AsRef<str>>) -> Option<String> {
-    let near = crate::spelling::nearest(name, names)?;
+    let near = elite_syntax::nearest(name, names)?;
     Some(format!("did you mean '{near}'?"))
 }
 
@@ -218,8 +219,8 @@ impl Evaluator<'_> {
             return Ok(Value::Module(module));
         }
         let Some((package, _)) = name.rsplit_once('.') else {
-            let hint = suggestion(name, crate::stdlib::module_names());
-            let names: Vec<&str> = crate::stdlib::module_names().collect();
+            let hint = suggestion(name, elite_syntax::python_names::module_names());
+            let names: Vec<&str> = elite_syntax::python_names::module_names().collect();
             let help =
                 hint.unwrap_or_else(|| format!("there are the modules {}", names.join(", ")));
             return Err(self.not_found(format!("No module named '{name}'"), name, Some(help)));

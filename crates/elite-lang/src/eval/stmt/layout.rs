@@ -139,7 +139,7 @@ impl Evaluator<'_> {
                 return Err(self.type_error(text));
             };
             let name = self.intern_name(text.as_str())?;
-            if !crate::lexer::names::is_name(text.as_str()) {
+            if !elite_syntax::lexer::is_name(text.as_str()) {
                 return Err(self.type_error("__slots__ must be identifiers"));
             }
             if name == known::WEAKREF && std::mem::replace(&mut is_referable, true) {

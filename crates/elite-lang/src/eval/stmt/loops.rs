@@ -1,12 +1,13 @@
 //! `while` and `for`: one loop for both, which passes a safepoint every turn. Within generators, which stop in the
 //! midst of a turn, the same parts are steps (`steps`).
 
+use elite_syntax::Span;
+
 use super::target::{Target, Unpack};
 use crate::eval::code::Block;
 use crate::eval::walk::{LoopCursor, LoopItem};
 use crate::eval::words::PairOf;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, attempt};
-use crate::source::Span;
 use crate::value::{R, Value};
 
 /// What all loops have: what is done each turn, and at the end.

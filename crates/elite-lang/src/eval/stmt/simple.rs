@@ -2,11 +2,12 @@
 
 use std::rc::Rc;
 
+use elite_syntax::Span;
+use elite_syntax::surrogate::may_have_surrogates;
+
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::source::Span;
-use crate::value::surrogate::may_have_surrogates;
 use crate::value::trash::NodeList;
 use crate::value::{Instance, R, Raised, Value};
 

@@ -3,13 +3,14 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
+use elite_syntax::Span;
+
 use crate::errors::ExceptionKind;
 use crate::eval::expr::names::Readable;
 use crate::eval::expr::operand::Operand;
 use crate::eval::run::with_slots;
 use crate::eval::words::PairOf;
 use crate::eval::{Evaluator, Frame, TraceExt};
-use crate::source::Span;
 use crate::value::trash::NodeList;
 use crate::value::{CellVar, Instance, R, Raised, Symbol, Value};
 

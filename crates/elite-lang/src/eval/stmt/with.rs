@@ -1,11 +1,12 @@
 //! `with`.
 
+use elite_syntax::Span;
+
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Block;
 use crate::eval::coroutine::StopState;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::source::Span;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Symbol, Value};
 

@@ -415,7 +415,7 @@ impl Evaluator<'_> {
 
     /// What a module is called at present; None if it has no name that is a text.
     fn name_of_module(&self, module: &Module) -> Option<Rc<str>> {
-        if crate::stdlib::is_bundled_module(&module.name) {
+        if elite_syntax::python_names::is_bundled_module(&module.name) {
             return Some(module.name.clone());
         }
         match module.namespace.get(known::NAME) {

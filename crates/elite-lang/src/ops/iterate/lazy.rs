@@ -21,7 +21,7 @@ impl Evaluator<'_> {
         let number = count.get();
         let following = match number {
             Value::Int(number) if number < i64::MAX => Value::Int(number + 1),
-            _ => self.binary(crate::ast::BinaryOp::Add, &number, &Value::Int(1))?,
+            _ => self.binary(elite_syntax::ast::BinaryOp::Add, &number, &Value::Int(1))?,
         };
         count.put(following);
         Ok(Some((number, item)))

@@ -2,8 +2,9 @@
 
 use std::rc::Rc;
 
+use elite_syntax::ast::{BinaryOp, CompareOp};
+
 use super::{DictReceiver, call_class, is_a, is_builtin, new_instance};
-use crate::ast::{BinaryOp, CompareOp};
 use crate::builtins::{Args, Builtin, RawFn};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;

@@ -2,8 +2,9 @@
 
 use std::rc::Rc;
 
+use elite_syntax::ast::CompareOp;
+
 use super::{DictReceiver, call_class, is_a, new_instance};
-use crate::ast::CompareOp;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;

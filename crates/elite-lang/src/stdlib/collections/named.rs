@@ -6,13 +6,13 @@ use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
+use elite_syntax::lexer::{TokenKind, is_name};
+
 use super::method_with;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::WORK_PER_VALUE;
-use crate::lexer::TokenKind;
-use crate::lexer::names::is_name;
 use crate::stdlib::define::ModuleBuilder;
 use crate::value::function::Property;
 use crate::value::function::WrappedFunction;

@@ -10,8 +10,9 @@ mod shared;
 use std::cell::Cell;
 use std::rc::Rc;
 
+use elite_syntax::ast::BinaryOp;
+
 use super::define::{MethodDef, ModuleBuilder, native_class};
-use crate::ast::BinaryOp;
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
 use crate::eval::pace::WORK_PER_VALUE;

@@ -1,12 +1,13 @@
 //! Writing JSON text, as CPython's encoder in C does it or, where it has to, the one in Python.
 
+use elite_syntax::surrogate::{code_of, is_surrogate};
+
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{WORK_PER_BYTE, pieces};
 use crate::eval::pace::WORK_PER_VALUE;
 use crate::format::float;
 use crate::value::int::Int;
-use crate::value::surrogate::{code_of, is_surrogate};
 use crate::value::{R, Raised, Value, ValueVec};
 
 /// `options` is a tuple: skipkeys, ensure_ascii, check_circular, allow_nan, indent, separators, default, sort_keys, and

@@ -9,10 +9,10 @@ use std::collections::HashSet;
 use std::f64::consts::{E, PI, TAU};
 use std::rc::Rc;
 
+use elite_syntax::ast::BinaryOp;
 use num_bigint::{BigInt, Sign};
 
 use super::MersenneTwister;
-use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::stdlib::bisect::{BisectSide, place};

@@ -171,7 +171,7 @@ impl PatternParser<'_, '_> {
     /// One member of a class that begins with `c`.
     fn member(&mut self, c: char, here: usize, start: usize) -> PatternResult<ClassMember> {
         if c != '\\' {
-            return Ok(ClassMember::Code(crate::value::surrogate::code_of(c)));
+            return Ok(ClassMember::Code(elite_syntax::surrogate::code_of(c)));
         }
         let Some(escaped) = self.take() else {
             return Err(self.error("unterminated character set", Some(start)));

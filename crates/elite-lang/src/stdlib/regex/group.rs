@@ -2,10 +2,11 @@
 
 use std::rc::Rc;
 
+use elite_syntax::lexer::is_name;
+
 use super::parse::{EMPTY, PatternItem, PatternParser, PatternResult, Width, flag};
 use super::program::{LookAround, Op};
 use crate::eval::coroutine::RESERVE;
-use crate::lexer::names::is_name;
 
 /// Nesting of groups.
 const GROUP_DEPTH_MAX: usize = 100;

@@ -7,12 +7,13 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
+use elite_syntax::surrogate::code_of;
+
 use super::letters::{CaseFolding, Categories, key};
 use super::program::{Assert, Op, RegexProgram, Repeat};
 use crate::eval::Evaluator;
 use crate::eval::bulk::{bulk_work, pieces};
 use crate::value::Raised;
-use crate::value::surrogate::code_of;
 
 /// Python's flags.
 pub(super) mod flag {

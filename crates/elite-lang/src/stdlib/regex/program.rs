@@ -4,10 +4,11 @@
 //! The parser writes it, `attempt` and `walk` run it. A repeated group is [`Op::RepeatBegin`], the group,
 //! [`Op::RerunTimeline`]; what has to match by itself (look-around, `(?>`) ends with [`Op::CleanupLimit`].
 
+use elite_syntax::surrogate::{char_of, code_of};
+
 use super::letters::{CaseFolding, CharClasses, decoded, key};
 use crate::eval::Evaluator;
 use crate::value::R;
-use crate::value::surrogate::{char_of, code_of};
 
 /// No place in a text.
 pub(super) const NOWHERE: usize = usize::MAX;

@@ -4,7 +4,7 @@
 //!
 //! What cannot be told for certain is left to the call: values that are worked out, types, starred arguments.
 
-use elite_lang::{ArgumentLiteral, CallArgument, CallHint, CallSite};
+use elite_syntax::{ArgumentLiteral, CallArgument, CallHint, CallSite};
 
 use super::super::declare::{
     Builtin, Parameter, ParameterDefault, ParameterType, Range, alternatives,

@@ -11,8 +11,8 @@ use controller::options::{
 };
 use controller::outcome::ProgramResult;
 use controller::{NullObserver, SteppedController, WallTimeout};
-use elite_lang::SourceFile;
 use elite_runtime::{Preset, ProgramText};
+use elite_syntax::SourceFile;
 use kinematics::{JointPositions, RpyPose};
 use motion_api::{RobotState, Seconds};
 use rmcp::schemars::JsonSchema;

@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Diagnostic, Program, ProgramKind, SourceFile, compile};
 use elite_runtime::{Preset, PresetError};
+use elite_syntax::{Diagnostic, Program, ProgramKind, SourceFile, compile};
 use thiserror::Error;
 
 use crate::ports::script_text::{StringTracker, is_end_line};

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use elite_lang::SourceFile;
+use elite_syntax::SourceFile;
 use robot_client::{RobotAddress, RtsiClient, RtsiMessage};
 use tokio::sync::watch;
 use wire::rtsi::RtsiValue;

@@ -142,7 +142,7 @@ impl LineJoiner {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use elite_lang::{SourceFile, compile};
+    use elite_syntax::{SourceFile, compile};
     use proptest::prelude::*;
 
     fn typed(lines: &str) -> Vec<Result<String, StatementError>> {

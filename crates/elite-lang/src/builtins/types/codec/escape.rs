@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::value::surrogate::{char_of, code_of};
+use elite_syntax::surrogate::{char_of, code_of};
 
 /// What one step of decoding gave: a character or none, and how many bytes it took; or how many bytes are wrong and
 /// why.

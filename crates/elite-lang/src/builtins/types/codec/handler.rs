@@ -1,9 +1,10 @@
 //! Handlers of errors of encodings: Python's own, and those that scripts register (`codecs.register_error`).
 
+use elite_syntax::surrogate::{char_of, code_of, is_surrogate};
+
 use super::Codec;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::value::surrogate::{char_of, code_of, is_surrogate};
 use crate::value::{R, Raised, Str, Value};
 
 /// What is done about what does not fit.

@@ -8,13 +8,13 @@ mod pages;
 use self::chinese::{GbDecodeError, GbEncoding};
 use self::handler::{CodecError, ErrorHandler};
 use self::pages::CodePage;
+use elite_syntax::surrogate::{code_of, is_surrogate, may_have_surrogates};
 use std::rc::Rc;
 
 use super::string::text_argument;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{BULK_CHUNK, WORK_PER_BYTE, pieces};
-use crate::value::surrogate::{code_of, is_surrogate, may_have_surrogates};
 use crate::value::{R, Str, Value};
 
 /// An encoding.
@@ -575,7 +575,7 @@ fn wide_step(
 
 /// The character of a code point that is no surrogate.
 fn char_of_scalar(code: u32) -> char {
-    crate::value::surrogate::char_of(code).unwrap_or(char::REPLACEMENT_CHARACTER)
+    elite_syntax::surrogate::char_of(code).unwrap_or(char::REPLACEMENT_CHARACTER)
 }
 
 /// Appends the units of a character; of a surrogate the one it is.

@@ -1,5 +1,7 @@
 //! The table of the methods of `str`, with those of a line or two.
 
+use elite_syntax::lexer::{begins_name, continues_name};
+
 use crate::eval::Evaluator;
 use crate::value::R;
 use crate::value::function::WrappedFunction;
@@ -17,7 +19,6 @@ use super::table::{maketrans, translate};
 use crate::builtins::types::{methods, raw_method};
 use crate::eval::InterpreterState;
 use crate::eval::bulk::{WORK_PER_BYTE, pieces};
-use crate::lexer::names;
 use crate::ops::unicode;
 use crate::value::{Bytes, Value};
 
@@ -150,8 +151,8 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             }),
             ("isidentifier", "", |ev, args| {
                 let text = receiver(ev, &args[0])?;
-                let begins = text.as_str().starts_with(names::begins_name);
-                let all = begins && ev.all_chars(text.as_str(), names::continues_name)?;
+                let begins = text.as_str().starts_with(begins_name);
+                let all = begins && ev.all_chars(text.as_str(), continues_name)?;
                 Ok(Value::Bool(all))
             }),
             ("format_map", "mapping /", |ev, args| {

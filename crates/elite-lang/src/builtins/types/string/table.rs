@@ -2,12 +2,13 @@
 
 use std::rc::Rc;
 
+use elite_syntax::surrogate::{char_of, code_of};
+
 use super::receiver;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::WORK_PER_BYTE;
 use crate::value::int::Int;
-use crate::value::surrogate::{char_of, code_of};
 use crate::value::{R, Raised, Value};
 
 pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

@@ -1,0 +1,33 @@
+//! Rows of the pendant's task tree, which `$ LINE` directives name.
+
+use std::sync::Arc;
+
+use crate::diagnostic_list::quoted;
+
+/// A node of the task tree.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TaskNode {
+    /// Its row, from 1.
+    pub number: u32,
+    /// Its label, as the pendant shows it; long ones are cut.
+    pub label: Arc<str>,
+}
+
+impl std::fmt::Display for TaskNode {
+    /// `node 7 Approach`, on one line whatever the label holds.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "node {}", self.number)?;
+        if self.label.is_empty() {
+            return Ok(());
+        }
+        f.write_str(" ")?;
+        for c in quoted(&self.label).chars() {
+            if c.is_control() {
+                write!(f, "{}", c.escape_default())?;
+            } else {
+                std::fmt::Write::write_char(f, c)?;
+            }
+        }
+        Ok(())
+    }
+}
