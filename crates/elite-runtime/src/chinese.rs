@@ -100,7 +100,8 @@ mod tests {
 
     #[test]
     fn messages_are_told_in_chinese_and_types_stay() {
-        let english = "p.script:1:1\n  movej(1)\n  ^^^^^^^^\nTypeError: movej(): q must be six joint positions in rad, not int (1)";
+        let english = "p.script:1:1\n  movej(1)\n  ^^^^^^^^\nTypeError: movej(): q must be six joint positions in \
+                       rad, not int (1)";
         assert!(
             report(english)
                 .ends_with("\nTypeError: movej(): q 必须是六个关节位置（rad），不能是 int（1）")
@@ -115,7 +116,8 @@ mod tests {
         // Python's own words are not taken for ours.
         assert_eq!(headline("ValueError: name 'x' is not defined"), None);
         let stop = sentence(
-            "protective stop: upper arm and wrist 1 were about to run into each other, by 3.0 mm where the arm would come to rest",
+            "protective stop: upper arm and wrist 1 were about to run into each other, by 3.0 mm where the arm would \
+             come to rest",
         );
         assert_eq!(
             stop.as_deref(),

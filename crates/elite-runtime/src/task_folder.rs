@@ -343,11 +343,13 @@ mod tests {
         for (name, sentence) in [
             (
                 "alone",
-                "alone is a task of the pendant in XML, and alone.task.script, the program that it sends, is not beside it",
+                "alone is a task of the pendant in XML, and alone.task.script, the program that it sends, \
+                 is not beside it",
             ),
             (
                 "twice.task",
-                "twice.task is a task of the pendant in XML, and twice.task.script, the program that it sends, is XML too",
+                "twice.task is a task of the pendant in XML, and twice.task.script, \
+                 the program that it sends, is XML too",
             ),
         ] {
             assert_eq!(folder.task(name).unwrap_err().to_string(), sentence);

@@ -83,8 +83,8 @@ fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
 const LATER: &[(&str, &str, &str)] = &[(
     "set_tool_second_power_on",
     "2.16",
-    "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, or define a function of \
-     this name",
+    "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, \
+     or define a function of this name",
 )];
 
 fn of_later_edition(name: &str) -> Option<CallHint> {

@@ -664,7 +664,8 @@ impl Task {
         if let Some(bounds) = bounds.and_then(|entry| entry.secondary.as_mut()) {
             bounds.slices -= 1;
             if bounds.slices == 0 {
-                let text = "TimeoutError: a secondary program has to be short, this one was ended after about a second of work";
+                let text = "TimeoutError: a secondary program has to be short, this one was ended after about a \
+                            second of work";
                 return self.end_secondary(number, text);
             }
         }
