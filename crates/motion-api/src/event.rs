@@ -78,7 +78,8 @@ pub enum Refusal {
     },
     /// The arm is not ready to move.
     #[error(
-        "the robot mode is {robot_mode} and the safety mode {safety_mode}; the arm moves only when they are RUNNING and NORMAL or REDUCED"
+        "the robot mode is {robot_mode} and the safety mode {safety_mode}; \
+         the arm moves only when they are RUNNING and NORMAL or REDUCED"
     )]
     NotReady {
         /// Robot mode found.
@@ -216,7 +217,12 @@ pub enum PathFault {
         jump: f64,
     },
     /// Two links of the arm meet.
-    #[error("{} and {} would run into each other there, by {:.1} mm", link_name((*links)[0].into()), link_name((*links)[1].into()), overlap * 1e3)]
+    #[error(
+        "{} and {} would run into each other there, by {:.1} mm",
+        link_name((*links)[0].into()),
+        link_name((*links)[1].into()),
+        overlap * 1e3
+    )]
     SelfCollision {
         /// The two links, 0 for the base.
         links: [u8; 2],
@@ -259,7 +265,11 @@ pub enum StopReason {
         limit: f64,
     },
     /// The arm does not follow: actual and target positions differ too much (a collision, an overload).
-    #[error("joint {} does not follow: actual and target differ by {error:.4} rad (allowed {limit:.4} rad); a collision or an overload", joint + 1)]
+    #[error(
+        "joint {} does not follow: actual and target differ by {error:.4} rad (allowed {limit:.4} rad); \
+         a collision or an overload",
+        joint + 1
+    )]
     TrackingError {
         /// Joint index from 0.
         joint: u8,
@@ -290,7 +300,11 @@ pub enum StopReason {
     #[error("an emergency stop was asked for; release it, then power on and release the brakes")]
     EmergencyStop,
     /// A joint carries more than the motion explains.
-    #[error("collision at joint {}: {torque:.1} Nm from outside (allowed {limit:.1} Nm), as {force:.0} N at the tool would be", joint + 1)]
+    #[error(
+        "collision at joint {}: {torque:.1} Nm from outside (allowed {limit:.1} Nm), \
+         as {force:.0} N at the tool would be",
+        joint + 1
+    )]
     Collision {
         /// Joint index from 0.
         joint: u8,
@@ -315,7 +329,8 @@ pub enum StopReason {
     ConveyorLost,
     /// The offset of the path is larger than the program allows.
     #[error(
-        "the path offset is {translation:.4} m and {rotation:.4} rad; path_offset_set_max_offset() allows {most_translation:.4} m and {most_rotation:.4} rad"
+        "the path offset is {translation:.4} m and {rotation:.4} rad; \
+         path_offset_set_max_offset() allows {most_translation:.4} m and {most_rotation:.4} rad"
     )]
     PathOffset {
         /// The translation that was asked for, m.
@@ -332,7 +347,10 @@ pub enum StopReason {
     #[error("the path offset leads the TCP to where the arm cannot follow")]
     PathOffsetLost,
     /// TCP or tool were about to cross a safety plane.
-    #[error("the tool was about to cross safety plane {} of the cell: it would come to rest {depth:.4} m behind it", plane + 1)]
+    #[error(
+        "the tool was about to cross safety plane {} of the cell: it would come to rest {depth:.4} m behind it",
+        plane + 1
+    )]
     SafetyPlane {
         /// Index of the plane in the cell, from 0.
         plane: u8,
@@ -340,7 +358,12 @@ pub enum StopReason {
         depth: f64,
     },
     /// Two links of the arm were about to meet.
-    #[error("{} and {} were about to run into each other, by {:.1} mm where the arm would come to rest", link_name((*links)[0].into()), link_name((*links)[1].into()), overlap * 1e3)]
+    #[error(
+        "{} and {} were about to run into each other, by {:.1} mm where the arm would come to rest",
+        link_name((*links)[0].into()),
+        link_name((*links)[1].into()),
+        overlap * 1e3
+    )]
     SelfCollision {
         /// The two links, 0 for the base.
         links: [u8; 2],
@@ -424,7 +447,10 @@ pub enum Warning {
         unit: WayUnit,
     },
     /// An online mode cannot go on as asked.
-    #[error("the arm slows down: joint {} is near the end of its range or turns too fast for the wanted motion", joint + 1)]
+    #[error(
+        "the arm slows down: joint {} is near the end of its range or turns too fast for the wanted motion",
+        joint + 1
+    )]
     LimitedByJoint {
         /// Joint index from 0.
         joint: u8,
@@ -441,12 +467,14 @@ pub enum Warning {
     },
     /// The motion could not go over into the next one without a stop.
     #[error(
-        "the motion stopped at its end instead of blending: the next one came too late or turns too sharply for the speed"
+        "the motion stopped at its end instead of blending: \
+         the next one came too late or turns too sharply for the speed"
     )]
     NotBlended,
     /// The target is so far away that it only says where to go.
     #[error(
-        "the target is {distance:.1} m away, no arm reaches that far: it is taken as a direction, and the arm goes there until something stops it"
+        "the target is {distance:.1} m away, no arm reaches that far: \
+         it is taken as a direction, and the arm goes there until something stops it"
     )]
     Direction {
         /// From where the motion begins, m.
@@ -462,7 +490,8 @@ pub enum Warning {
     },
     /// The wanted acceleration is more than the arm can do here.
     #[error(
-        "an acceleration of {wanted:.4} {unit}/s² is more than the joints can do here, it is limited to {planned:.4} {unit}/s²"
+        "an acceleration of {wanted:.4} {unit}/s² is more than the joints can do here, \
+         it is limited to {planned:.4} {unit}/s²"
     )]
     AccelerationLimited {
         /// Asked for, rad/s² or m/s².
