@@ -184,7 +184,8 @@ fn busy_loop(test: &Expr, body: &[Stmt], known: &KnownNames, found: &mut Diagnos
         if !endless || !Ways::through(body, known).turn() {
             return;
         }
-        "there is a way through this endless loop that does not wait: while it is taken, the loop keeps the controller busy"
+        "there is a way through this endless loop that does not wait: while it is taken, \
+         the loop keeps the controller busy"
     } else if calls.asks {
         "this loop asks again and again without waiting in between: it keeps the controller busy"
     } else if endless {
