@@ -82,7 +82,8 @@ impl RigidPlant {
     ) -> Result<Self, ConfigError> {
         if !arm.is_without_losses() {
             return Err(ConfigError::Plant {
-                what: "the plant \"rapier\" knows no friction and no rotors, which [arm] asks for; the plant \"rigid\" does",
+                what: "the plant \"rapier\" knows no friction and no rotors, which [arm] asks for; \
+                       the plant \"rigid\" does",
             });
         }
         let mut plant = Self::new(model, arm, q)?;
