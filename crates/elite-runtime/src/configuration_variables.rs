@@ -27,7 +27,7 @@ pub struct Variable {
 /// A file that is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NoVariables {
-    /// Not XML.
+    /// The text is no XML.
     #[error("it is no XML: {0}")]
     Xml(String),
     /// More than there is room for.

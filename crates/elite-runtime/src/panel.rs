@@ -135,7 +135,7 @@ impl Panel {
         locked(&self.answers).expect(name)
     }
 
-    /// Nobody waits for it any more.
+    /// Forgets who waits for the answer of a program.
     pub(crate) fn forget_answer(&self, name: &str) {
         drop(self.take_answer(name));
     }

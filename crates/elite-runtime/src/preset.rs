@@ -95,7 +95,7 @@ impl Preset {
         given.iter().map(|given| Self::parse(given)).collect()
     }
 
-    /// Of which variable.
+    /// The name of the variable.
     pub fn name(&self) -> &str {
         &self.name
     }

@@ -24,7 +24,7 @@ use crate::predicted_state::{CommandedModes, PredictedState, PredictionCache, Pr
 pub struct Robot {
     model: Arc<RobotModel>,
     safety_bounds: SafetyBounds,
-    /// Of the safety planes, by their numbers from 0.
+    /// The names of the safety planes, by their numbers from 0.
     plane_names: Vec<String>,
     commands: CommandSender,
     snapshot: Arc<SnapshotCell>,
@@ -188,7 +188,7 @@ struct PendingCommand {
 }
 
 impl PendingCommand {
-    /// Whether it had ended by this cycle.
+    /// Whether the command had ended by this cycle.
     fn has_ended(&self, by: u64) -> bool {
         self.outcome.is_some() && self.ended_in <= by
     }

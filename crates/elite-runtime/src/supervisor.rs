@@ -57,7 +57,7 @@ pub enum TaskState {
 /// What ports and `run` see of the current task.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct TaskStatus {
-    /// What it is doing.
+    /// What the task is doing.
     pub state: TaskState,
     /// The newest program; 0 before the first.
     pub program: ProgramId,
@@ -188,7 +188,7 @@ impl Supervisor {
         };
         Self::new(TaskSettings {
             observer,
-            // What it shows and asks is its own.
+            // The panel of a program that attends others is its own: what it shows and asks stays there.
             panel: Arc::new(Panel::new(settings.panel.operator())),
             extras,
             // Only the program it looks at is told in a recording.

@@ -75,7 +75,7 @@ pub struct TaskText {
 pub fn is_xml(beginning: &[u8]) -> bool {
     let marks: [&[u8]; 3] = [b"\xEF\xBB\xBF", b"\xFF\xFE", b"\xFE\xFF"];
     let mark = marks.iter().find_map(|mark| beginning.strip_prefix(*mark));
-    // Of UTF-16 every other byte is 0 here.
+    // In UTF-16 every other byte of these texts is 0.
     let is_blank = |byte: &u8| byte.is_ascii_whitespace() || *byte == 0;
     let mut bytes = mark.unwrap_or(beginning).iter().skip_while(|b| is_blank(b));
     bytes.next() == Some(&b'<')
@@ -85,7 +85,7 @@ pub fn is_xml(beginning: &[u8]) -> bool {
 #[derive(Clone, Debug)]
 pub struct TaskFolder {
     root: PathBuf,
-    /// Where it may be, if not anywhere.
+    /// The folders beneath which files may be; `None`: no limit.
     within: Option<SandboxRoots>,
 }
 

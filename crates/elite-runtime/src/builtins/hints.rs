@@ -44,7 +44,7 @@ const JOINTS_FOR_POSE: &str = "turn joint positions into a pose with get_forward
 
 /// The names of all builtins, with what `check` needs to know of them.
 pub fn known_names() -> KnownNames {
-    // Those of later editions are not there when a program runs; `check` says more of them than that.
+    // Names of later editions are not there when a program runs; `check` says more of them than that.
     let later = LATER.iter().map(|(name, _, _)| *name);
     KnownNames::new(names().chain(later))
         .with_waiting(all().filter(|b| b.waits).map(|b| b.name))

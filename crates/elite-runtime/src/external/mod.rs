@@ -97,16 +97,16 @@ pub struct RecordedCall {
     pub function: String,
     /// The turns in which its waits were over.
     pub waits: Vec<u64>,
-    /// How it ended.
+    /// How the call ended.
     pub answer: CallOutcome,
 }
 
 /// How a call ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CallOutcome {
-    /// With a value.
+    /// The call returned a value.
     Value(RpcValue),
-    /// With an exception.
+    /// The call raised an exception.
     Raised {
         /// The name of its type.
         kind: String,

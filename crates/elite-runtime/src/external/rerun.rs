@@ -220,7 +220,7 @@ impl Rerun {
         let mut progress = self.progress();
         progress.running = None;
         let left = progress.commands.get(&program).and_then(|left| {
-            // Those without a line are the task's own, which it gives while the arm comes to rest.
+            // Commands without a line are the task's own, which it gives while the arm comes to rest.
             left.iter().find(|(_, command)| command.origin.line > 0)
         });
         let left = left.map(|(_, command)| *command);

@@ -132,7 +132,7 @@ impl Supervisor {
     }
 }
 
-/// Of what runs aside only the log is told: it is no program of the robot.
+/// Passes only log lines of a program that runs aside: it is no program of the robot.
 struct LogOnlyObserver(Arc<dyn Observer>);
 
 impl Observer for LogOnlyObserver {

@@ -223,7 +223,7 @@ impl TaskContext {
         ahead.retain(|(_, id)| {
             let has_ended = self.robot.has_ended(*id);
             if has_ended {
-                // Nobody will ask how.
+                // Nobody asks for the outcome of such a command.
                 self.robot.forget(*id);
             }
             !has_ended
@@ -368,7 +368,7 @@ impl TaskContext {
         &self.robot
     }
 
-    /// Who notes what comes from outside.
+    /// The recorder of what comes from outside, while there is one.
     pub fn witness(&self) -> Option<&dyn ExternalInputSink> {
         match &self.input_mode {
             InputMode::Recorded(witness) => Some(&**witness),

@@ -64,7 +64,7 @@ struct PendingControls {
 #[derive(Clone, Default)]
 struct ControlFlags {
     stop: bool,
-    /// Who takes the place of the task.
+    /// The name of the program that takes the place of the task.
     replaced_by: Option<Arc<str>>,
     /// Hold (true) or go on (false), whichever was said last.
     hold: Option<bool>,
