@@ -21,11 +21,11 @@ pub enum WrenchFrame {
 /// A load for some time, `[[wrench]]` of the cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedWrench {
-    /// When it begins, s.
+    /// When the wrench begins, s.
     pub at: f64,
-    /// How long it acts, s.
+    /// How long the wrench acts, s.
     pub duration: f64,
-    /// N and Nm.
+    /// Force and moment, N and Nm.
     pub wrench: Wrench,
     /// The frame whose axes the wrench has.
     pub frame: WrenchFrame,

@@ -238,7 +238,7 @@ impl ControlLoop {
         if self.limits.tcp_speed.is_infinite() || self.is_at_rest() {
             return;
         }
-        // One that still comes down to reduced limits goes on doing so.
+        // An arm that still comes down to reduced limits goes on doing so.
         if self.limit_sets.transition.is_none() || self.limit_sets.without_tcp.is_some() {
             self.limit_sets.transition = Some(ReducedModeTransition {
                 time_left: MAX_TRANSITION_TIME[0],

@@ -35,12 +35,12 @@ pub enum Shape {
 pub struct PlacedShape {
     /// Where it is: in the base frame for obstacles, in the flange frame for tools.
     pub pose: Pose,
-    /// What it is.
+    /// The shape of the solid.
     pub shape: Shape,
 }
 
 impl PlacedShape {
-    /// This solid seen from frame a instead of frame b.
+    /// The solid as seen from frame a instead of frame b.
     pub(super) fn expressed_in(&self, a_from_b: &Pose) -> Self {
         Self {
             pose: *a_from_b * self.pose,

@@ -314,7 +314,7 @@ impl PathOffset {
             AxisLimits {
                 min: f64::NEG_INFINITY,
                 max: f64::INFINITY,
-                // One that is faster slows down as it can.
+                // An offset that is faster slows down as it can.
                 speed: SPEED[part]
                     .min(room.speed[part])
                     .max(SLOWEST)

@@ -294,7 +294,7 @@ impl ServoMode {
 /// beyond as braking from its speed, or from the joint's where that is less, takes.
 fn stopping_limits(band: &ReferenceBand, able: &AxisLimits, now: &ScalarState) -> AxisLimits {
     let axis = AxisLimits {
-        // One that is heavier to move than a moment ago has what it does already.
+        // A joint that is heavier to move than a moment ago may keep the acceleration that it has.
         acceleration: (STOPPING_SHARE * able.acceleration).max(now.acceleration.abs()),
         speed: able.speed.max(now.speed.abs()),
         ..*able

@@ -121,12 +121,12 @@ impl MicroLine {
         self.intervals() as f64 * self.interval
     }
 
-    /// Where it begins.
+    /// The joints where the way begins, rad.
     pub fn start(&self) -> JointPositions {
         self.start
     }
 
-    /// Where it ends.
+    /// The joints where the way ends, rad.
     pub fn end(&self) -> JointPositions {
         self.end
     }

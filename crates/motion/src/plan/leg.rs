@@ -47,7 +47,7 @@ pub struct MotionSegment {
 pub enum DistanceMeasure {
     /// The TCP's distance.
     Tcp,
-    /// That, or the way with its turning where that is longer.
+    /// The TCP's distance, or the way with its turning where that is longer.
     TcpOrRotation,
 }
 
@@ -235,8 +235,8 @@ impl MotionSegment {
 /// One end of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SegmentEnd {
-    /// Where it begins.
+    /// Where the leg begins.
     Start,
-    /// Where it ends.
+    /// Where the leg ends.
     Target,
 }

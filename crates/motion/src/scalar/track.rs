@@ -17,7 +17,7 @@ const GENTLE_STEP: (f64, f64) = (0.6, 0.98);
 /// A piece of the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitInterval {
-    /// Where it ends.
+    /// Where the piece ends.
     pub until: f64,
     /// What is asked for and possible on it.
     pub limits: IntervalLimits,

@@ -115,7 +115,7 @@ impl PathProgress {
         self.pace = pace;
     }
 
-    /// Whether it is to go on.
+    /// Whether the motion is to go on.
     pub fn is_going(&self) -> bool {
         matches!(self.wanted, ProgressGoal::Run(_))
     }
@@ -459,7 +459,7 @@ impl PathProgress {
             .including(newest, &self.knots, Extremum::Min);
     }
 
-    /// This motion with other knots.
+    /// The motion with other knots.
     fn with_knots(self, knots: [Knot; STEPS + 2]) -> Self {
         let halts = knots[1..].iter().filter(|knot| knot.speed <= 0.0);
         Self {
@@ -488,7 +488,7 @@ impl PathProgress {
         let next = (now.speed + a * h).max(goal).max(0.0).min(now.speed);
         let there = now.s + 0.5 * (now.speed + next) * h;
         let ahead = track.squared_limit(there).sqrt() / rate;
-        // One that is faster than the track allows, because that was lowered, comes down as it can.
+        // A motion that is faster than the track allows, because that was lowered, comes down as it can.
         let is_over =
             now.speed * rate > track.squared_limit(now.s).sqrt() * (1.0 + OVERSPEED_TOLERANCE);
         if next > ahead && !is_over {
