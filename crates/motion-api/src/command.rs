@@ -42,7 +42,7 @@ pub struct Origin {
 pub struct Command {
     /// Number in the ring's order.
     pub id: CommandId,
-    /// Where it came from.
+    /// The statement that the command came from.
     pub origin: Origin,
     /// What is asked.
     pub kind: CommandKind,

@@ -58,7 +58,7 @@ pub enum Event {
 pub enum Outcome {
     /// Carried out as asked.
     Done,
-    /// Not begun, the arm has not moved.
+    /// Not begun: the arm has not moved.
     Refused(Refusal),
     /// Begun and ended by a stop.
     Aborted,
@@ -100,7 +100,7 @@ pub enum Refusal {
     JointLimit {
         /// Joint index from 0.
         joint: u8,
-        /// Where it would go, rad.
+        /// Where the joint would go, rad.
         value: f64,
         /// Lower limit, rad.
         min: f64,
@@ -201,7 +201,7 @@ pub enum PathFault {
     JointLimit {
         /// Joint index from 0.
         joint: u8,
-        /// Where it would go, rad.
+        /// Where the joint would go, rad.
         value: f64,
         /// Lower limit, rad.
         min: f64,
@@ -443,7 +443,7 @@ pub enum Warning {
         wanted: f64,
         /// What the motion slows down to, rad/s or m/s.
         planned: f64,
-        /// Of the way.
+        /// The unit of the way.
         unit: WayUnit,
     },
     /// An online mode cannot go on as asked.
@@ -477,7 +477,7 @@ pub enum Warning {
          it is taken as a direction, and the arm goes there until something stops it"
     )]
     Direction {
-        /// From where the motion begins, m.
+        /// Distance of the target from where the motion begins, m.
         distance: f64,
     },
     /// A blend radius at the end of a direction.
@@ -498,7 +498,7 @@ pub enum Warning {
         wanted: f64,
         /// The most that the motion does, rad/s² or m/s².
         planned: f64,
-        /// Of the way.
+        /// The unit of the way.
         unit: WayUnit,
     },
 }

@@ -45,7 +45,7 @@ pub enum Record {
     Registers {
         /// The cycle that began.
         cycle: u64,
-        /// What it reads.
+        /// The registers that the cycle reads.
         images: RegisterImages,
     },
 }
