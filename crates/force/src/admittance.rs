@@ -111,7 +111,7 @@ impl Default for Tuning {
 pub struct AxisReading {
     /// What the tool applies now, N or Nm.
     pub applied: f64,
-    /// What it is to apply.
+    /// What the tool is to apply, N or Nm.
     pub target: f64,
     /// Way of the arm along the axis since the last cycle, m or rad.
     pub displacement: f64,

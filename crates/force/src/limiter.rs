@@ -101,7 +101,7 @@ pub enum SolveMethod {
 pub struct TwistSolution {
     /// The joint speeds, rad/s.
     pub qd: JointSpeeds,
-    /// How they were found.
+    /// How the speeds were found.
     pub method: SolveMethod,
 }
 
