@@ -125,7 +125,7 @@ const CIRCLES: &[&str] = &[
     "d = {'data': 'x' * 13600}; exec('def f(): return [g for g in (f,)]\\ndef g(): return f', d)",
 ];
 
-/// Of every fourth way, from this one on.
+/// Checks every fourth way, from this one on.
 fn a_loop_that_drops_cycles_does_not_grow(number: usize) {
     let classes = "from collections import deque\nfrom itertools import chain, repeat, tee, groupby\n\
                    from functools import partial\n\
@@ -140,7 +140,7 @@ fn a_loop_that_drops_cycles_does_not_grow(number: usize) {
              for i in range(6_000):\n    {make}\n"
         );
         let most = peak(&text);
-        // All of them would be 80 MB.
+        // All objects together would be 80 MB.
         assert!(most < 62 << 20, "{make}: {most} bytes");
     }
 }

@@ -17,7 +17,7 @@ pub struct Item {
     pub value: Operand,
     /// The index.
     pub index: Operand,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -197,7 +197,7 @@ pub struct SliceAccess {
     pub lower: Operand,
     #[allow(missing_docs)]
     pub upper: Operand,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
