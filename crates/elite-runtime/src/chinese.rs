@@ -125,7 +125,8 @@ mod tests {
         );
         // "to" is a word of its own, and a part of longer sentences.
         let plane = sentence(
-            "protective stop: the tool was about to cross safety plane \"fence\" of the cell: it would come to rest 0.0012 m behind it",
+            "protective stop: the tool was about to cross safety plane \"fence\" of the cell: \
+             it would come to rest 0.0012 m behind it",
         );
         assert_eq!(
             plane.as_deref(),
