@@ -13,7 +13,7 @@ use crate::message::Message;
 
 /// Sentences about the robot.
 pub const SENTENCES: PhraseTable = table::SENTENCES;
-/// What stands in them.
+/// Words that stand in sentences.
 pub const WORDS: PhraseTable = table::WORDS;
 
 const ALL: Translations = Translations {

@@ -140,7 +140,7 @@ impl Panel {
         drop(self.take_answer(name));
     }
 
-    /// Where its answer goes.
+    /// Takes the sender for the answer of a secondary program, if somebody waits for that.
     pub(crate) fn take_answer(&self, name: &str) -> Option<oneshot::Sender<Answer>> {
         locked(&self.answers).take(name)
     }

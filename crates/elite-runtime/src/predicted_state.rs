@@ -240,7 +240,7 @@ pub(crate) struct PredictionCache {
 #[derive(Debug)]
 struct CachedPrediction {
     of: PredictionKey,
-    /// The youngest command in it.
+    /// The youngest command in the prediction.
     newest: CommandId,
     foreseen: PredictedState,
 }

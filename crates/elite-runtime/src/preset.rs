@@ -100,7 +100,7 @@ impl Preset {
         &self.name
     }
 
-    /// The statement that sets it.
+    /// The statement that sets the variable.
     pub fn statement(&self) -> String {
         format!("{} = {}", self.name, self.value)
     }

@@ -180,9 +180,9 @@ struct PendingCommand {
     command: Command,
     keep_outcome: bool,
     outcome: Option<Outcome>,
-    /// The cycle in which it ended.
+    /// The cycle in which the command ended.
     ended_in: u64,
-    /// The cycle since which the next motion may follow it, and since which that is due.
+    /// The cycle since which the next motion may follow the command, and since which that is due.
     queued_in: u64,
     due_in: u64,
 }

@@ -39,7 +39,7 @@ const FIRST_TEST_PROGRAM: u32 = 1 << 20;
 /// How long a secondary program waits for room beside a task that is flooded with such (the refusal must come soon),
 /// and a sender for its program to begin.
 const SECONDARY_TIMEOUT: Duration = Duration::from_millis(500);
-/// How often it is offered to a task: each time that one ends and another begins.
+/// How often a secondary program is offered to a task: each time that one ends and another begins.
 const ATTEMPTS_TO_JOIN: u32 = 2;
 
 /// What the task is doing, as ports show it.

@@ -57,7 +57,7 @@ pub enum FolderError {
         name: String,
         /// The file that should hold the program.
         script: String,
-        /// What is wrong with it.
+        /// What is wrong with that file.
         trouble: String,
     },
 }
@@ -65,7 +65,7 @@ pub enum FolderError {
 /// The text of a task.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TaskText {
-    /// The name of the file that holds it: as given, or that of the program beside the pendant's XML.
+    /// The name of the file that holds the program: as given, or that of the program beside the pendant's XML.
     pub name: String,
     /// The program.
     pub text: String,

@@ -103,7 +103,7 @@ pub struct Parameter {
     pub default: ParameterDefault,
     /// Unit, empty when there is none.
     pub unit: &'static str,
-    /// A phrase that says what it is.
+    /// A phrase that says what the parameter is.
     pub meaning: &'static str,
 }
 

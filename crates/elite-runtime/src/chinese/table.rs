@@ -441,7 +441,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
 ];
 
-/// What stands in them.
+/// Words that stand in sentences.
 pub(super) const WORDS: &[(&str, &str)] = &[
     ("'{}' of {}()", "{1}() 的 '{0}'"),
     ("-2147483648 to 2147483647", "-2147483648 到 2147483647"),

@@ -23,7 +23,7 @@ pub struct Divergence {
     pub program: ProgramId,
     /// The line of the program that was running; 0 where no single line is to blame.
     pub line: u32,
-    /// The cycle before which it was seen.
+    /// The cycle before which the difference was seen.
     pub cycle: u64,
     /// What is different, in words.
     pub text: String,

@@ -156,7 +156,7 @@ impl MicroLine {
         })
     }
 
-    /// How many points it has.
+    /// The number of points.
     pub fn count(&self) -> usize {
         self.points.len()
     }

@@ -30,7 +30,7 @@ pub struct Popup {
     pub text: String,
     /// How the window looks.
     pub style: PopupStyle,
-    /// A program waits until it is closed.
+    /// A program waits until the window is closed.
     pub blocking: bool,
 }
 

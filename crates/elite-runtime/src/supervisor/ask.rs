@@ -142,7 +142,7 @@ impl Observer for LogOnlyObserver {
         }
     }
 
-    /// Cycles that it lets pass are cycles of the robot.
+    /// Cycles that the program lets pass are cycles of the robot.
     fn cycle_ended(&self, frame: &CycleFrame) {
         self.0.cycle_ended(frame);
     }

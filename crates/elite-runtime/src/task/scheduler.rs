@@ -136,7 +136,7 @@ pub enum TaskEnd {
     Failed,
     /// Somebody stopped the task.
     Stopped,
-    /// Another main program took its place, as its log says.
+    /// Another main program took the place of this one, as its log says.
     Replaced,
     /// The arm went into a protective stop.
     ProtectiveStop(StopReason),
