@@ -171,7 +171,7 @@ pub struct CurvatureRefinement {
 pub struct FinalBisection {
     /// The interval is longer than this, m.
     pub length: f64,
-    /// The bend changes by more than this share of it.
+    /// The bend changes over the interval by more than this share of itself.
     pub change: f64,
 }
 

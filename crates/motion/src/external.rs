@@ -55,7 +55,7 @@ pub(crate) struct ExternalWrenches {
     loads: Vec<TimedWrench>,
     /// Loads that commands have set on.
     commanded: [Option<TimedWrench>; PUSHES_MAX],
-    /// When all of them are over, s.
+    /// When all loads of commands are over, s.
     commanded_until: f64,
     /// The latest reading from a port: base axes.
     pub(crate) port_wrench: Wrench,

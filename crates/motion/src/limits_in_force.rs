@@ -49,9 +49,9 @@ pub(crate) struct LimitSets {
 /// An arm that is faster than reduced mode allows.
 #[derive(Clone, Copy, Debug)]
 struct ReducedModeTransition {
-    /// Time until it must be slow enough, s.
+    /// Time until the arm must be slow enough, s.
     time_left: f64,
-    /// For how long it has been, s.
+    /// For how long the arm has been slow enough, s.
     time_within_limits: f64,
 }
 

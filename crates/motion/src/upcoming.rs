@@ -75,7 +75,7 @@ impl ControlLoop {
         }
     }
 
-    /// True while it has to wait.
+    /// True while the motion has to wait.
     fn advance_pending_motion(
         &mut self,
         upcoming: &mut PendingMotion,

@@ -18,7 +18,7 @@ pub enum Shape {
     Cylinder {
         /// Radius.
         radius: f64,
-        /// Half of its length.
+        /// Half of the cylinder's length.
         half_length: f64,
     },
     /// A ball.
@@ -33,7 +33,7 @@ pub enum Shape {
 /// A shape somewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlacedShape {
-    /// Where it is: in the base frame for obstacles, in the flange frame for tools.
+    /// Where the solid is: in the base frame for obstacles, in the flange frame for tools.
     pub pose: Pose,
     /// The shape of the solid.
     pub shape: Shape,

@@ -58,8 +58,8 @@ pub struct PathOffset {
     current: [ScalarState; 6],
     /// Direction in which the path led last, base axes.
     tangent: Vector3<f64>,
-    /// How it is led to what is asked for, in the axes of that, and what was asked for lately, which it does not
-    /// exceed.
+    /// How the offset is led to what is asked for, in the axes of that, and the offsets that were asked for lately,
+    /// whose range it does not leave.
     course: ServoMode,
     lately: OffsetHistory,
 }

@@ -51,15 +51,15 @@ fn bandwidth(gain: f64) -> f64 {
 /// Where the points in the window are.
 #[derive(Clone, Copy, Debug)]
 struct ReferenceBand {
-    /// The lowest of them.
+    /// The lowest point in the window.
     low: f64,
-    /// The highest of them, not below `low`.
+    /// The highest point in the window, not below `low`.
     high: f64,
-    /// Speed with which all of them lead downwards, 0 or less.
+    /// Speed with which all points lead downwards, 0 or less.
     downward_speed: f64,
-    /// Speed with which all of them lead upwards, 0 or more.
+    /// Speed with which all points lead upwards, 0 or more.
     upward_speed: f64,
-    /// How far what they do can be followed at all: 1 unless they go to and fro, less the more they do.
+    /// Share of the points' speeds that can be followed: 1 unless they go to and fro, less the more they do.
     feedforward_weight: f64,
 }
 

@@ -38,7 +38,7 @@ fn extrapolated_neighbor(
 pub struct MicroLine {
     start: JointPositions,
     end: JointPositions,
-    /// Where it begins, in place of the first point of the list.
+    /// The point where the way begins, in place of the first point of the list.
     first: PointValues,
     /// Number of points, at least 2.
     count: usize,
@@ -101,7 +101,7 @@ impl MicroLine {
         }
     }
 
-    /// The point where it begins.
+    /// The point where the way begins.
     pub fn first(&self) -> PointValues {
         self.first
     }

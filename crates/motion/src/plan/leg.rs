@@ -23,7 +23,7 @@ const TURNING_SHARE: f64 = 0.1;
 pub struct MotionSegment {
     /// Where.
     pub path: Path,
-    /// How fast it is wanted.
+    /// The speed, acceleration and time that are asked for.
     pub request: MotionRequest,
     /// Distance from the end at which a blend may begin, m; 0 stops there.
     pub radius: f64,

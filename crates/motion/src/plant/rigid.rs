@@ -100,7 +100,7 @@ impl RigidPlant {
         self.reset_at_rest(q);
     }
 
-    /// Forgets the target it was on the way to: it is wanted at `q` from now on.
+    /// Forgets the target that the arm was on the way to: from now on that is `q`.
     pub(super) fn retarget(&mut self, q: &JointPositions) {
         self.servo.reset(q);
         self.target = Setpoint::standing(*q);

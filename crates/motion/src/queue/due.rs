@@ -20,7 +20,7 @@ use crate::scalar::Zone;
 pub(super) struct Corner {
     /// The place of the first motion.
     by: f64,
-    /// How fast it may be there, and how hard it can brake for that.
+    /// How fast that motion may be at the place, and how hard it can brake for that.
     speed: f64,
     braking: f64,
 }

@@ -22,7 +22,7 @@ use kinematics::elementary::cbrt;
 const STEPS: usize = 32;
 /// Room for rounding where speeds are compared.
 const SLACK: f64 = 1e-12;
-/// From rest the way left is nothing where it is less, of the place and by itself: steps of it would be lost in
+/// From rest no way is left where it is less than this, of the place and by itself: steps of it would be lost in
 /// rounding.
 const MIN_DISTANCE: f64 = 1e-13;
 /// By this part a motion is faster than the track only if that was lowered.
@@ -58,16 +58,16 @@ pub fn smoothing_window(limits: &ScalarLimits, length: f64) -> f64 {
 pub struct PathProgress {
     /// The first motion at the ends of the steps of a window, the oldest first, and one step ahead.
     knots: [Knot; STEPS + 2],
-    /// What is known of them: the hardest speeding up and slowing down, and how many but the oldest stand still.
+    /// What is known of the knots: the hardest speeding up and slowing down, and how many but the oldest stand still.
     max_speed_change: WindowExtremum,
     min_speed_change: WindowExtremum,
     knots_at_rest: usize,
     step: f64,
     /// Time since the last but one knot.
     phase: f64,
-    /// Time of its own clock since the start, s.
+    /// Time of the motion's own clock since the start, s.
     time: f64,
-    /// Seconds of its own clock a second.
+    /// Seconds of the motion's own clock a second.
     time_scale: f64,
     wanted: ProgressGoal,
     fraction: f64,
@@ -120,7 +120,7 @@ impl PathProgress {
         matches!(self.wanted, ProgressGoal::Run(_))
     }
 
-    /// Time of its own clock since the start, s: real time at full speed.
+    /// Time of the motion's own clock since the start, s: real time at full speed.
     pub fn time(&self) -> f64 {
         self.time
     }
