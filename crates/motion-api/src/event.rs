@@ -16,7 +16,7 @@ pub enum Event {
         id: CommandId,
         /// How the command ended.
         outcome: Outcome,
-        /// The cycle in which it ended.
+        /// The cycle in which the command ended.
         cycle: u64,
     },
     /// A motion with a blend radius is planned and the arm comes so near to its blend that the next motion should
@@ -41,14 +41,14 @@ pub enum Event {
         id: CommandId,
         /// What there is to say.
         warning: Warning,
-        /// The cycle in which it was found.
+        /// The cycle in which the warning was found.
         cycle: u64,
     },
     /// The arm entered a protective stop.
     Stopped {
         /// The reason for the protective stop.
         reason: StopReason,
-        /// The cycle in which it was found.
+        /// The cycle in which the reason was found.
         cycle: u64,
     },
 }
@@ -146,7 +146,7 @@ pub enum Refusal {
     SafetyPlane {
         /// Index of the plane in the cell, from 0.
         plane: u8,
-        /// How far behind it, m.
+        /// How far the target lies behind the plane, m.
         depth: f64,
     },
     /// A conveyor is tracked already.
@@ -226,7 +226,7 @@ pub enum PathFault {
     SelfCollision {
         /// The two links, 0 for the base.
         links: [u8; 2],
-        /// How far their capsules overlap, m.
+        /// How far the capsules of the links overlap, m.
         overlap: f64,
     },
     /// A safety plane would be crossed.
@@ -354,7 +354,7 @@ pub enum StopReason {
     SafetyPlane {
         /// Index of the plane in the cell, from 0.
         plane: u8,
-        /// How far behind it would come to rest, m.
+        /// How far behind the plane the tool would come to rest, m.
         depth: f64,
     },
     /// Two links of the arm were about to meet.
@@ -367,7 +367,7 @@ pub enum StopReason {
     SelfCollision {
         /// The two links, 0 for the base.
         links: [u8; 2],
-        /// How far their capsules would overlap, m.
+        /// How far the capsules of the links would overlap, m.
         overlap: f64,
     },
     /// Somebody asked for it: a test, a simulation.
