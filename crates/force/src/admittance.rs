@@ -123,7 +123,7 @@ pub struct AxisReading {
     pub speed_limit: f64,
     /// What the arm can brake with, m/s² or rad/s².
     pub braking: f64,
-    /// How fast it can change that, m/s³ or rad/s³.
+    /// How fast the arm can change that deceleration, m/s³ or rad/s³.
     pub jerk: f64,
 }
 
