@@ -39,7 +39,8 @@ const KINDS: &[(&str, &str)] = &[
     ("instance of 4 attributes", "P(i)"),
 ];
 
-const CLASS: &str = "class P:\n    def __init__(self, i):\n        self.a = i + 1000\n        self.b = i * 0.5\n        self.c = i + 2000\n        self.d = i * 0.25\n";
+const CLASS: &str = "class P:\n    def __init__(self, i):\n        self.a = i + 1000\n        self.b = i * 0.5\
+                     \n        self.c = i + 2000\n        self.d = i * 0.25\n";
 
 struct Silent;
 
@@ -59,7 +60,8 @@ impl Host for Silent {
 
 fn program(expression: &str) -> String {
     format!(
-        "{CLASS}P(0)\ndef fill(keep):\n    for i in range({COUNT}):\n        keep[i] = {expression}\nkeep = [None] * {COUNT}\n"
+        "{CLASS}P(0)\ndef fill(keep):\n    for i in range({COUNT}):\n        keep[i] = {expression}\n\
+         keep = [None] * {COUNT}\n"
     )
 }
 
@@ -90,7 +92,8 @@ fn held_by(text: &str) -> Option<isize> {
 /// Bytes an object takes in CPython; None if there is none.
 fn theirs(expression: &str) -> Option<f64> {
     let text = format!(
-        "import tracemalloc\n{}tracemalloc.start()\nbefore = tracemalloc.get_traced_memory()[0]\nfill(keep)\nprint((tracemalloc.get_traced_memory()[0] - before) / {COUNT} + 8)\n",
+        "import tracemalloc\n{}tracemalloc.start()\nbefore = tracemalloc.get_traced_memory()[0]\nfill(keep)\n\
+         print((tracemalloc.get_traced_memory()[0] - before) / {COUNT} + 8)\n",
         program(expression)
     );
     let output = Command::new("python3").args(["-c", &text]).output().ok()?;

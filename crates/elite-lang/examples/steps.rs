@@ -39,7 +39,8 @@ fn main() {
         .and_then(|count| count.parse().ok())
         .unwrap_or(100_000);
     let text = format!(
-        "class Node:\n    pass\nkept = []\ni = 0\nwhile True:\n    a = Node(); a.me = a; i += 1\n    if i < {objects}: kept.append(a)\n"
+        "class Node:\n    pass\nkept = []\ni = 0\nwhile True:\n    a = Node(); a.me = a; i += 1\n    if i < {objects}: \
+         kept.append(a)\n"
     );
     let Ok(program) = compile(SourceFile::new("steps", text), &KnownNames::default()) else {
         return eprintln!("the program does not compile");
@@ -80,7 +81,8 @@ fn main() {
             .unwrap_or_default()
     };
     println!(
-        "{objects} objects kept, {} steps in {all:?}: half of them within {:?}, 99.9 % within {:?}, slowest {:?}; stop {stop:?} ({})",
+        "{objects} objects kept, {} steps in {all:?}: half of them within {:?}, 99.9 % within {:?}, slowest {:?}; \
+         stop {stop:?} ({})",
         steps.len(),
         at(500),
         at(999),

@@ -83,7 +83,7 @@ pub struct StatementEvent<'r> {
     pub depth: u32,
     /// Statements so far, this one included.
     pub tick: u64,
-    /// What it is in.
+    /// The function that the statement is in.
     function: &'r Rc<Function>,
 }
 

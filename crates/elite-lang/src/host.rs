@@ -21,7 +21,7 @@ pub struct ThreadId(pub u64);
 pub enum Capability {
     /// Files and folders.
     Files,
-    /// Other processes and signals.
+    /// Starting processes, and signals.
     Processes,
     /// Environment variables.
     Environment,
@@ -109,7 +109,7 @@ pub trait Host {
         None
     }
 
-    /// Other processes, asked for only if they are permitted.
+    /// How to start processes, asked for only if that is permitted.
     fn processes(&self) -> Option<&dyn HostProcesses> {
         None
     }

@@ -309,7 +309,7 @@ impl ScriptThread {
         };
         let state = ThreadState {
             thread: number,
-            // Of the thread that starts it, if one runs.
+            // The node is that of the thread that starts this one, if one runs.
             node: core.nodes.state().for_new_thread(),
             ..ThreadState::default()
         };
@@ -350,7 +350,7 @@ impl ScriptThread {
         self.state.node = node;
     }
 
-    /// Whether it has ended.
+    /// Whether the thread has ended.
     pub fn is_ended(&self) -> bool {
         self.coroutine.is_none()
     }

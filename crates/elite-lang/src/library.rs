@@ -30,7 +30,7 @@ pub enum MemberKind {
 pub struct LibraryMember {
     /// The name.
     pub name: String,
-    /// What it stands for.
+    /// What the name stands for.
     pub kind: MemberKind,
     /// How it is called, where that is known: `split(sep=…, maxsplit=…)`.
     pub signature: Option<String>,
@@ -105,7 +105,7 @@ pub fn module_members(name: &str) -> Option<Vec<LibraryMember>> {
     );
     let name = name.to_owned();
     run_query(&interpreter, move |ev| {
-        // Of a dotted name the last module is asked.
+        // For a dotted name the last module is asked.
         ev.import(&name).ok()?;
         let modules = ev.core.modules.borrow();
         let module = modules.iter().find(|module| *module.name == *name)?.clone();

@@ -23,11 +23,11 @@ pub enum ParamKind {
 /// A parameter of a native function.
 #[derive(Clone, Debug)]
 pub struct Param {
-    /// The name to give it by.
+    /// The name by which the argument is given.
     pub name: &'static str,
-    /// Other names it may be given by.
+    /// Other names by which the argument may be given.
     pub aliases: &'static [&'static str],
-    /// Whether it may be omitted.
+    /// Whether the argument may be omitted.
     pub kind: ParamKind,
 }
 
@@ -105,7 +105,7 @@ pub struct NativeFunction {
     pub name: &'static str,
     /// The parameters of the function, in order.
     pub params: Vec<Param>,
-    /// What it does.
+    /// What the function does.
     pub call: NativeBody,
 }
 

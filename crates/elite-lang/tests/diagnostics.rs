@@ -28,15 +28,16 @@ fn show(cases: &[&str]) -> String {
 #[test]
 fn several_errors_are_reported_in_one_go() {
     insta::assert_snapshot!(findings(
-        "x = (1, 2\ny = 3 +\nif x = 3:\n    z = = 4\n    print('ok')\nfor i in range(3)\n    pass\nw = 'open\nreturn 5\n"
+        "x = (1, 2\ny = 3 +\nif x = 3:\n    z = = 4\n    print('ok')\nfor i in range(3)\n    pass\n\
+         w = 'open\nreturn 5\n"
     ));
 }
 
 #[test]
 fn a_header_that_does_not_parse_takes_its_clauses_and_its_end_along() {
     insta::assert_snapshot!(findings(
-        "def pick(height, speed=0.2)\n    x = 1\nend\nif x == 1\n    y = 1\nelif x == 2:\n    y = = 2\nelse:\n    y = 3\nend\n\
-         try\n    z = 1\nexcept ValueError:\n    z = 2\nfinally:\n    z = 3\nlast = )\nend\n"
+        "def pick(height, speed=0.2)\n    x = 1\nend\nif x == 1\n    y = 1\nelif x == 2:\n    y = = 2\n\
+         else:\n    y = 3\nend\ntry\n    z = 1\nexcept ValueError:\n    z = 2\nfinally:\n    z = 3\nlast = )\nend\n"
     ));
 }
 
@@ -279,7 +280,8 @@ fn nesting_has_a_limit() {
 #[test]
 fn an_uncaught_exception_is_reported_with_carets_and_the_call_stack() {
     insta::assert_snapshot!(run(
-        "def ratio(a, b):\n\treturn 1 + a / b\n\nclass Arm:\n    def move(self, pose):\n        for v in pose:\n            \
+        "def ratio(a, b):\n\treturn 1 + a / b\n\nclass Arm:\n    def move(self, pose):\n        for v in pose:\
+         \n            \
          self.last = ratio(v, pose[0] - 0.5)\n\ndef main():\n    arm = Arm()\n    arm.move([0.5, 1, 2])\n\nmain()\n"
     ));
 }

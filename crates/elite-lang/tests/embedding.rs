@@ -87,7 +87,10 @@ fn a_native_waits_inside_generators_sort_keys_and_comparisons() {
 #[test]
 fn two_threads_take_turns_and_share_globals() {
     let task = Task::with(vec![wait_native()], Limits::default());
-    let mut main = task.spawn("log = []\ndef f(n):\n    for i in range(3):\n        log.append((n, i))\n        wait(n)\n");
+    let mut main = task.spawn(
+        "log = []\ndef f(n):\n    for i in range(3):\n        log.append((n, i))\
+         \n        wait(n)\n",
+    );
     assert!(matches!(
         drive(&mut main, &task.host),
         ResumeOutcome::Done(_)
@@ -145,7 +148,8 @@ fn a_stop_reaches_an_empty_loop_and_no_handler_sees_it() {
 fn a_stop_runs_with_exits_and_finally_blocks_of_generators() {
     let task = Task::with(vec![wait_native()], Limits::default());
     let mut thread = task.spawn(
-        "class M:\n    def __enter__(self): print('in')\n    def __exit__(self, *a):\n        print('out', a)\n        return True\n\
+        "class M:\n    def __enter__(self): print('in')\n    def __exit__(self, *a):\n        print('out', a)\
+         \n        return True\n\
          def g():\n    try:\n        yield 1\n        wait(7)\n    finally:\n        print('generator')\n\
          with M():\n    for x in g(): print(x)\nprint('after')\n",
     );
@@ -372,7 +376,8 @@ fn deep_structures_are_dropped_without_deep_recursion() {
                 it = iter([1])\nfor i in range(200000): it = map(abs, it)\ndel it\n\
                 t = ()\nfor i in range(200000): t = (t, i)\ndel t\n\
                 t = ()\nfor i in range(200000): t = (i, t, i)\ndel t\n\
-                def C(below):\n    class D: inner = below\n    return D\nc = None\nfor i in range(5000): c = C(c)\ndel c\n\
+                def C(below):\n    class D: inner = below\n    return D\nc = None\n\
+                for i in range(5000): c = C(c)\ndel c\n\
                 g = iter([1])\nfor i in range(100000): g = (x for x in g)\ndel g\nprint('done')\n";
     assert_eq!(run(text), "done\n");
 }

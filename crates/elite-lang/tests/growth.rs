@@ -284,7 +284,8 @@ const LOOPS: &[(&str, &str)] = &[
     ),
     (
         "OrderedDict.move_to_end to and fro",
-        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nfor i in range(n): d.move_to_end(i, last=i % 2 == 0)",
+        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\n\
+         for i in range(n): d.move_to_end(i, last=i % 2 == 0)",
     ),
     (
         "keys of a dictionary that the script compares",
@@ -348,7 +349,8 @@ const LOOPS: &[(&str, &str)] = &[
     ),
     (
         "move to the front",
-        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nfor i in range(n): d.move_to_end(i, last=False)",
+        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\n\
+         for i in range(n): d.move_to_end(i, last=False)",
     ),
     (
         "move to the end",
@@ -356,7 +358,8 @@ const LOOPS: &[(&str, &str)] = &[
     ),
     (
         "move to both ends",
-        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nfor i in range(n):\n    d.move_to_end(i, last=i % 2)\n    d[-i] = i\n    del d[-i]",
+        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\n\
+         for i in range(n):\n    d.move_to_end(i, last=i % 2)\n    d[-i] = i\n    del d[-i]",
     ),
     (
         "smallest few",
@@ -409,7 +412,8 @@ const LOOPS: &[(&str, &str)] = &[
     ),
     (
         "bytes written in memory",
-        "import io\nf = io.BytesIO(bytes(n))\nfor i in range(n // 10):\n    f.seek(i)\n    f.write(b'ab')\n    f.read(1)",
+        "import io\nf = io.BytesIO(bytes(n))\nfor i in range(n // 10):\n    f.seek(i)\n    f.write(b'ab')\
+         \n    f.read(1)",
     ),
     (
         "bytes written and read in memory",

@@ -207,6 +207,7 @@ fn the_tables_of_the_language_page_are_up_to_date() {
     }
     assert!(
         text == wanted,
-        "docs/LANGUAGE.md is out of date; write it anew with UPDATE_DOCS=1 cargo test -p elite-lang --test all language_doc::"
+        "docs/LANGUAGE.md is out of date; write it anew with UPDATE_DOCS=1 cargo test -p elite-lang --test all \
+         language_doc::"
     );
 }

@@ -106,14 +106,20 @@ fn circles_are_shown_and_compared_in_the_end() {
     assert!(
         last_line("x = []\nx.append(x)\ny = []\ny.append(y)\nx == y").starts_with("RecursionError")
     );
-    assert!(last_line("class A:\n    def __init__(self): self.me = self\n    def __repr__(self): return f'{self.me}'\nrepr(A())").starts_with("RecursionError"));
+    assert!(
+        last_line(
+            "class A:\n    def __init__(self): self.me = self\n    def __repr__(self): \
+             return f'{self.me}'\nrepr(A())"
+        )
+        .starts_with("RecursionError")
+    );
 }
 
 #[test]
 fn the_call_depth_is_the_same_on_the_main_program_a_thread_and_in_a_generator() {
     let text = "def f(n): return n if n == 0 else f(n - 1)\n\
-                def depth():\n    n = 0\n    while True:\n        try: f(n)\n        except RecursionError: return n\n        n += 10\n\
-                def g(): yield depth()\n\
+                def depth():\n    n = 0\n    while True:\n        try: f(n)\n        except RecursionError: return n\
+                \n        n += 10\ndef g(): yield depth()\n\
                 print(depth(), next(g()), [depth() for _ in '1'], max([1], key=lambda _: depth()))";
     let output = run(text);
     let numbers: Vec<i64> = output

@@ -131,7 +131,8 @@ fn make_much_at_once(part: usize) {
     for statement in AT_ONCE.iter().skip(part).step_by(4) {
         forget_peak();
         let text = format!(
-            "import sys\ntry:\n    {}\n    print('made')\nexcept (MemoryError, OverflowError, RecursionError, ValueError): print('refused')\n",
+            "import sys\ntry:\n    {}\n    print('made')\n\
+             except (MemoryError, OverflowError, RecursionError, ValueError): print('refused')\n",
             statement.replace('\n', "\n    ")
         );
         let last = run_within(limit, text);
@@ -190,8 +191,10 @@ fn a_refusal_can_be_handled() {
         ("n = 0", "n += 1; exec(f'v{n} = {n}')"),
     ] {
         let text = format!(
-            "{before}\nfor again in range(3):\n    try:\n        while True: {fill}\n    except (MemoryError, OverflowError):\n        \
-             kept = [i for i in range(200)]; print('handled', len(kept), f'{{1.5:>20}}', str(kept)[:20])\nprint('done')\n"
+            "{before}\nfor again in range(3):\n    try:\n        while True: {fill}\
+             \n    except (MemoryError, OverflowError):\n        \
+             kept = [i for i in range(200)]; print('handled', len(kept), f'{{1.5:>20}}', str(kept)[:20])\n\
+             print('done')\n"
         );
         let last = run_within(4 * MEBIBYTE, text);
         if last != "done" {
@@ -208,16 +211,19 @@ fn names_and_classes_that_pass_leave_no_trace() {
         "class O: pass\no = O()\nfor i in range(60_000): hasattr(o, f'name_{i}')",
         "def f(**k): return len(k)\nfor i in range(40_000): f(**{f'name_{i}': i})",
         "def local():\n    class A:\n        def m(self): pass\n    return A\nfor i in range(20_000): local()",
-        "def local():\n    class A:\n        def m(self): return super().m()\n    return A\nfor i in range(20_000): local()",
+        "def local():\n    class A:\n        def m(self): return super().m()\n    return A\n\
+         for i in range(20_000): local()",
         "a = [3, 1, 2]\nfor i in range(10_000): a.sort(lambda x, y: x - y)",
         "for i in range(20_000): type('K', (), {})",
-        "class O: pass\no = O(); o.__dict__\nfor i in range(60_000): setattr(o, f'name_{i}', i); delattr(o, f'name_{i}')",
+        "class O: pass\no = O(); o.__dict__\nfor i in range(60_000): setattr(o, f'name_{i}', i); \
+         delattr(o, f'name_{i}')",
         "for i in range(60_000): '{0.real}'.format(i)",
         "for i in range(100_000):\n    try: getattr(i, f'name_{i}')\n    except AttributeError: pass",
         "for i in range(5_000): exec(f'v = {i}\\ndel v')",
         "def f():\n    for i in range(5_000): exec(f'v = [{i}]')\nf()",
         "for i in range(5_000): exec(f'def g(): return {i}', {})",
-        "import functools\nclass O: pass\nfor i in range(20_000):\n    o = O(); o.key = functools.cmp_to_key(o.__eq__); o.data = [i] * 20",
+        "import functools\nclass O: pass\nfor i in range(20_000):\
+         \n    o = O(); o.key = functools.cmp_to_key(o.__eq__); o.data = [i] * 20",
     ] {
         let last = run_within(5 * MEBIBYTE, format!("{text}\nprint('done')\n"));
         assert_eq!(last, "done", "{text}");
@@ -250,8 +256,8 @@ fn names_that_a_program_makes_up_are_given_up() {
         "globals()[n] = i; del locals()[n]; vars(math)[n] = i; vars(math).pop(n)",
     ] {
         let text = format!(
-            "import math, operator, threading\nclass O: pass\nclass K(dict): __getattr__ = dict.__getitem__\ndef f(**k): return len(k)\n\
-             def missing(n):\n    try: eval(n)\n    except NameError: pass\n\
+            "import math, operator, threading\nclass O: pass\nclass K(dict): __getattr__ = dict.__getitem__\n\
+             def f(**k): return len(k)\ndef missing(n):\n    try: eval(n)\n    except NameError: pass\n\
              for i in range(14_000):\n    n = f'v{{i}}' + 'x' * 500\n    {made_up}\n\
              print('done')\n"
         );
@@ -320,7 +326,8 @@ fn a_text_that_is_compiled_counts_before_it_runs() {
                 ""
             };
             let program = format!(
-                "text = {text}\ntry:\n    {how}(text{rest})\n    print('done')\nexcept MemoryError:\n    print('MemoryError')\nexcept SyntaxError:\n    print('SyntaxError')\n"
+                "text = {text}\ntry:\n    {how}(text{rest})\n    print('done')\n\
+                 except MemoryError:\n    print('MemoryError')\nexcept SyntaxError:\n    print('SyntaxError')\n"
             );
             forget_peak();
             let last = run_within(limit, program);

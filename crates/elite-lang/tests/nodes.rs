@@ -306,7 +306,8 @@ fn a_thread_ends_in_its_last_line() {
 fn of_very_many_nodes_the_first_and_the_last_are_kept() {
     let task = task();
     let mut thread = task.spawn(
-        "i = 0\nwhile i < 1000:\n  $ LINE: (1, 'a')\n  i += 1\n  $ LINE: (2, 'b')\n  i += 1\n$ LINE: (3, 'c')\nmove(1)\n",
+        "i = 0\nwhile i < 1000:\n  $ LINE: (1, 'a')\n  i += 1\n  $ LINE: (2, 'b')\n  i += 1\n\
+         $ LINE: (3, 'c')\nmove(1)\n",
     );
     assert!(matches!(
         thread.resume(Resume::Continue, 100_000),
@@ -471,7 +472,8 @@ fn findings_name_the_node_they_are_in() {
     );
     assert_eq!(
         nodes(
-            "$ LINE: (1, 'a')\ndef f():\n    global x\n    $ LINE: (2, '')\n    nonlocal y\n    return 1\n$ LINE: (3, 'c')\nf()\n"
+            "$ LINE: (1, 'a')\ndef f():\n    global x\n    $ LINE: (2, '')\n    nonlocal y\n    return 1\n\
+             $ LINE: (3, 'c')\nf()\n"
         ),
         ["syntax: node 2"],
         "errors of the scopes"

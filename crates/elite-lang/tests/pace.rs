@@ -402,7 +402,8 @@ const TEXTS: &[(&str, &str)] = &[
     ),
     (
         "exec",
-        "''.join(f'x.attribute{k}\\n' for k in range(n // 18)) if n < 100 else 'def f(): ' + '; '.join(f'x.attribute{k}' for k in range(n // 18))",
+        "''.join(f'x.attribute{k}\\n' for k in range(n // 18)) if n < 100 else 'def f(): ' + \
+         '; '.join(f'x.attribute{k}' for k in range(n // 18))",
     ),
     (
         "eval",
@@ -437,11 +438,13 @@ const TEXTS: &[(&str, &str)] = &[
     ),
     (
         "exec",
-        "'def f():\\n' + ''.join(f' x{k} = 1\\n' for k in range(n // 20)) + ' def g(): nonlocal ' + ', '.join(f'x{k}' for k in range(n // 20))",
+        "'def f():\\n' + ''.join(f' x{k} = 1\\n' for k in range(n // 20)) + ' def g(): nonlocal ' + ', '.join(f'x{k}' \
+         for k in range(n // 20))",
     ),
     (
         "exec",
-        "'def f():\\n' + ''.join(f' x{k} = 1\\n' for k in range(n // 20)) + ' def g(): return [' + ', '.join(f'x{k}' for k in range(n // 20)) + ']'",
+        "'def f():\\n' + ''.join(f' x{k} = 1\\n' for k in range(n // 20)) + ' def g(): return [' + ', '.join(f'x{k}' \
+         for k in range(n // 20)) + ']'",
     ),
     (
         "exec",
@@ -817,11 +820,13 @@ const DEEDS: &[(&str, &str)] = &[
     // Names.
     (
         "Node()",
-        "[setattr(x, f'n{i}', i) for i in range(n // 4)] and (dir(x), vars(x), [delattr(x, f'n{i}') for i in range(n // 4)])",
+        "[setattr(x, f'n{i}', i) for i in range(n // 4)] and (dir(x), vars(x), [delattr(x, f'n{i}') \
+         for i in range(n // 4)])",
     ),
     (
         "type('T', (), {})",
-        "[setattr(x, f'n{i}', i) for i in range(n // 4)] and (dir(x), x.__dict__, [delattr(x, f'n{i}') for i in range(n // 4)])",
+        "[setattr(x, f'n{i}', i) for i in range(n // 4)] and (dir(x), x.__dict__, [delattr(x, f'n{i}') \
+         for i in range(n // 4)])",
     ),
     (
         "(lambda: 1)",
@@ -833,7 +838,8 @@ const DEEDS: &[(&str, &str)] = &[
     ),
     (
         "[type('D', (Node,), {}) for _ in range(n // 32)]",
-        "([y().me for y in x if setattr(y, 'me', 1)], setattr(Node, 'me', 2), Node.__subclasses__(), delattr(Node, 'me'))",
+        "([y().me for y in x if setattr(y, 'me', 1)], setattr(Node, 'me', 2), Node.__subclasses__(), \
+         delattr(Node, 'me'))",
     ),
     (
         "[]",
@@ -895,7 +901,8 @@ const DEEDS: &[(&str, &str)] = &[
     ),
     (
         "list(range(n))",
-        "(c := itertools.combinations(x, n), next(c), next(c, None), next(itertools.combinations_with_replacement(x, n)))",
+        "(c := itertools.combinations(x, n), next(c), next(c, None), \
+         next(itertools.combinations_with_replacement(x, n)))",
     ),
     (
         "[[1, 2]] * n",

@@ -95,7 +95,9 @@ fn statements_read_and_change_locals_of_the_calling_function() {
 
 #[test]
 fn statements_share_the_variables_of_closures() {
-    let program = "def outer():\n    n = 1\n    m = 5\n    def get():\n        return n\n    def run():\n        nonlocal m\n        statements()\n        return m\n    statements()\n    print(run(), get())\nouter()\n";
+    let program = "def outer():\n    n = 1\n    m = 5\n    def get():\n        return n\n    def run():\
+                   \n        nonlocal m\n        statements()\n        return m\n    statements()\
+                   \n    print(run(), get())\nouter()\n";
     assert_eq!(
         output(program, &[&["n = 2"], &["m += n_of() if False else 1"]]),
         "6 2\n"
@@ -104,7 +106,8 @@ fn statements_share_the_variables_of_closures() {
 
 #[test]
 fn statements_change_globals_but_make_none() {
-    let program = "total = 1\ndef f():\n    statements()\nf()\nprint(total)\nprint('fresh' in globals())\nprint(fresh)\n";
+    let program = "total = 1\ndef f():\n    statements()\nf()\nprint(total)\nprint('fresh' in globals())\n\
+                   print(fresh)\n";
     let mode = mode(&[&["total = 2", "fresh = total + 1", "print(fresh)"]]);
     let printed = mode.task.run(program);
     assert!(printed.starts_with("3\n2\nFalse\n"), "{printed}");
@@ -185,7 +188,8 @@ fn an_error_names_the_statement_and_does_not_end_the_thread() {
     assert_eq!(
         std::mem::take(&mut *mode.errors.lock().unwrap()),
         [
-            "Traceback (most recent call last):\n  statement 7, line 1, column 8, in <module>\n    x = 2; x / 0\n           ^^^^^\nZeroDivisionError: division by zero\n"
+            "Traceback (most recent call last):\n  statement 7, line 1, column 8, in <module>\n    x = 2; x / 0\
+             \n           ^^^^^\nZeroDivisionError: division by zero\n"
         ]
     );
 }

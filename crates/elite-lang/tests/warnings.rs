@@ -146,7 +146,8 @@ fn programs_in_order_get_no_warnings() {
         "def f():\n    x = 1\n    return [x for _ in range(2)], {x: 1 for _ in range(1)}\n",
         "def f():\n    import math\n    return math.pi\n",
         "import math\ndef f(): return math.pi\n",
-        "import os.path, collections.abc, _thread, __main__, builtins\nprint(os, collections, _thread, __main__, builtins)\n",
+        "import os.path, collections.abc, _thread, __main__, builtins\n\
+         print(os, collections, _thread, __main__, builtins)\n",
         "try:\n    import numpy\nexcept ImportError:\n    numpy = None\nprint(numpy)\n",
         "try:\n    if sensor():\n        from . import a\nexcept (ValueError, Exception):\n    a = None\nprint(a)\n",
         "try:\n    import numpy\nexcept:\n    numpy = None\nprint(numpy)\n",
@@ -159,7 +160,8 @@ fn programs_in_order_get_no_warnings() {
         "def f(q):\n    while True:\n        q.get()\n",
         "def tick(): wait(1)\nwhile True:\n    tick()\n",
         "def f():\n    while True:\n        yield 1\n",
-        "def f():\n    while True:\n        try:\n            return 1\n        except ValueError:\n            wait(1)\n",
+        "def f():\n    while True:\n        try:\n            return 1\n        except ValueError:\
+         \n            wait(1)\n",
         "go(5, near=1)\nother = go\nother(99)\n",
         "if sensor():\n    raise ValueError\nelse:\n    print(1)\nprint(2)\n",
     ] {

@@ -14,7 +14,7 @@ use crate::message::Message;
 
 /// Sentences about the robot.
 pub const SENTENCES: PhraseTable = table::SENTENCES;
-/// What stands in them.
+/// Words that stand in sentences.
 pub const WORDS: PhraseTable = table::WORDS;
 
 const ALL: Translations = Translations {
@@ -101,7 +101,8 @@ mod tests {
 
     #[test]
     fn messages_are_told_in_chinese_and_types_stay() {
-        let english = "p.script:1:1\n  movej(1)\n  ^^^^^^^^\nTypeError: movej(): q must be six joint positions in rad, not int (1)";
+        let english = "p.script:1:1\n  movej(1)\n  ^^^^^^^^\nTypeError: movej(): q must be six joint positions in \
+                       rad, not int (1)";
         assert!(
             report(english)
                 .ends_with("\nTypeError: movej(): q 必须是六个关节位置（rad），不能是 int（1）")
@@ -116,7 +117,8 @@ mod tests {
         // Python's own words are not taken for ours.
         assert_eq!(headline("ValueError: name 'x' is not defined"), None);
         let stop = sentence(
-            "protective stop: upper arm and wrist 1 were about to run into each other, by 3.0 mm where the arm would come to rest",
+            "protective stop: upper arm and wrist 1 were about to run into each other, by 3.0 mm where the arm would \
+             come to rest",
         );
         assert_eq!(
             stop.as_deref(),
@@ -124,7 +126,8 @@ mod tests {
         );
         // "to" is a word of its own, and a part of longer sentences.
         let plane = sentence(
-            "protective stop: the tool was about to cross safety plane \"fence\" of the cell: it would come to rest 0.0012 m behind it",
+            "protective stop: the tool was about to cross safety plane \"fence\" of the cell: \
+             it would come to rest 0.0012 m behind it",
         );
         assert_eq!(
             plane.as_deref(),

@@ -27,7 +27,7 @@ pub struct Variable {
 /// A file that is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NoVariables {
-    /// Not XML.
+    /// The text is no XML.
     #[error("it is no XML: {0}")]
     Xml(String),
     /// More than there is room for.
@@ -221,9 +221,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const FILE: &str = "<VariablesManager>\n    <Variable name=\"width\" value=\"594.59998\" remarks=\"mm, &lt;from&gt; the line\" favorite=\"false\"/>\n    \
+    const FILE: &str = "<VariablesManager>\n    <Variable name=\"width\" value=\"594.59998\" remarks=\"mm, \
+                        &lt;from&gt; the line\" favorite=\"false\"/>\n    \
                         <Variable name=\"home_q\" value=\"[0, -1.5708]\" remarks=\"\" favorite=\"true\"/>\n    \
-                        <Variable name=\"word\" value=\"&quot;a &amp; b&quot;\" remarks=\"\" favorite=\"true\"/>\n</VariablesManager>\n";
+                        <Variable name=\"word\" value=\"&quot;a &amp; b&quot;\" remarks=\"\" favorite=\"true\"/>\n\
+                        </VariablesManager>\n";
 
     fn values(pairs: &[(&str, &str)]) -> BTreeMap<String, String> {
         pairs
@@ -254,7 +256,8 @@ mod tests {
 
     #[test]
     fn the_task_names_its_configuration() {
-        let task = "<EliTask name=\"cell\" installationName=\"line 2\" installationDirectory=\"Dusan\"><MainTask/></EliTask>";
+        let task = "<EliTask name=\"cell\" installationName=\"line 2\" \
+                    installationDirectory=\"Dusan\"><MainTask/></EliTask>";
         let named = Some(("line 2".to_owned(), "Dusan".to_owned()));
         assert_eq!(configuration_of(task), named);
         assert_eq!(configuration_of("<EliTask name=\"cell\"/>"), None);
@@ -263,8 +266,8 @@ mod tests {
 
     #[test]
     fn the_current_values_replace_those_of_the_preamble() {
-        let text = "def cell():\r\n  # mm\n  global width\n  width = 100\n  global q\n  q = [1, 2]  \n  global other\n  y = 1\n  global width\n  width = 3\n  \
-                    $ 1 \"Main\"\n  global q\n  q = 5\nend\n";
+        let text = "def cell():\r\n  # mm\n  global width\n  width = 100\n  global q\n  q = [1, 2]  \n  global other\
+                    \n  y = 1\n  global width\n  width = 3\n  $ 1 \"Main\"\n  global q\n  q = 5\nend\n";
         let found = in_program(text);
         assert_eq!(found.len(), 2);
         assert_eq!(found[1].value, "[1, 2]");

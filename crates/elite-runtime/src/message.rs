@@ -33,9 +33,9 @@ pub enum Message {
     },
     /// A log line: `textmsg` and warnings.
     Log {
-        /// How much it matters.
+        /// How much the line matters.
         severity: Severity,
-        /// Where it came from; program 0: not from a program.
+        /// Where the line came from; program 0: not from a program.
         origin: Origin,
         /// The text.
         text: String,
@@ -253,7 +253,7 @@ pub enum InterpreterEvent<'a> {
     },
     /// The injected functions were removed.
     Cleared {
-        /// The last statement that they can come from.
+        /// The last statement that the removed functions can come from.
         id: u64,
     },
     /// The mode was left.

@@ -135,12 +135,12 @@ impl Panel {
         locked(&self.answers).expect(name)
     }
 
-    /// Nobody waits for it any more.
+    /// Forgets who waits for the answer of a program.
     pub(crate) fn forget_answer(&self, name: &str) {
         drop(self.take_answer(name));
     }
 
-    /// Where its answer goes.
+    /// Takes the sender for the answer of a secondary program, if somebody waits for that.
     pub(crate) fn take_answer(&self, name: &str) -> Option<oneshot::Sender<Answer>> {
         locked(&self.answers).take(name)
     }

@@ -240,7 +240,7 @@ pub(crate) struct PredictionCache {
 #[derive(Debug)]
 struct CachedPrediction {
     of: PredictionKey,
-    /// The youngest command in it.
+    /// The youngest command in the prediction.
     newest: CommandId,
     foreseen: PredictedState,
 }
@@ -248,9 +248,9 @@ struct CachedPrediction {
 /// What commands are laid over. As long as it is the same, only younger commands are to be added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PredictionKey {
-    /// Of the state.
+    /// The cycle of the state.
     pub cycle: u64,
-    /// Commands that had ended by this cycle are in the state.
+    /// Commands that had ended by this cycle are in the state already.
     pub ended_by: u64,
     /// How often a command has ended, been closed, or entered behind a younger one.
     pub changes: u64,

@@ -95,12 +95,12 @@ impl Preset {
         given.iter().map(|given| Self::parse(given)).collect()
     }
 
-    /// Of which variable.
+    /// The name of the variable.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The statement that sets it.
+    /// The statement that sets the variable.
     pub fn statement(&self) -> String {
         format!("{} = {}", self.name, self.value)
     }

@@ -24,7 +24,7 @@ use crate::predicted_state::{CommandedModes, PredictedState, PredictionCache, Pr
 pub struct Robot {
     model: Arc<RobotModel>,
     safety_bounds: SafetyBounds,
-    /// Of the safety planes, by their numbers from 0.
+    /// The names of the safety planes, by their numbers from 0.
     plane_names: Vec<String>,
     commands: CommandSender,
     snapshot: Arc<SnapshotCell>,
@@ -180,15 +180,15 @@ struct PendingCommand {
     command: Command,
     keep_outcome: bool,
     outcome: Option<Outcome>,
-    /// The cycle in which it ended.
+    /// The cycle in which the command ended.
     ended_in: u64,
-    /// The cycle since which the next motion may follow it, and since which that is due.
+    /// The cycle since which the next motion may follow the command, and since which that is due.
     queued_in: u64,
     due_in: u64,
 }
 
 impl PendingCommand {
-    /// Whether it had ended by this cycle.
+    /// Whether the command had ended by this cycle.
     fn has_ended(&self, by: u64) -> bool {
         self.outcome.is_some() && self.ended_in <= by
     }

@@ -39,7 +39,7 @@ const FIRST_TEST_PROGRAM: u32 = 1 << 20;
 /// How long a secondary program waits for room beside a task that is flooded with such (the refusal must come soon),
 /// and a sender for its program to begin.
 const SECONDARY_TIMEOUT: Duration = Duration::from_millis(500);
-/// How often it is offered to a task: each time that one ends and another begins.
+/// How often a secondary program is offered to a task: each time that one ends and another begins.
 const ATTEMPTS_TO_JOIN: u32 = 2;
 
 /// What the task is doing, as ports show it.
@@ -57,7 +57,7 @@ pub enum TaskState {
 /// What ports and `run` see of the current task.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct TaskStatus {
-    /// What it is doing.
+    /// What the task is doing.
     pub state: TaskState,
     /// The newest program; 0 before the first.
     pub program: ProgramId,
@@ -188,7 +188,7 @@ impl Supervisor {
         };
         Self::new(TaskSettings {
             observer,
-            // What it shows and asks is its own.
+            // The panel of a program that attends others is its own: what it shows and asks stays there.
             panel: Arc::new(Panel::new(settings.panel.operator())),
             extras,
             // Only the program it looks at is told in a recording.

@@ -57,7 +57,7 @@ pub enum FolderError {
         name: String,
         /// The file that should hold the program.
         script: String,
-        /// What is wrong with it.
+        /// What is wrong with that file.
         trouble: String,
     },
 }
@@ -65,7 +65,7 @@ pub enum FolderError {
 /// The text of a task.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TaskText {
-    /// The name of the file that holds it: as given, or that of the program beside the pendant's XML.
+    /// The name of the file that holds the program: as given, or that of the program beside the pendant's XML.
     pub name: String,
     /// The program.
     pub text: String,
@@ -75,7 +75,7 @@ pub struct TaskText {
 pub fn is_xml(beginning: &[u8]) -> bool {
     let marks: [&[u8]; 3] = [b"\xEF\xBB\xBF", b"\xFF\xFE", b"\xFE\xFF"];
     let mark = marks.iter().find_map(|mark| beginning.strip_prefix(*mark));
-    // Of UTF-16 every other byte is 0 here.
+    // In UTF-16 every other byte of these texts is 0.
     let is_blank = |byte: &u8| byte.is_ascii_whitespace() || *byte == 0;
     let mut bytes = mark.unwrap_or(beginning).iter().skip_while(|b| is_blank(b));
     bytes.next() == Some(&b'<')
@@ -85,7 +85,7 @@ pub fn is_xml(beginning: &[u8]) -> bool {
 #[derive(Clone, Debug)]
 pub struct TaskFolder {
     root: PathBuf,
-    /// Where it may be, if not anywhere.
+    /// The folders beneath which files may be; `None`: no limit.
     within: Option<SandboxRoots>,
 }
 
@@ -343,11 +343,13 @@ mod tests {
         for (name, sentence) in [
             (
                 "alone",
-                "alone is a task of the pendant in XML, and alone.task.script, the program that it sends, is not beside it",
+                "alone is a task of the pendant in XML, and alone.task.script, the program that it sends, \
+                 is not beside it",
             ),
             (
                 "twice.task",
-                "twice.task is a task of the pendant in XML, and twice.task.script, the program that it sends, is XML too",
+                "twice.task is a task of the pendant in XML, and twice.task.script, \
+                 the program that it sends, is XML too",
             ),
         ] {
             assert_eq!(folder.task(name).unwrap_err().to_string(), sentence);

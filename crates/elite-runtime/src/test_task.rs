@@ -22,11 +22,11 @@ pub type WaitHook = dyn Fn(&mut NativeCall<'_>) -> Result<bool, Raised>;
 /// What such a program gets.
 #[derive(Clone)]
 pub struct TestTaskConfig {
-    /// What it calls the object; `None` where there is none.
+    /// The name by which the program calls the object; `None` where there is none.
     pub object: Option<&'static str>,
     /// The methods of the object.
     pub methods: Arc<MethodFactory>,
-    /// True while the program beside it has something to do.
+    /// True while the program beside this one has something to do.
     pub has_company: Arc<AtomicBool>,
 }
 

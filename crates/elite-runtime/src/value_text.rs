@@ -69,7 +69,7 @@ struct ValueFormatter {
     out: String,
     limit: usize,
     style: Style,
-    /// A text in it has more than there is room for.
+    /// A text in the value has more than there is room for.
     is_too_long: bool,
 }
 

@@ -182,7 +182,8 @@ fn every_argument_that_does_not_fit_is_named_with_what_was_given_and_what_is_all
         let call = &case.call;
         write!(
             script,
-            "\n try:\n  {call}\n  print(\"{k}|nothing was raised|\")\n except Exception as e:\n  print(\"{k}|\" + type(e).__name__ + \"|\" + str(e))"
+            "\n try:\n  {call}\n  print(\"{k}|nothing was raised|\")\n except Exception as e:\
+             \n  print(\"{k}|\" + type(e).__name__ + \"|\" + str(e))"
         )
         .unwrap();
     }

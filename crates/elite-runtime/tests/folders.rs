@@ -97,7 +97,8 @@ fn no_call_reaches_what_is_outside_by_any_way() {
         for call in CALLS {
             let call = call.replace('P', way);
             text += &format!(
-                "try:\n  r = {call}\n  print(\"REACHED {call}\", r)\nexcept OSError as e:\n  print(type(e).__name__, e)\nend\n"
+                "try:\n  r = {call}\n  print(\"REACHED {call}\", r)\n\
+                 except OSError as e:\n  print(type(e).__name__, e)\nend\n"
             );
         }
         let ran = in_folder(root.path(), &text);

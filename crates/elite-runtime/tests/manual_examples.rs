@@ -137,7 +137,8 @@ fn check(example: &Json) {
             for (name, wanted) in expect.as_object().unwrap() {
                 // JSON has no integer keys: both sides with text keys.
                 let show = format!(
-                    "{code}\nif isinstance({name}, type({{}})):\n    {name} = {{str(k): v for k, v in {name}.items()}}\nprint(repr({name}))"
+                    "{code}\nif isinstance({name}, type({{}})):\n    {name} = {{str(k): v for k, v in {name}.items()}}\
+                     \nprint(repr({name}))"
                 );
                 assert_same(
                     code,

@@ -41,7 +41,8 @@ fn omitted_arguments_mean_the_arm_as_it_stands() {
         ),
         format!("norm([a - b for a, b in zip(get_inverse_kin(get_forward_kin()), {q})]) < 1e-9"),
         "get_inverse_kin(get_forward_kin(), qNear='') == get_inverse_kin(get_forward_kin(), qnear=None)".into(),
-        "get_inverse_kin(p=get_forward_kin(), qNear=[0,0,1,0,1,0]) == get_inverse_kin(get_forward_kin(), [0,0,1,0,1,0])".into(),
+        "get_inverse_kin(p=get_forward_kin(), qNear=[0,0,1,0,1,0]) == get_inverse_kin(get_forward_kin(), \
+         [0,0,1,0,1,0])".into(),
         "len(get_all_inverse_kin(get_forward_kin())) == 8".into(),
         "get_all_inverse_kin(get_forward_kin(), tcp='active tcp') == get_all_inverse_kin(get_forward_kin())".into(),
         "get_inverse_kin_has_solution(get_forward_kin())".into(),
@@ -209,7 +210,8 @@ fn wrong_arguments_are_named_with_what_is_allowed() {
         ),
         (
             "integer_to_bit_list(10 ** 30)",
-            "TypeError: integer_to_bit_list(): x must be an integer of at most 64 bits, not int (1000000000000000000000000000000)",
+            "TypeError: integer_to_bit_list(): x must be an integer of at most 64 bits, \
+             not int (1000000000000000000000000000000)",
         ),
         (
             "pose_inv([1, 2, 3])",

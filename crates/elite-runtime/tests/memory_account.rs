@@ -158,7 +158,8 @@ fn no_way_out_of_the_language_lets_the_account_drift() {
         "textmsg(f'number {number} in a text that is rather long for one')",
         "popup(f'number {number} in a text that is rather long for one', 'title')",
         "socket_open('127.0.0.1', 9, f's{number}', 0.01)",
-        "modbus_add_signal('127.0.0.1', 1, 1, 1, f'signal{number % 3}', False); modbus_delete_signal(f'signal{number % 3}')",
+        "modbus_add_signal('127.0.0.1', 1, 1, 1, f'signal{number % 3}', False); \
+         modbus_delete_signal(f'signal{number % 3}')",
         "rpc_factory('xmlrpc', 'http://127.0.0.1:9/RPC2').call(number)",
         "write_output_float_register(0, number); read_output_float_register(0)",
         "set_standard_digital_out(0, number % 2 == 0); get_standard_digital_in(0)",

@@ -227,8 +227,10 @@ try:
     while True: many.append(socket.socket())
 except OSError as e: print(e)
 ";
-    let expected = "TimeoutError('timed out') True\n11\n0.0 False\ntimed out\nb''\n[Errno 111] Connection refused\n111\n\
-        OSError [Errno 107] Transport endpoint is not connected\nTypeError connect(): AF_INET address must be tuple, not int\n\
+    let expected = "TimeoutError('timed out') True\n11\n0.0 False\ntimed out\nb''\n\
+                    [Errno 111] Connection refused\n111\n\
+        OSError [Errno 107] Transport endpoint is not connected\n\
+        TypeError connect(): AF_INET address must be tuple, not int\n\
         OverflowError connect(): port must be 0-65535.\nValueError Timeout value out of range\n\
         TypeError a bytes-like object is required, not 'str'\n[Errno 9] Bad file descriptor\n\
         32 sockets are open already, more are not allowed\n";

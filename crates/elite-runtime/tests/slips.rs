@@ -22,7 +22,8 @@ fn errors_of_calls_that_look_like_a_slip_carry_advice() {
 
 #[test]
 fn a_move_to_the_wrong_kind_of_place_is_warned_of_once() {
-    let text = "for i in range(3): movej(get_actual_tcp_pose())\nmovel(get_target_joint_positions())\nmovej(get_actual_joint_positions())\n";
+    let text = "for i in range(3): movej(get_actual_tcp_pose())\nmovel(get_target_joint_positions())\n\
+                movej(get_actual_joint_positions())\n";
     let ran = run(&Standing::default(), text);
     insta::assert_snapshot!(ran.log.join("\n"));
 }

@@ -195,14 +195,16 @@ print(time.monotonic() - begin < 0.1)
 const WAITS: [&str; 3] = [
     "p = subprocess.Popen(['sleep', '60']); print(p.pid, 'waits'); p.wait()",
     "p = subprocess.Popen(['sleep', '60'], stdout=subprocess.PIPE); print(p.pid, 'waits'); p.stdout.read()",
-    "p = subprocess.Popen(['sleep', '60'], stdin=subprocess.PIPE, stdout=subprocess.PIPE); print(p.pid, 'waits'); p.communicate(b'x')",
+    "p = subprocess.Popen(['sleep', '60'], stdin=subprocess.PIPE, stdout=subprocess.PIPE); print(p.pid, 'waits'); \
+     p.communicate(b'x')",
 ];
 
 #[test]
 fn a_stop_reaches_a_program_that_waits_for_a_process() {
     for wait in WAITS {
         let text = format!(
-            "import subprocess\ntry:\n    {wait}\nexcept BaseException: print('caught')\nfinally: print('cleaned')\nprint('after')\n"
+            "import subprocess\ntry:\n    {wait}\nexcept BaseException: print('caught')\nfinally: print('cleaned')\n\
+             print('after')\n"
         );
         let mut took = Duration::ZERO;
         let ran = run_while(&permitted(), &text, async |supervisor, printed| {

@@ -21,7 +21,8 @@ const NOT_CALLED: &str = "pause halt powerdown end_interpreter clear_interpreter
     rtsi_set_watchdog \
     modbus_add_signal modbus_add_rw_signal modbus_delete_signal modbus_get_signal_status modbus_send_custom_command \
     modbus_set_output_register modbus_set_output_signal modbus_set_runstate_dependent_choice \
-    modbus_set_signal_update_frequency modbus_set_signal_watchdog modbus_get_error modbus_get_time_since_signal_invalid \
+    modbus_set_signal_update_frequency modbus_set_signal_watchdog modbus_get_error \
+    modbus_get_time_since_signal_invalid \
     rpc_factory tool_serial_write masterboard_serial_write serial_write masterboard_serial_flush serial_flush \
     serial_config masterboard_serial_config tool_serial_config \
     socket_send_byte_list socket_send_byte socket_send_int socket_send_line socket_send_string socket_set_var \
@@ -217,7 +218,8 @@ fn two_hundred_calls_of_each_take_no_simulated_time() {
         // A conveyor is tracked once; to stop tracking waits.
         let calls = if name.starts_with("track") { 1 } else { CALLS };
         let text = format!(
-            "def main():\n  import time\n  {before}\n  sync()\n  begin = time.time()\n  n = 0\n  while n < {calls}:\n    {call}\n    {after}\n    n = n + 1\n  end\n  textmsg('took', time.time() - begin)\nend\n"
+            "def main():\n  import time\n  {before}\n  sync()\n  begin = time.time()\n  n = 0\n  while n < {calls}:\
+             \n    {call}\n    {after}\n    n = n + 1\n  end\n  textmsg('took', time.time() - begin)\nend\n"
         );
         let ran = run(&Standing::default(), &text);
         assert_eq!(
@@ -239,15 +241,18 @@ fn what_the_cycle_would_refuse_raises_at_the_call_in_the_view_of_the_caller() {
     for (text, error) in [
         (
             "encoder_set_tick_count(0, 5)",
-            "ValueError: encoder_set_tick_count(): the tick count is 5; it must be set after encoder_enable_set_tick_count() for this encoder",
+            "ValueError: encoder_set_tick_count(): the tick count is 5; \
+             it must be set after encoder_enable_set_tick_count() for this encoder",
         ),
         (
             "encoder_enable_set_tick_count(0, 1)\n  encoder_set_tick_count(0, 256)",
             "ValueError: encoder_set_tick_count(): the tick count is 256; it must be 0 to 255",
         ),
         (
-            "encoder_enable_set_tick_count(0, 1)\n  encoder_enable_pulse_decode(0, 1, 16, 17)\n  encoder_set_tick_count(0, 5)",
-            "ValueError: encoder_set_tick_count(): the tick count is 5; it must be set after encoder_enable_set_tick_count() for this encoder",
+            "encoder_enable_set_tick_count(0, 1)\n  encoder_enable_pulse_decode(0, 1, 16, 17)\
+             \n  encoder_set_tick_count(0, 5)",
+            "ValueError: encoder_set_tick_count(): the tick count is 5; \
+             it must be set after encoder_enable_set_tick_count() for this encoder",
         ),
         (
             "set_tcp([0, 0, 10.5, 0, 0, 0])",
@@ -259,7 +264,8 @@ fn what_the_cycle_would_refuse_raises_at_the_call_in_the_view_of_the_caller() {
         ),
         (
             "track_conveyor_linear([1, 0, 0, 0, 0, 0], 1000)\n  track_conveyor_linear([1, 0, 0, 0, 0, 0], 1000)",
-            "RuntimeError: track_conveyor_linear(): a conveyor is tracked already; end that first with stop_conveyor_tracking()",
+            "RuntimeError: track_conveyor_linear(): a conveyor is tracked already; \
+             end that first with stop_conveyor_tracking()",
         ),
         (
             "track_conveyor_linear([1, 0, 0, 0, 0, 0], 1000)\n  force_mode([0] * 6, [0] * 6, [0] * 6, 0, [0] * 6)",
@@ -271,15 +277,18 @@ fn what_the_cycle_would_refuse_raises_at_the_call_in_the_view_of_the_caller() {
         ),
         (
             "freedrive_mode()\n  force_mode([0] * 6, [0] * 6, [0] * 6, 0, [0] * 6)",
-            "RuntimeError: force_mode(): another motion (command 0) is still running; only one motion at a time can move the arm",
+            "RuntimeError: force_mode(): another motion (command 0) is still running; \
+             only one motion at a time can move the arm",
         ),
         // Back in order: none of these is an error.
         (
-            "freedrive_mode()\n  end_freedrive_mode()\n  force_mode([0] * 6, [0] * 6, [0] * 6, 0, [0] * 6)\n  end_force_mode()\n  freedrive_mode()\n  end_freedrive_mode()",
+            "freedrive_mode()\n  end_freedrive_mode()\n  force_mode([0] * 6, [0] * 6, [0] * 6, 0, [0] * 6)\
+             \n  end_force_mode()\n  freedrive_mode()\n  end_freedrive_mode()",
             "",
         ),
         (
-            "track_conveyor_linear([1, 0, 0, 0, 0, 0], 1000)\n  stop_conveyor_tracking()\n  track_conveyor_linear([1, 0, 0, 0, 0, 0], 1000)",
+            "track_conveyor_linear([1, 0, 0, 0, 0, 0], 1000)\n  stop_conveyor_tracking()\
+             \n  track_conveyor_linear([1, 0, 0, 0, 0, 0], 1000)",
             "",
         ),
     ] {

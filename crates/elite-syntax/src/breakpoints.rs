@@ -17,7 +17,7 @@ pub struct BreakpointLocation {
     pub column: u32,
 }
 
-/// All of them, in the order of the text. What cannot be read has none.
+/// All places of a text at which a program can stop, in the order of the text. A text that cannot be read has none.
 pub fn breakpoint_locations(file: &Arc<SourceFile>) -> Vec<BreakpointLocation> {
     with_deep_stack(|| {
         let parsed = parse(file);

@@ -26,7 +26,7 @@ pub struct Excerpt {
 struct ExcerptLine {
     /// Bytes of the file.
     kept: Range<usize>,
-    /// Where they begin in the excerpt.
+    /// Where these bytes begin in the excerpt.
     at: usize,
     cut: bool,
 }

@@ -30,10 +30,16 @@ fn corpus() -> &'static [String] {
         assert!(texts.len() > 20);
         texts.extend(
             [
-                "import math\nfrom os import path as p, sep\ndef f(a):\n    unused = 1\n    return math.sin(a) + g(a)\ndef g(b):\n    global made\n    made = b\n    return lambda q: q + made\nprint(f(1), made, mist)\n",
-                "$ LINE: (1, \"Program\")\ndef program():\n    $ LINE: (2, \"MoveJ\")\n    movej([1, 2])\n    $ LINE: (3, \"While\", \"after\")\n    while True:\n        x = 1\n    $ LINE: (4, \"End\")\n$ LINE: (5, \"Call\")\nprogram()\nprogram()\n$ LINE: (6, \"Tail\")\n",
-                "if a:\n    b = 1\nelif c:\n    d = 2\nelse:\n    e = 3\nend\nwhile True: pass\nb = d\nfor i in [1]:\n    print i\nprint b, d,\nsec = 1\n",
-                "def f():; if x:; y();end;end;\r\n# c\r\nz = 1; w = 2\r\nclass A:\r\n    位置 = \"𝄞\"\r\n    def m(self):\r\n        def inner():\r\n            nonlocal q\r\n            q = 1\r\n        q = 2\r\n        return inner\r\nA().m()\r\n",
+                "import math\nfrom os import path as p, sep\ndef f(a):\n    unused = 1\n    return math.sin(a) + g(a)\n\
+                 def g(b):\n    global made\n    made = b\n    return lambda q: q + made\nprint(f(1), made, mist)\n",
+                "$ LINE: (1, \"Program\")\ndef program():\n    $ LINE: (2, \"MoveJ\")\n    movej([1, 2])\
+                 \n    $ LINE: (3, \"While\", \"after\")\n    while True:\n        x = 1\n    $ LINE: (4, \"End\")\n\
+                 $ LINE: (5, \"Call\")\nprogram()\nprogram()\n$ LINE: (6, \"Tail\")\n",
+                "if a:\n    b = 1\nelif c:\n    d = 2\nelse:\n    e = 3\nend\nwhile True: pass\nb = d\n\
+                 for i in [1]:\n    print i\nprint b, d,\nsec = 1\n",
+                "def f():; if x:; y();end;end;\r\n# c\r\nz = 1; w = 2\r\n\
+                 class A:\r\n    位置 = \"𝄞\"\r\n    def m(self):\r\n        def inner():\r\n            nonlocal \
+                 q\r\n            q = 1\r\n        q = 2\r\n        return inner\r\nA().m()\r\n",
             ]
             .map(str::to_owned),
         );

@@ -35,7 +35,8 @@ fn main() {
         let found = limiter.solve(&problem).expect("good input");
         let row = |row: usize| (0..6).map(|k| jacobian[(row, k)]).collect::<Vec<f64>>();
         println!(
-            "{{\"jacobian\": {:?}, \"wanted\": {:?}, \"lower\": {:?}, \"upper\": {:?}, \"limits\": {:?}, \"before\": {:?}, \"qd\": {:?}, \"method\": \"{:?}\"}}",
+            "{{\"jacobian\": {:?}, \"wanted\": {:?}, \"lower\": {:?}, \"upper\": {:?}, \"limits\": {:?}, \"before\": \
+             {:?}, \"qd\": {:?}, \"method\": \"{:?}\"}}",
             (0..6).map(row).collect::<Vec<_>>(),
             problem.desired_twist,
             problem.lower.0,

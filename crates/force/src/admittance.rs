@@ -111,7 +111,7 @@ impl Default for Tuning {
 pub struct AxisReading {
     /// What the tool applies now, N or Nm.
     pub applied: f64,
-    /// What it is to apply.
+    /// What the tool is to apply, N or Nm.
     pub target: f64,
     /// Way of the arm along the axis since the last cycle, m or rad.
     pub displacement: f64,
@@ -123,7 +123,7 @@ pub struct AxisReading {
     pub speed_limit: f64,
     /// What the arm can brake with, m/s² or rad/s².
     pub braking: f64,
-    /// How fast it can change that, m/s³ or rad/s³.
+    /// How fast the arm can change that deceleration, m/s³ or rad/s³.
     pub jerk: f64,
 }
 

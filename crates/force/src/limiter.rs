@@ -68,7 +68,7 @@ pub enum LimiterError {
 /// One cycle's question. Twists are linear before angular, in the axes in which they are limited.
 #[derive(Clone, Copy, Debug)]
 pub struct TwistProblem {
-    /// Rows in those axes, columns joints.
+    /// A row for each component of the twist, a column for each joint.
     pub jacobian: Matrix6<f64>,
     /// Wanted twist, m/s and rad/s.
     pub desired_twist: [f64; 6],
@@ -101,7 +101,7 @@ pub enum SolveMethod {
 pub struct TwistSolution {
     /// The joint speeds, rad/s.
     pub qd: JointSpeeds,
-    /// How they were found.
+    /// How the speeds were found.
     pub method: SolveMethod,
 }
 

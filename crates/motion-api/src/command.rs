@@ -42,7 +42,7 @@ pub struct Origin {
 pub struct Command {
     /// Number in the ring's order.
     pub id: CommandId,
-    /// Where it came from.
+    /// The statement that the command came from.
     pub origin: Origin,
     /// What is asked.
     pub kind: CommandKind,
@@ -110,7 +110,7 @@ pub enum CommandKind {
     /// Through the points that were handed over with it, at even times, from the first on, where the arm stands (manual
     /// 3.1.40): see [`CommandSender::send_points`](crate::CommandSender::send_points).
     MoveMl {
-        /// How many they are.
+        /// The number of points.
         count: u32,
         /// Time from point to point, s.
         interval: f64,
@@ -248,9 +248,9 @@ pub enum CommandKind {
         wrench: [f64; 6],
         /// True when the wrench has the TCP's axes, otherwise it has the base's.
         in_tool_axes: bool,
-        /// How long it acts, s.
+        /// How long the load acts, s.
         duration: f64,
-        /// Earlier pushes end with it.
+        /// Earlier loads end when this one begins.
         replaces: bool,
     },
     /// Whether wrenches from a port count (`ft_rtsi_input_enable`), and the sensor that they come from.
@@ -259,7 +259,7 @@ pub enum CommandKind {
         enabled: bool,
         /// Mass of that sensor, kg; its weight is in the readings.
         mass: f64,
-        /// What its moments are about, flange frame, m; zero means the TCP.
+        /// The point about which the sensor measures moments, flange frame, m; zero means the TCP.
         measuring_offset: [f64; 3],
         /// Centre of gravity of the sensor, flange frame, m.
         cog: [f64; 3],

@@ -16,7 +16,7 @@ pub enum Event {
         id: CommandId,
         /// How the command ended.
         outcome: Outcome,
-        /// The cycle in which it ended.
+        /// The cycle in which the command ended.
         cycle: u64,
     },
     /// A motion with a blend radius is planned and the arm comes so near to its blend that the next motion should
@@ -41,14 +41,14 @@ pub enum Event {
         id: CommandId,
         /// What there is to say.
         warning: Warning,
-        /// The cycle in which it was found.
+        /// The cycle in which the warning was found.
         cycle: u64,
     },
     /// The arm entered a protective stop.
     Stopped {
         /// The reason for the protective stop.
         reason: StopReason,
-        /// The cycle in which it was found.
+        /// The cycle in which the reason was found.
         cycle: u64,
     },
 }
@@ -58,7 +58,7 @@ pub enum Event {
 pub enum Outcome {
     /// Carried out as asked.
     Done,
-    /// Not begun, the arm has not moved.
+    /// Not begun: the arm has not moved.
     Refused(Refusal),
     /// Begun and ended by a stop.
     Aborted,
@@ -78,7 +78,8 @@ pub enum Refusal {
     },
     /// The arm is not ready to move.
     #[error(
-        "the robot mode is {robot_mode} and the safety mode {safety_mode}; the arm moves only when they are RUNNING and NORMAL or REDUCED"
+        "the robot mode is {robot_mode} and the safety mode {safety_mode}; \
+         the arm moves only when they are RUNNING and NORMAL or REDUCED"
     )]
     NotReady {
         /// Robot mode found.
@@ -99,7 +100,7 @@ pub enum Refusal {
     JointLimit {
         /// Joint index from 0.
         joint: u8,
-        /// Where it would go, rad.
+        /// Where the joint would go, rad.
         value: f64,
         /// Lower limit, rad.
         min: f64,
@@ -145,7 +146,7 @@ pub enum Refusal {
     SafetyPlane {
         /// Index of the plane in the cell, from 0.
         plane: u8,
-        /// How far behind it, m.
+        /// How far the target lies behind the plane, m.
         depth: f64,
     },
     /// A conveyor is tracked already.
@@ -200,7 +201,7 @@ pub enum PathFault {
     JointLimit {
         /// Joint index from 0.
         joint: u8,
-        /// Where it would go, rad.
+        /// Where the joint would go, rad.
         value: f64,
         /// Lower limit, rad.
         min: f64,
@@ -216,11 +217,16 @@ pub enum PathFault {
         jump: f64,
     },
     /// Two links of the arm meet.
-    #[error("{} and {} would run into each other there, by {:.1} mm", link_name((*links)[0].into()), link_name((*links)[1].into()), overlap * 1e3)]
+    #[error(
+        "{} and {} would run into each other there, by {:.1} mm",
+        link_name((*links)[0].into()),
+        link_name((*links)[1].into()),
+        overlap * 1e3
+    )]
     SelfCollision {
         /// The two links, 0 for the base.
         links: [u8; 2],
-        /// How far their capsules overlap, m.
+        /// How far the capsules of the links overlap, m.
         overlap: f64,
     },
     /// A safety plane would be crossed.
@@ -259,7 +265,11 @@ pub enum StopReason {
         limit: f64,
     },
     /// The arm does not follow: actual and target positions differ too much (a collision, an overload).
-    #[error("joint {} does not follow: actual and target differ by {error:.4} rad (allowed {limit:.4} rad); a collision or an overload", joint + 1)]
+    #[error(
+        "joint {} does not follow: actual and target differ by {error:.4} rad (allowed {limit:.4} rad); \
+         a collision or an overload",
+        joint + 1
+    )]
     TrackingError {
         /// Joint index from 0.
         joint: u8,
@@ -290,7 +300,11 @@ pub enum StopReason {
     #[error("an emergency stop was asked for; release it, then power on and release the brakes")]
     EmergencyStop,
     /// A joint carries more than the motion explains.
-    #[error("collision at joint {}: {torque:.1} Nm from outside (allowed {limit:.1} Nm), as {force:.0} N at the tool would be", joint + 1)]
+    #[error(
+        "collision at joint {}: {torque:.1} Nm from outside (allowed {limit:.1} Nm), \
+         as {force:.0} N at the tool would be",
+        joint + 1
+    )]
     Collision {
         /// Joint index from 0.
         joint: u8,
@@ -315,7 +329,8 @@ pub enum StopReason {
     ConveyorLost,
     /// The offset of the path is larger than the program allows.
     #[error(
-        "the path offset is {translation:.4} m and {rotation:.4} rad; path_offset_set_max_offset() allows {most_translation:.4} m and {most_rotation:.4} rad"
+        "the path offset is {translation:.4} m and {rotation:.4} rad; \
+         path_offset_set_max_offset() allows {most_translation:.4} m and {most_rotation:.4} rad"
     )]
     PathOffset {
         /// The translation that was asked for, m.
@@ -332,19 +347,27 @@ pub enum StopReason {
     #[error("the path offset leads the TCP to where the arm cannot follow")]
     PathOffsetLost,
     /// TCP or tool were about to cross a safety plane.
-    #[error("the tool was about to cross safety plane {} of the cell: it would come to rest {depth:.4} m behind it", plane + 1)]
+    #[error(
+        "the tool was about to cross safety plane {} of the cell: it would come to rest {depth:.4} m behind it",
+        plane + 1
+    )]
     SafetyPlane {
         /// Index of the plane in the cell, from 0.
         plane: u8,
-        /// How far behind it would come to rest, m.
+        /// How far behind the plane the tool would come to rest, m.
         depth: f64,
     },
     /// Two links of the arm were about to meet.
-    #[error("{} and {} were about to run into each other, by {:.1} mm where the arm would come to rest", link_name((*links)[0].into()), link_name((*links)[1].into()), overlap * 1e3)]
+    #[error(
+        "{} and {} were about to run into each other, by {:.1} mm where the arm would come to rest",
+        link_name((*links)[0].into()),
+        link_name((*links)[1].into()),
+        overlap * 1e3
+    )]
     SelfCollision {
         /// The two links, 0 for the base.
         links: [u8; 2],
-        /// How far their capsules would overlap, m.
+        /// How far the capsules of the links would overlap, m.
         overlap: f64,
     },
     /// Somebody asked for it: a test, a simulation.
@@ -420,11 +443,14 @@ pub enum Warning {
         wanted: f64,
         /// What the motion slows down to, rad/s or m/s.
         planned: f64,
-        /// Of the way.
+        /// The unit of the way.
         unit: WayUnit,
     },
     /// An online mode cannot go on as asked.
-    #[error("the arm slows down: joint {} is near the end of its range or turns too fast for the wanted motion", joint + 1)]
+    #[error(
+        "the arm slows down: joint {} is near the end of its range or turns too fast for the wanted motion",
+        joint + 1
+    )]
     LimitedByJoint {
         /// Joint index from 0.
         joint: u8,
@@ -441,15 +467,17 @@ pub enum Warning {
     },
     /// The motion could not go over into the next one without a stop.
     #[error(
-        "the motion stopped at its end instead of blending: the next one came too late or turns too sharply for the speed"
+        "the motion stopped at its end instead of blending: \
+         the next one came too late or turns too sharply for the speed"
     )]
     NotBlended,
     /// The target is so far away that it only says where to go.
     #[error(
-        "the target is {distance:.1} m away, no arm reaches that far: it is taken as a direction, and the arm goes there until something stops it"
+        "the target is {distance:.1} m away, no arm reaches that far: \
+         it is taken as a direction, and the arm goes there until something stops it"
     )]
     Direction {
-        /// From where the motion begins, m.
+        /// Distance of the target from where the motion begins, m.
         distance: f64,
     },
     /// A blend radius at the end of a direction.
@@ -462,14 +490,15 @@ pub enum Warning {
     },
     /// The wanted acceleration is more than the arm can do here.
     #[error(
-        "an acceleration of {wanted:.4} {unit}/s² is more than the joints can do here, it is limited to {planned:.4} {unit}/s²"
+        "an acceleration of {wanted:.4} {unit}/s² is more than the joints can do here, \
+         it is limited to {planned:.4} {unit}/s²"
     )]
     AccelerationLimited {
         /// Asked for, rad/s² or m/s².
         wanted: f64,
         /// The most that the motion does, rad/s² or m/s².
         planned: f64,
-        /// Of the way.
+        /// The unit of the way.
         unit: WayUnit,
     },
 }

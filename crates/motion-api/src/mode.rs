@@ -80,7 +80,7 @@ numbered! {
         Fault = 9, "FAULT";
         /// Joint ids are being checked.
         ValidateJointId = 10, "VALIDATE_JOINT_ID";
-        /// Not known.
+        /// The safety mode is not known.
         Undefined = 11, "UNDEFINED_SAFETY_MODE";
     } else Undefined
 }

@@ -10,7 +10,7 @@ pub enum FreedriveFrame {
     Base,
     /// The TCP's, which moves along.
     Tool,
-    /// Those of a pose in the base frame.
+    /// The axes of a pose in the base frame.
     Pose(RpyPose),
 }
 

@@ -150,9 +150,9 @@ impl RegisterCache {
 /// Both banks at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RegisterImages {
-    /// Of [`Registers::input`].
+    /// The image of [`Registers::input`].
     pub input: RegisterImage,
-    /// Of [`Registers::output`].
+    /// The image of [`Registers::output`].
     pub output: RegisterImage,
 }
 

@@ -26,14 +26,14 @@ pub enum Record {
     Cycle(RobotState),
     /// A command left the ring at the beginning of this cycle.
     Command {
-        /// The cycle that took it.
+        /// The cycle that took the command.
         cycle: u64,
         /// What was taken.
         command: Command,
     },
     /// What was handed over with the moveml that leaves the ring next.
     Points {
-        /// The cycle that took it.
+        /// The cycle that took the points.
         cycle: u64,
         /// The command that moves along the points.
         id: CommandId,
@@ -45,7 +45,7 @@ pub enum Record {
     Registers {
         /// The cycle that began.
         cycle: u64,
-        /// What it reads.
+        /// The registers that the cycle reads.
         images: RegisterImages,
     },
 }
@@ -62,7 +62,7 @@ pub struct CycleFrame {
 /// The points of a moveml on their way over the border.
 #[derive(Clone, Debug)]
 pub struct PointListHandoff {
-    /// The command that they belong to.
+    /// The command that the points belong to.
     pub id: CommandId,
     /// The points in their order.
     pub points: Arc<PointList>,

@@ -216,8 +216,8 @@ fn chain() {
     let cycles = times.len();
     let at = percentiles(&mut times);
     println!(
-        "chain of {LEGS} lines at 0.25 m/s: {cycles} cycles, slowest {slowest:.3} m/s, {warnings} warnings; cycle p50 {:.1} us, \
-         p99 {:.1} us, largest {:.1} us",
+        "chain of {LEGS} lines at 0.25 m/s: {cycles} cycles, slowest {slowest:.3} m/s, {warnings} warnings; \
+         cycle p50 {:.1} us, p99 {:.1} us, largest {:.1} us",
         at(500),
         at(990),
         at(1000)

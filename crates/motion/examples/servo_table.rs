@@ -74,7 +74,8 @@ fn sine(gain: f64, lookahead: f64) -> (f64, f64, f64) {
 
 fn main() {
     println!(
-        "| gain | look-ahead | delay | overshoot, ramp | overshoot, step | half way, step | sine: delay | off, rms | size |"
+        "| gain | look-ahead | delay | overshoot, ramp | overshoot, step | half way, step | sine: \
+         delay | off, rms | size |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for gain in [100.0, 300.0, 600.0, 1000.0, 2000.0] {
@@ -90,7 +91,8 @@ fn main() {
             let half = jump.iter().position(|x| *x >= JUMP / 2.0).unwrap_or(0);
             let (sine_delay, sine_off, sine_size) = sine(gain, lookahead);
             println!(
-                "| {gain} | {lookahead} s | {:.0} ms | {:.1} mrad | {:.1} mrad | {:.0} ms | {:.0} ms | {:.1} % | {:.3} |",
+                "| {gain} | {lookahead} s | {:.0} ms | {:.1} mrad | {:.1} mrad | {:.0} ms | {:.0} ms | \
+                 {:.1} % | {:.3} |",
                 delay * 1e3,
                 over_ramp.max(0.0) * 1e3,
                 over_step.max(0.0) * 1e3,

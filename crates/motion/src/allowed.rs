@@ -82,7 +82,7 @@ enum ArmActivity {
     OnlineCallReturned,
     /// servoj, speedj or speedl at rest.
     OnlineAtRest,
-    /// The end of one of those, or of leading by hand.
+    /// The end of a servoj, speedj or speedl, or of leading by hand.
     OnlineStopping,
     /// A belt that is being left.
     ConveyorStopping,

@@ -386,10 +386,10 @@ impl ControlLoop {
 
 /// Share of the speed limits of TCP and elbow that a belt and what is planned on it may use together.
 const BELT_SHARE_OF_POINTS: f64 = 0.93;
-/// A belt is followed up to this share of them.
+/// A belt is followed up to this share of the speed limits of TCP and elbow.
 const FASTEST_BELT: f64 = 0.985;
-/// Share of them that a motion on a belt is planned with at least, however much the belt takes: the two need not have
-/// the same direction.
+/// Share of the points' speed limits that a motion on a belt is planned with at least, however much the belt takes: the
+/// two need not have the same direction.
 const LEAST_POINT_SHARE: f64 = 0.1;
 /// A belt is caught up with at least this much faster than it is.
 const FASTER_THAN_BELT: f64 = 1.2;

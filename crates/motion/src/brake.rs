@@ -80,7 +80,7 @@ impl JointStopMotion {
         Self::to_speed_share(from, 0.0, limits)
     }
 
-    /// At rest where the joints of `at` are.
+    /// A brake at rest where the joints of `at` are.
     pub fn standing(at: &Setpoint) -> Self {
         let profiles =
             at.q.0

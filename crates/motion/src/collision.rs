@@ -39,8 +39,8 @@ pub struct CollisionDetector {
     previous: Option<PreviousSample>,
     /// Time since the servos took over from the brakes, s, up to [`TAKEOVER`].
     since_takeover: f64,
-    /// What pressed already when they did, Nm; never grows. An arm that was stopped by an obstacle stands against it,
-    /// and must be able to leave.
+    /// What pressed already when the servos took over, Nm; never grows. An arm that was stopped by an obstacle stands
+    /// against it, and must be able to leave.
     baseline: Vector6<f64>,
 }
 

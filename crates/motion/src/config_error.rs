@@ -52,7 +52,8 @@ pub enum ConfigError {
     },
     /// A position range is empty or reaches beyond the arm's.
     #[error(
-        "the position range of joint {} is {min} to {max} rad; it must not be empty and must lie within the arm's {own_min:.4} to {own_max:.4} rad",
+        "the position range of joint {} is {min} to {max} rad; it must not be empty and must lie within the \
+         arm's {own_min:.4} to {own_max:.4} rad",
         joint + 1
     )]
     PositionRange {

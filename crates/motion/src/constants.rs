@@ -102,7 +102,7 @@ pub struct MinLimits {
     pub joint_acceleration: f64,
     /// rad/s³.
     pub joint_jerk: f64,
-    /// Of TCP and elbow, m/s.
+    /// Speed of TCP and elbow, m/s.
     pub point_speed: f64,
     /// N.
     pub tcp_force: f64,
@@ -160,7 +160,7 @@ pub struct CurvatureRefinement {
     pub change: f64,
     /// How often an interval may be halved for that.
     pub halvings: usize,
-    /// When it is halved for the last time.
+    /// When an interval is halved for the last time.
     pub last: FinalBisection,
     /// A bend counts where it takes more than this share of the acceleration at the wanted speed.
     pub least: f64,
@@ -171,7 +171,7 @@ pub struct CurvatureRefinement {
 pub struct FinalBisection {
     /// The interval is longer than this, m.
     pub length: f64,
-    /// The bend changes by more than this share of it.
+    /// The bend changes over the interval by more than this share of itself.
     pub change: f64,
 }
 
@@ -206,7 +206,7 @@ pub const LATE_CURVE: (f64, f64) = (0.75, 0.5);
 pub const RAMPS: f64 = 8.0;
 /// A chain that is behind its times makes that good at no more than this times the speed that they ask for.
 pub const CATCH_UP: f64 = 1.25;
-/// One that is ahead of its times is no slower than this times that speed.
+/// A chain that is ahead of its times is no slower than this times the speed that they ask for.
 pub const EASE: f64 = 0.95;
 /// Lest one that is followed by nothing ends too late, it is this much faster at most.
 pub const EARLY: f64 = 1.1;
@@ -224,11 +224,11 @@ pub const CURVATURE_SHARES: CurvatureShares = CurvatureShares {
 /// The shares of a joint's acceleration and jerk that a bend may take ([`CURVATURE_SHARES`]).
 #[derive(Clone, Copy, Debug)]
 pub struct CurvatureShares {
-    /// Of the acceleration, for |q''| V².
+    /// Share of the acceleration, for |q''| V².
     pub acceleration: f64,
-    /// Of the jerk, for |q'''| V³.
+    /// Share of the jerk, for |q'''| V³.
     pub jerk: f64,
-    /// Of the jerk, for 3 |q''| V A.
+    /// Share of the jerk, for 3 |q''| V A.
     pub jerk_of_acceleration: f64,
 }
 
@@ -250,7 +250,7 @@ pub const STOP_ON_PATH: StopOnPath = StopOnPath {
 /// How much longer than its joints' shortest time a stop on the path may take ([`STOP_ON_PATH`]).
 #[derive(Clone, Copy, Debug)]
 pub struct StopOnPath {
-    /// Of the joints' shortest time to rest.
+    /// Factor on the joints' shortest time to rest.
     pub times: f64,
     /// s.
     pub longer: f64,

@@ -21,11 +21,11 @@ pub enum WrenchFrame {
 /// A load for some time, `[[wrench]]` of the cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedWrench {
-    /// When it begins, s.
+    /// When the wrench begins, s.
     pub at: f64,
-    /// How long it acts, s.
+    /// How long the wrench acts, s.
     pub duration: f64,
-    /// N and Nm.
+    /// Force and moment, N and Nm.
     pub wrench: Wrench,
     /// The frame whose axes the wrench has.
     pub frame: WrenchFrame,
@@ -55,7 +55,7 @@ pub(crate) struct ExternalWrenches {
     loads: Vec<TimedWrench>,
     /// Loads that commands have set on.
     commanded: [Option<TimedWrench>; PUSHES_MAX],
-    /// When all of them are over, s.
+    /// When all loads of commands are over, s.
     commanded_until: f64,
     /// The latest reading from a port: base axes.
     pub(crate) port_wrench: Wrench,

@@ -65,7 +65,7 @@ pub(crate) struct JointHold {
     is_gentle: bool,
     /// How hard a planned motion underneath brakes beside them, unit of its way over s².
     deceleration_on_path: f64,
-    /// Where the motion underneath and the arm were when it began, rad.
+    /// Where the motion underneath and the arm were when the hold began, rad.
     start_positions: [JointPositions; 2],
 }
 

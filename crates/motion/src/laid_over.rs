@@ -25,7 +25,7 @@ const YIELDS_APART: f64 = 3.0;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Yields {
     count: u8,
-    /// For how long they had not, s.
+    /// Time since the joints were braked last, s.
     since: f64,
 }
 

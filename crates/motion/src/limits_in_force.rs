@@ -49,9 +49,9 @@ pub(crate) struct LimitSets {
 /// An arm that is faster than reduced mode allows.
 #[derive(Clone, Copy, Debug)]
 struct ReducedModeTransition {
-    /// Time until it must be slow enough, s.
+    /// Time until the arm must be slow enough, s.
     time_left: f64,
-    /// For how long it has been, s.
+    /// For how long the arm has been slow enough, s.
     time_within_limits: f64,
 }
 
@@ -238,7 +238,7 @@ impl ControlLoop {
         if self.limits.tcp_speed.is_infinite() || self.is_at_rest() {
             return;
         }
-        // One that still comes down to reduced limits goes on doing so.
+        // An arm that still comes down to reduced limits goes on doing so.
         if self.limit_sets.transition.is_none() || self.limit_sets.without_tcp.is_some() {
             self.limit_sets.transition = Some(ReducedModeTransition {
                 time_left: MAX_TRANSITION_TIME[0],

@@ -22,9 +22,9 @@ use crate::upcoming::PlanState;
 /// The lists.
 pub(crate) struct MicroPoints {
     incoming: Consumer<PointListHandoff>,
-    /// Those of commands that left the ring: of the one that waits for the arm to come to rest, and of the latest.
+    /// Lists of commands that left the ring: of the one that waits for the arm to come to rest, and of the latest.
     arrived: [Option<PointListHandoff>; 2],
-    /// That of the line under way, or of the last one.
+    /// The list of the line under way, or of the last one.
     current: Option<Arc<PointList>>,
 }
 

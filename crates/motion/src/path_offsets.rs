@@ -20,7 +20,7 @@ use motion_api::form::{TOOL_REACH_MAX, check_magnitude};
 const SHARE_OF_ACCELERATION: f64 = 0.85;
 /// Share of the joints' jerks: the motion may use the rest.
 const SHARE_OF_JERK: f64 = 0.4;
-/// Share of what it leaves of the speeds of joints, TCP and elbow.
+/// Share of what the motion underneath leaves of the speeds of joints, TCP and elbow that an offset may use.
 const SHARE_OF_SPEED: f64 = 0.9;
 
 impl ControlLoop {

@@ -40,14 +40,14 @@ pub(crate) struct QueuedSegment {
     pub(crate) mode: MotionMode,
     pub(crate) origin: Origin,
     leg: MotionSegment,
-    /// The route's s where its zone begins, and where it ends.
+    /// The route's s where the leg's blend zone begins, and where the leg ends.
     blend_start: f64,
     end: f64,
-    /// When it has to be at its end, on the clock of the travel, s; 0 where no duration is wanted.
+    /// When the leg has to be at its end, on the clock of the travel, s; 0 where no duration is wanted.
     deadline: f64,
     /// The speed of the route's s that keeps this time; infinite where no duration is wanted.
     speed: f64,
-    /// By when it has to be known what follows.
+    /// The place by which the motion behind the leg has to be known.
     corner: Corner,
     /// The sender has been told that the next may follow.
     pub(crate) is_ready_for_next_sent: bool,
@@ -471,7 +471,7 @@ impl MotionQueue {
 }
 
 impl QueuedSegment {
-    /// How its command ends where the leg does.
+    /// How the command of the leg ends where the leg does.
     pub(crate) fn outcome(&self) -> Outcome {
         self.leg.beyond.map_or(Outcome::Done, Outcome::Refused)
     }

@@ -36,7 +36,7 @@ pub struct RealtimeOptions {
     pub lock_memory: bool,
     /// Threads to unpark after every cycle, and when there will be no more.
     pub threads_to_wake: Vec<Thread>,
-    /// Who hears of a fault.
+    /// The supervisor that hears of a fault.
     pub faults: ThreadSupervisor,
 }
 

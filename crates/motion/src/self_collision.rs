@@ -52,7 +52,7 @@ impl From<LinkOverlap> for StopReason {
 pub struct SelfCollisionMonitor {
     allowed: f64,
     reaches: [f64; 6],
-    /// Where it looked last.
+    /// The joints at the latest check, rad.
     checked_at: JointPositions,
     /// How far links may come nearer from there until they overlap too much, m; negative before the first look.
     clearance: f64,

@@ -25,7 +25,7 @@ pub struct SensorNoise {
 pub(crate) struct ForceTorqueSensor {
     noise: SensorNoise,
     random: SplitMix64,
-    /// What hangs on the flange where it is not what is set.
+    /// What hangs on the flange where that is another payload than the one that is set.
     actual_payload: Option<Payload>,
     /// What the compensated reading shows but for noise and zero: base axes, about the TCP.
     pub external_wrench: Wrench,

@@ -79,7 +79,7 @@ pub(crate) struct SetpointDynamics {
     pub(crate) of: Setpoint,
     /// The drives' torques, Nm.
     pub(crate) torques: JointTorques,
-    /// Those of them that are there without accelerations, where they were worked out.
+    /// The torques that are there without accelerations, where they were worked out, Nm.
     pub(crate) bias: Option<JointTorques>,
 }
 

@@ -55,7 +55,7 @@ pub(crate) enum StopLaw {
 }
 
 impl StopCause {
-    /// The law for it.
+    /// The law by which the arm comes to rest for this reason.
     const fn braking(self) -> StopLaw {
         match self {
             Self::PowerOff | Self::Stop => StopLaw::InSpace,

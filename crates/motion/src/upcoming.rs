@@ -75,7 +75,7 @@ impl ControlLoop {
         }
     }
 
-    /// True while it has to wait.
+    /// True while the motion has to wait.
     fn advance_pending_motion(
         &mut self,
         upcoming: &mut PendingMotion,
@@ -198,7 +198,7 @@ impl ControlLoop {
     }
 }
 
-/// This share of an acceleration is that acceleration.
+/// An acceleration counts as reached from this share on.
 const REACHED: f64 = 0.99;
 /// Who does not even reach this share of the least acceleration that is possible has too short a way.
 const TOO_SHORT: f64 = 0.95;

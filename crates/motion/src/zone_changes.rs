@@ -13,7 +13,7 @@ use crate::intake::{CommandResult, Completion, bad_value};
 /// One change and the motion that it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ZoneChange {
-    /// The command that asked for it.
+    /// The command that asked for the change.
     id: CommandId,
     motion: CommandId,
     change: IoChange,

@@ -368,7 +368,8 @@ fn stopj_takes_the_acceleration_of_the_fastest_joint() {
             let slack = 0.02 * expected + 0.006 + 2.5 * begun / (a / RISE).min(400.0);
             if (taken - expected).abs() > slack {
                 wrong.push(format!(
-                    "{generator:?}, stopj({a:.2}) at {speed:.3} rad/s, {begun:.2} rad/s²: {taken:.3} instead of {expected:.3} s"
+                    "{generator:?}, stopj({a:.2}) at {speed:.3} rad/s, {begun:.2} rad/s²: \
+                     {taken:.3} instead of {expected:.3} s"
                 ));
             }
             wrong.extend(scene.check("stopj"));
@@ -406,7 +407,8 @@ fn stopl_takes_the_acceleration_of_the_tcp_on_its_line() {
             let slack = 0.03 * expected + 0.006 + 2.5 * begun / (a / RISE).min(400.0);
             if speed > 1e-3 && (taken - expected).abs() > slack {
                 wrong.push(format!(
-                    "{generator:?}, stopl({a:.2}) at {speed:.3} m/s, {begun:.2} rad/s²: {taken:.3} instead of {expected:.3} s"
+                    "{generator:?}, stopl({a:.2}) at {speed:.3} m/s, {begun:.2} rad/s²: \
+                     {taken:.3} instead of {expected:.3} s"
                 ));
             }
             if matches!(generator, Generator::MoveL | Generator::MoveLInTime)

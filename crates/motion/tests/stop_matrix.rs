@@ -92,7 +92,8 @@ enum Reason {
 enum Law {
     /// Each joint of the arm brakes with this share of its acceleration.
     JointByJoint(f64),
-    /// The motion below comes to rest on its path, no later than this, s; with what is laid over it where that ends too.
+    /// Longest time, s, in which the motion below comes to rest on its path; with what is laid over it where that ends,
+    /// too.
     Below { latest: f64, arm_stands: bool },
     /// The motion below comes to rest in this time, s; what it accelerates at already takes so long to go.
     BelowWithin { expected: f64, begun: f64 },

@@ -30,22 +30,22 @@ use crate::value::{R, Symbol, Value, trash};
 pub struct Builtin {
     /// `__name__`.
     pub name: &'static str,
-    /// Of methods: the name of the type, which messages put before the name.
+    /// For methods: the name of the type, which messages put before the name.
     pub owner: Option<&'static str>,
-    /// Of functions of a module: its name, which some messages put before the name.
+    /// For functions of a module: its name, which some messages put before the name.
     pub module: Option<Rc<str>>,
-    /// What it takes.
+    /// The parameters of the function.
     pub signature: Signature,
-    /// What it does.
+    /// What the function does.
     pub body: BuiltinBody,
     /// A call may put its arguments into the receiver, which then may become part of a cycle.
     pub stores_args: bool,
-    /// What it answers at once.
+    /// The answer to calls that need no script code and take no time.
     pub fast_path: Option<FastPath>,
     /// What a method of a builtin sequence adds or repeats by, and whether its receiver stands on the right. As methods
     /// these refuse what they cannot take; as operators they leave it to the other operand.
     pub sequence_op: Option<(BinaryOp, bool)>,
-    /// Of methods: CPython's type has a slot for it, not an entry in its table of methods.
+    /// For methods: CPython's type has a slot for it, not an entry in its table of methods.
     pub is_slot: bool,
 }
 
@@ -60,9 +60,9 @@ pub type ClosureFn = dyn Fn(&Evaluator<'_>, &[Value], &mut Args<'_>) -> R + Send
 
 /// What a builtin does.
 pub enum BuiltinBody {
-    /// With bound arguments.
+    /// A function that gets its arguments bound.
     Bound(BoundFn),
-    /// With arguments as they come.
+    /// A function that gets its arguments as they come.
     Raw(RawFn),
     /// With data of its own and arguments as they come.
     Closure {
@@ -71,7 +71,7 @@ pub enum BuiltinBody {
         /// What it does with them and the arguments.
         body: Box<ClosureFn>,
     },
-    /// Of the embedder.
+    /// A function of the embedder.
     Native(NativeFunction),
 }
 

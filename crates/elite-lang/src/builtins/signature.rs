@@ -101,7 +101,7 @@ impl Signature {
         self.params.len()
     }
 
-    /// Whether it takes nothing.
+    /// Whether there are no parameters.
     pub fn is_empty(&self) -> bool {
         self.params.is_empty()
     }
@@ -202,7 +202,7 @@ impl Evaluator<'_> {
                 )))
             }
             (Some(index), _, _) => {
-                // Of those that can be given by position only just those are counted.
+                // Where parameters are by position only, just their arguments are counted.
                 let counted = match signature.positional_only > index {
                     true => args.len(),
                     false => all,
@@ -307,7 +307,7 @@ impl Evaluator<'_> {
         let keywords = signature.positional_only.max(receiver) < signature.positional
             && !matches!(builtin.body, BuiltinBody::Native(_));
         if keywords && given > most {
-            // Those that can be given by name only count, as long as there are not more in all.
+            // Arguments by name only count as long as there are not more arguments than parameters in all.
             let all = signature.len() - receiver;
             let (most, kind) = match given > all {
                 true => (all, ""),

@@ -52,13 +52,13 @@ impl PendingEval {
 pub struct EvalHandle(Rc<RefCell<Option<EvaluationOutcome>>>);
 
 impl EvalHandle {
-    /// One that has ended already.
+    /// A handle of an evaluation that has ended already.
     pub fn ready(result: Result<Option<Value>, String>) -> Self {
         let outcome = result.map(|value| (value, Vec::new()));
         Self(Rc::new(RefCell::new(Some(outcome))))
     }
 
-    /// How it ended; None while it has not.
+    /// How the evaluation ended; None while it has not.
     pub fn take(&self) -> Option<Result<Option<Value>, String>> {
         let outcome = self.0.borrow_mut().take()?;
         Some(outcome.map(|(value, _)| value))

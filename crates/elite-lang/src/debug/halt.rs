@@ -54,7 +54,8 @@ impl std::fmt::Display for SetVariableError {
             Self::Unknown(name) => write!(f, "there is no variable {name}"),
             Self::OfCaller(name) => write!(
                 f,
-                "{name} is a local variable of a call that waits for another one: it can be set once the program is back in that call"
+                "{name} is a local variable of a call that waits for another one: \
+                 it can be set once the program is back in that call"
             ),
         }
     }

@@ -194,7 +194,7 @@ pub struct Code {
     pub file: Arc<SourceFile>,
     /// Where in the text.
     pub span: Span,
-    /// What it takes.
+    /// The parameters of the code.
     pub params: Params,
     /// Number of slots.
     pub slots: usize,

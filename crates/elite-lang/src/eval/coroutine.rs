@@ -320,9 +320,9 @@ pub struct ThreadState {
     pub depth: u32,
     /// The line being executed.
     pub line: u32,
-    /// Where it stands in the pendant's task.
+    /// Where the thread stands in the pendant's task.
     pub node: NodeCursor,
-    /// Whether it is being stopped.
+    /// Whether the thread is being stopped.
     pub stopping: StopState,
     /// Native operations within native operations.
     pub native_depth: u32,

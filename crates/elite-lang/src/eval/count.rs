@@ -17,7 +17,7 @@ pub struct CoverageCounters {
     texts: RefCell<BTreeMap<String, LineCounters>>,
 }
 
-/// Of one text. A line with several statements has several marks.
+/// The counters of one text by line. A line with several statements has several of them.
 type LineCounters = BTreeMap<u32, Vec<Rc<Cell<u64>>>>;
 
 impl CoverageCounters {

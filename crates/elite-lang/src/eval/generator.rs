@@ -153,12 +153,12 @@ impl Generator {
         }
     }
 
-    /// Whether it has ended.
+    /// Whether the generator has ended.
     pub fn is_finished(&self) -> bool {
         matches!(&*self.state.borrow(), GeneratorState::Finished)
     }
 
-    /// Whether it is executing right now.
+    /// Whether the generator is executing right now.
     pub fn is_running(&self) -> bool {
         match &*self.state.borrow() {
             GeneratorState::Running => true,
@@ -169,7 +169,7 @@ impl Generator {
         }
     }
 
-    /// Whether it stands at a `yield`.
+    /// Whether the generator stands at a `yield`.
     pub fn is_suspended(&self) -> bool {
         match &*self.state.borrow() {
             GeneratorState::Suspended(_) => true,

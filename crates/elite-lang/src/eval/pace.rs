@@ -143,7 +143,7 @@ impl Evaluator<'_> {
         Ok(())
     }
 
-    /// These values `count` times over.
+    /// The values of a sequence, `count` times over.
     pub fn repeat_values(&self, items: ValueVec, count: usize) -> R<ValueVec> {
         if count == 0 || items.is_empty() {
             return Ok(ValueVec::default());

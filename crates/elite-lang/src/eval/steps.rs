@@ -100,7 +100,7 @@ impl GeneratorFrame {
         }
     }
 
-    /// Whether it stands at a `yield`.
+    /// Whether the generator stands at a `yield`.
     pub fn is_at_yield(&self) -> bool {
         self.is_at_yield
     }

@@ -9,9 +9,9 @@ use crate::value::{R, Raised, Value};
 
 /// A statement that is watched.
 pub struct DebugStatement {
-    /// Who is told.
+    /// The debugger that is told.
     pub debugger: Rc<Debugger>,
-    /// Where it stands.
+    /// The place of the statement in the text.
     pub site: Rc<StatementSite>,
     /// The statement; None for one that does nothing.
     pub inner: Option<Box<dyn DynStmt>>,
@@ -46,9 +46,9 @@ impl StmtNode for DebugStatement {
 
 /// The condition of an `elif`, or that of a `while` when it is met again: a place to stop at.
 pub struct DebugCondition {
-    /// Who is told.
+    /// The debugger that is told.
     pub debugger: Rc<Debugger>,
-    /// Where it stands.
+    /// The place of the statement in the text.
     pub site: Rc<StatementSite>,
     /// The statement whose condition it is, if its beginning counts for the first time.
     pub begun_at: Option<Rc<StatementSite>>,
@@ -77,9 +77,9 @@ impl ExprNode for DebugCondition {
 
 /// What a `for` binds in each round: the header of the loop is a place to stop at whenever it is met again.
 pub struct WatchedTarget {
-    /// Who is told.
+    /// The debugger that is told.
     pub debugger: Rc<Debugger>,
-    /// Where it stands.
+    /// The place of the statement in the text.
     pub site: Rc<StatementSite>,
     /// The statement, whose beginning counts for the first round.
     pub begun_at: Rc<StatementSite>,

@@ -27,7 +27,7 @@ const FIELD_DEPTH_MAX: u32 = 2;
 struct FieldArgs<'a> {
     positional: &'a [Value],
     keywords: &'a [(Symbol, Value)],
-    /// That of `format_map`, instead of both.
+    /// The mapping of `format_map`, instead of both.
     mapping: Option<&'a Value>,
 }
 

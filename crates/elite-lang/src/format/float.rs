@@ -106,7 +106,7 @@ impl FloatText {
         }
     }
 
-    /// With big letters.
+    /// The text with capital letters.
     pub fn to_uppercase(&self) -> Self {
         FloatText {
             head: self.head.to_uppercase(),

@@ -1,4 +1,4 @@
-//! Other processes as the host gives them to programs. No operation waits: who has to is woken by the host.
+//! Processes that the host starts for programs. No operation waits: who has to is woken by the host.
 
 use std::fmt::Debug;
 use std::fs::File;

@@ -81,6 +81,6 @@ extern "C" fn leave() -> ! {
             yielder.suspend(SuspendRequest::Overflow);
         }
     }
-    // Nobody resumes it.
+    // Nobody resumes the coroutine after that.
     std::process::abort()
 }

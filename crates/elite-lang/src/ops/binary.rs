@@ -194,7 +194,7 @@ impl Evaluator<'_> {
                 (None, None) => Ok(None),
             };
         }
-        // One that multiplies in its own way, in whichever direction, is repeated in none.
+        // A class that multiplies in its own way, in whichever direction, is repeated in none.
         let repeats = |class: &Class, name: Symbol| {
             class.lookup(name).filter(|method| joins(method).is_some())
         };

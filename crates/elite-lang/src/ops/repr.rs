@@ -37,7 +37,7 @@ struct ReprGuard<'s> {
 impl Drop for ReprGuard<'_> {
     fn drop(&mut self) {
         let mut all = self.all.0.borrow_mut();
-        // Other threads may have begun since.
+        // Other threads may have begun a text since, so the entry need not be the last one.
         if let Some(at) = all.iter().rposition(|entry| *entry == self.entry) {
             all.remove(at);
         }

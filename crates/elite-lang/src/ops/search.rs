@@ -33,7 +33,7 @@ enum Finder<'d> {
 }
 
 impl<'d> Occurrences<'d> {
-    /// Those of `part`, which is not empty, from the beginning on.
+    /// The places of `part`, which is not empty, from the beginning on.
     pub fn new(data: &'d [u8], part: &'d [u8]) -> Self {
         let finder = match part {
             [byte] => Finder::Byte(*byte),
@@ -43,7 +43,7 @@ impl<'d> Occurrences<'d> {
         Self::with(data, part, finder)
     }
 
-    /// Those of `part`, which is not empty, from the end on.
+    /// The places of `part`, which is not empty, from the end on.
     pub fn from_end(data: &'d [u8], part: &'d [u8]) -> Self {
         let finder = match part {
             [byte] => Finder::Byte(*byte),

@@ -326,7 +326,7 @@ impl Evaluator<'_> {
             return self.new_str(out);
         };
         match instance.class.lookup(known::FORMAT) {
-            // That of the builtin type the class is derived from.
+            // The text is made by the builtin type that the class is derived from.
             Some(Value::Builtin(_)) if instance.builtin_value().is_some() && spec.is_empty() => {
                 return self.str_value(value);
             }

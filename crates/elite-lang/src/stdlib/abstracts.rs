@@ -99,7 +99,7 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
 struct AbcRegistry {
     registered: WeakList<Class>,
     derived: WeakClassSet,
-    /// Those that are not derived, as long as no more classes have been registered anywhere.
+    /// Classes that are not derived, as long as no more classes have been registered anywhere.
     others: WeakClassSet,
     others_since: Cell<usize>,
 }

@@ -399,7 +399,8 @@ fn unpack(ev: &Evaluator<'_>, format: &Value, buffer: &Value, from: Option<&Valu
                 let size = format.size;
                 let needed = offset.saturating_add(size as i64);
                 let text = format!(
-                    "unpack_from requires a buffer of at least {needed} bytes for unpacking {size} bytes at offset {offset} (actual buffer size is {length})"
+                    "unpack_from requires a buffer of at least {needed} bytes for unpacking {size} bytes at offset \
+                     {offset} (actual buffer size is {length})"
                 );
                 return Err(fail(ev, text));
             }

@@ -95,7 +95,7 @@ fn copied(ev: &Evaluator<'_>, iterator: &Value, each: &Value) -> R {
             count: ScriptCell::new(count.get()),
         },
         Iter::Native(native) => {
-            // Of the iterators of `itertools` this one cannot be copied.
+            // The iterator `pairwise` of `itertools` cannot be copied.
             let pairs = *native.class.name() == *"pairwise";
             let steps = match pairs {
                 true => None,

@@ -162,7 +162,7 @@ pub fn implicit_module(ev: &Evaluator<'_>, name: Symbol) -> R<Option<Value>> {
 
 /// Whether a module may have others in it.
 pub fn is_package(name: &str) -> bool {
-    // Those that are packages in CPython.
+    // The list has the modules that are packages in CPython.
     matches!(name, "collections" | "importlib" | "json" | "re")
 }
 
@@ -179,7 +179,7 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
         Native(_) => None,
         Script(text) => {
             let code = read_script(ev, &namespace, name, text)?;
-            // Others have had their turn meanwhile.
+            // Other threads have had their turn meanwhile, and may have made the module.
             if let Some(Value::Module(module)) = core.module_table.get_str(name) {
                 return Ok(Some(module));
             }

@@ -8,7 +8,7 @@ use crate::value::Iter;
 
 /// How a kind of value is nested.
 enum Nesting {
-    /// It holds no other value.
+    /// The value holds no other value.
     Flat,
     /// By these chains of `CHAINS`.
     Chains(&'static [&'static str]),
@@ -35,7 +35,7 @@ fn nesting(value: &Value) -> Nesting {
         | Value::LongRange(_) => Flat,
         // Programs make none; they set variables of the modules there are.
         Value::Module(_) => Flat,
-        // Those that hold values of a program.
+        // All other kinds hold values of a program.
         Value::Builtin(_) => Chains(&["cmp_to_key"]),
         Value::List(_) => Chains(&["list", "long list"]),
         Value::Tuple(_) => Chains(&["tuple", "pair", "triple"]),
@@ -559,7 +559,7 @@ const QUESTIONS: &[&str] = &[
     "exec('', {'a': a})",
 ];
 
-/// Of what is used up by being asked; it is made anew for each question.
+/// Questions to values that are used up by being asked; they are made anew for each question.
 const QUESTIONS_OF_ITERATORS: &[&str] = &[
     "repr(a)",
     "a == b",

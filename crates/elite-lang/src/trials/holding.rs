@@ -79,7 +79,7 @@ def all_of(place, module):
                 if method.startswith('from_'): chain(place + name + '.' + method, getattr(value, method))
 "#;
 
-/// So many that a recursion of a hundred bytes runs out of any stack of a script's thread.
+/// With so many links a recursion of a hundred bytes runs out of any stack of a script's thread.
 const COUNT: usize = if cfg!(debug_assertions) {
     4_000
 } else {
@@ -141,7 +141,7 @@ fn chains_of_whatever_builtins_keep_are_dropped() {
 
 #[test]
 fn chains_of_whatever_the_library_keeps_are_dropped() {
-    // Those of `typing` keep nothing that scripts would not.
+    // The module `typing` is left out: what it keeps is nothing that scripts would not.
     let ours: Vec<&str> = elite_syntax::python_names::module_names()
         .filter(|name| *name != "typing")
         .collect();

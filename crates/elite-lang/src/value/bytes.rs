@@ -148,9 +148,9 @@ impl ByteArray {
 /// The bytes of a `bytes` or `bytearray`, which stay as they are.
 #[derive(Clone)]
 pub enum BytesRef {
-    /// Of `bytes`.
+    /// The data of a `bytes`.
     Bytes(Rc<Bytes>),
-    /// Of a `bytearray`, as they were.
+    /// The data of a `bytearray`, in the state that it had.
     Snapshot(Rc<Buffer>),
 }
 

@@ -549,7 +549,7 @@ impl Class {
     /// Forgets the version; appends the classes derived from this one whose versions are to be forgotten, too.
     fn forget_version(&self, left: &mut Vec<Rc<Class>>) {
         if self.version.replace(UNKNOWN) != UNKNOWN {
-            // Those with other bases by now lose nothing but what is cached of them.
+            // Subclasses with other bases by now lose nothing but what is cached of them.
             let named = |class: &Class| class.version.get() != UNKNOWN;
             self.subclasses
                 .for_each_alive(|class| left.extend(named(class).then(|| class.clone())));

@@ -27,7 +27,7 @@ pub struct Dict {
 
 /// What a look at some places of a table came to: between two that are in use there may be millions that are not.
 pub enum ScanResult<T> {
-    /// This is the next one.
+    /// The next entry.
     Found(T),
     /// None so far; where to go on.
     Continue(usize),
@@ -202,7 +202,7 @@ impl Dict {
             if let (true, Value::Cell(variable)) = (table.of_variables(), &entry.value) {
                 let unbound = table.known_unbound();
                 let removed = (entry.key.clone(), variable.take());
-                // One that no code refers to goes as a whole; it holds nothing any more.
+                // A variable that no code refers to goes as a whole; it holds nothing any more.
                 let goes = Rc::strong_count(variable) == 1;
                 table.generation += 1;
                 if goes {

@@ -96,7 +96,7 @@ impl<T> ScriptCell<T> {
         drop(self.0.replace(value));
     }
 
-    /// What it keeps, for its only owner.
+    /// What the cell keeps, for its only owner.
     #[inline(always)]
     pub fn get_mut(&mut self) -> &mut T {
         self.0.get_mut()

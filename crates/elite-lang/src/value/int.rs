@@ -52,7 +52,7 @@ impl Int {
         }
     }
 
-    /// Whether it is below zero.
+    /// Whether the number is below zero.
     pub fn is_negative(&self) -> bool {
         match self {
             Int::Small(small) => *small < 0,
@@ -60,7 +60,7 @@ impl Int {
         }
     }
 
-    /// Whether it is zero.
+    /// Whether the number is zero.
     pub fn is_zero(&self) -> bool {
         matches!(self, Int::Small(0))
     }

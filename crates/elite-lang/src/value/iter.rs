@@ -75,7 +75,7 @@ pub enum Iter {
         source: Value,
         count: ScriptCell<Value>,
     },
-    /// Of the library: a closure with its own name.
+    /// An iterator of the library, with its own name.
     Native(NativeIter),
 }
 
@@ -110,7 +110,7 @@ pub trait LibraryIterator {
 pub struct NativeIter {
     /// The type of the iterator.
     pub class: Rc<Class>,
-    /// What it does.
+    /// What the iterator does.
     pub steps: Box<dyn LibraryIterator>,
 }
 
@@ -220,7 +220,7 @@ impl Iter {
 impl Drop for Iter {
     fn drop(&mut self) {
         match self {
-            // These consist of one container, or of nothing that holds values.
+            // The kinds below consist of one container, or of nothing that holds values.
             Iter::List { .. }
             | Iter::Tuple { .. }
             | Iter::Str { .. }

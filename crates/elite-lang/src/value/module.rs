@@ -189,7 +189,7 @@ impl Namespace {
         }
     }
 
-    /// Of up to `count` names from number `from` on, those leave that are unbound and that no code refers to. The
+    /// Takes out names that are unbound and that no code refers to, of up to `count` names from number `from` on. The
     /// number of the name to go on with; None at the end.
     pub fn purge_unused_chunk(&self, from: usize, count: usize) -> Option<usize> {
         let mut cells = self.cells.borrow_mut();

@@ -10,7 +10,7 @@ const BITS: u32 = 4;
 pub struct SlotOrder(u32);
 
 impl SlotOrder {
-    /// Whether it is that of the slots.
+    /// Whether the order is that of the slots.
     pub fn is_natural(self) -> bool {
         self.0 == 0
     }
@@ -20,13 +20,13 @@ impl SlotOrder {
         slots.into_iter().try_fold(SlotOrder(0), SlotOrder::with)
     }
 
-    /// With one more slot, set last.
+    /// The order with one more slot, set last.
     pub fn with(self, slot: usize) -> Option<SlotOrder> {
         let place = BITS * self.slots().count() as u32;
         (slot < SLOTS && place < u32::BITS).then(|| SlotOrder(self.0 | (slot as u32 + 1) << place))
     }
 
-    /// Without a slot that is set no more.
+    /// The order without a slot that is set no more.
     pub fn without(self, slot: usize) -> SlotOrder {
         // There is a place for each that was there.
         SlotOrder::of(self.slots().filter(|other| *other != slot)).unwrap_or_default()

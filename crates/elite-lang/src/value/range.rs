@@ -40,7 +40,7 @@ impl Range {
         }
     }
 
-    /// Whether it is empty.
+    /// Whether the range is empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -107,7 +107,7 @@ impl LongRange {
         &self.len
     }
 
-    /// Whether it is empty.
+    /// Whether the range is empty.
     pub fn is_empty(&self) -> bool {
         self.len.sign() == Sign::NoSign
     }

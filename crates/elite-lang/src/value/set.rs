@@ -367,7 +367,7 @@ impl Set {
             }
         };
         let mut slots = old.slots;
-        // All of them live on in the new table.
+        // The elements live on in the new table.
         trash::defer_if_large(&mut slots, |_| false);
         drop(slots);
         Ok(())

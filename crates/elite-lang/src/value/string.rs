@@ -12,7 +12,7 @@ pub struct Str {
     hash: Cell<u64>,
 }
 
-// With what `Rc` counts, 48 bytes.
+// The size of 32 bytes makes 48 with the counts of `Rc`.
 const _: () = assert!(size_of::<Str>() == 32);
 
 enum StrRepr {

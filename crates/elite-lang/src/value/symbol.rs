@@ -252,7 +252,7 @@ impl Symbols {
         inner.names.len() > end
     }
 
-    /// Ends it.
+    /// Ends a sweep.
     pub fn end_sweep(&self) {
         self.inner.borrow_mut().numbers.shrink();
         let loose = self.kept.get();

@@ -138,7 +138,7 @@ impl<T: DropItem> DeferredDrop for DeferredItems<T> {
         let taken = task_memory::allocated_bytes();
         let mut others = 0_usize;
         loop {
-            // Those that consist of nothing else go together.
+            // Parts that hold no others are dropped together.
             let among = self.0.len().saturating_sub(DEFER_NEVER_BELOW);
             let last = self.0[among..].iter().rev();
             let plain = last.take_while(|part| part.is_immediate()).count();
@@ -264,7 +264,7 @@ struct DeferredNodes<T>(Vec<T>);
 
 impl<T> DeferredDrop for DeferredNodes<T> {
     fn drop_some(&mut self) -> bool {
-        // This may be any stack.
+        // The stack here may be any, also a shallow one.
         work_on_tree(|| drop_nodes(&mut self.0));
         !self.0.is_empty()
     }

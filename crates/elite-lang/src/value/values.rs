@@ -15,7 +15,7 @@ pub trait DropItem: Sized + 'static {
     /// Whether nothing goes with it.
     fn is_immediate(&self) -> bool;
 
-    /// Drops it.
+    /// Drops the item.
     #[inline(always)]
     fn drop_fast(self) {
         drop(self);

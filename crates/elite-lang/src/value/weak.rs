@@ -85,12 +85,12 @@ impl<T> WeakList<T> {
             .any(|listed| listed.as_ptr() == Rc::as_ptr(object))
     }
 
-    /// Those that are alive.
+    /// The objects that are alive.
     pub fn alive(&self) -> Vec<Rc<T>> {
         self.all.borrow().iter().filter_map(Weak::upgrade).collect()
     }
 
-    /// Those that are alive; the list is empty then.
+    /// The objects that are alive; the list is empty then.
     pub fn take(&self) -> Vec<Rc<T>> {
         self.search.set(None);
         let all = self.all.take();

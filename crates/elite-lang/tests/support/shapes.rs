@@ -67,13 +67,14 @@ pub const SHAPES: &[(&str, &str)] = &[
 /// A program that fills its memory with one kind of object, then lets go of it and goes on.
 pub fn program(statement: &str) -> String {
     format!(
-        "import re, json\nfrom collections import deque\nfrom functools import partial\nfrom itertools import tee, repeat\n\
-         class A:\n    def __init__(self, i): self.i = i\n    def go(self): pass\n\
+        "import re, json\nfrom collections import deque\nfrom functools import partial\n\
+         from itertools import tee, repeat\nclass A:\n    def __init__(self, i): self.i = i\n    def go(self): pass\n\
          def closure(i):\n    def inner(): return i\n    return inner\n\
          def count(i):\n    while True: yield i\n\
          def careful(i):\n    try:\n        yield i\n    finally:\n        i = 0\n\
          def raised(i):\n    try:\n        raise KeyError(i)\n    except KeyError as error: return error\n\
-         def fill():\n    x, d, s, o, q, t, b, i = [], {{}}, set(), A(0), deque(), '', bytearray(), 0\n    t1, t2 = tee(str(k) for k in repeat(10 ** 9))\n    \
+         def fill():\n    x, d, s, o, q, t, b, i = [], {{}}, set(), A(0), deque(), '', bytearray(), 0\
+         \n    t1, t2 = tee(str(k) for k in repeat(10 ** 9))\n    \
          while True:\n        {statement}\n        i += 1\n\
          try: fill()\nexcept MemoryError: print('MemoryError')\n\
          print(sum([k for k in range(1000)]))\n"

@@ -22,7 +22,7 @@ pub struct Builtin {
     pub summary: &'static str,
     /// Parameters in order.
     pub params: &'static [Parameter],
-    /// What it returns, in words with units.
+    /// What the builtin returns, in words with units.
     pub returns: &'static str,
     /// True when the call may wait for time or motion; such calls are refused in secondary programs.
     pub waits: bool,
@@ -95,15 +95,15 @@ impl Category {
 pub struct Parameter {
     /// Name for keyword arguments.
     pub name: &'static str,
-    /// Other spellings the manual uses.
+    /// Spellings of the name that the manual uses elsewhere.
     pub aliases: &'static [&'static str],
-    /// What it accepts.
+    /// The values that the parameter accepts.
     pub kind: ParameterType,
     /// What an omitted argument means.
     pub default: ParameterDefault,
     /// Unit, empty when there is none.
     pub unit: &'static str,
-    /// A phrase that says what it is.
+    /// A phrase that says what the parameter is.
     pub meaning: &'static str,
 }
 
@@ -155,7 +155,7 @@ pub enum ParameterType {
     Boolean,
     /// A text.
     Text,
-    /// One of these words.
+    /// A text that is one of these words.
     Word(&'static [&'static str]),
     /// A value that the builtin checks itself; the text says what it takes.
     Custom(&'static str),
@@ -228,13 +228,13 @@ impl fmt::Display for Range {
 pub enum ParameterDefault {
     /// No default: the call must give the argument.
     Required,
-    /// This number.
+    /// The number that stands for an omitted argument.
     Number(f64),
-    /// This whole number.
+    /// The whole number that stands for an omitted argument.
     Integer(i64),
-    /// This truth value.
+    /// The truth value that stands for an omitted argument.
     Boolean(bool),
-    /// This text.
+    /// The text that stands for an omitted argument.
     Text(&'static str),
     /// A list of ones: one for each entry of a list of booleans, otherwise six.
     Ones,

@@ -45,7 +45,7 @@ const JOINTS_FOR_POSE: &str = "turn joint positions into a pose with get_forward
 
 /// The names of all builtins, with what `check` needs to know of them.
 pub fn known_names() -> KnownNames {
-    // Those of later editions are not there when a program runs; `check` says more of them than that.
+    // Names of later editions are not there when a program runs; `check` says more of them than that.
     let later = LATER.iter().map(|(name, _, _)| *name);
     KnownNames::new(names().chain(later))
         .with_waiting(all().filter(|b| b.waits).map(|b| b.name))
@@ -84,8 +84,8 @@ fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
 const LATER: &[(&str, &str, &str)] = &[(
     "set_tool_second_power_on",
     "2.16",
-    "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, or define a function of \
-     this name",
+    "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, \
+     or define a function of this name",
 )];
 
 fn of_later_edition(name: &str) -> Option<CallHint> {

@@ -24,7 +24,8 @@ pub const BUILTINS: &[Builtin] = &[
         name: "interpreter_mode",
         section: "2.3",
         category: Category::Interpreter,
-        summary: "Executes statements from port 30020, in the caller's scope, until end_interpreter(). Main thread only.",
+        summary: "Executes statements from port 30020, in the caller's scope, until end_interpreter(). Main \
+                  thread only.",
         params: &[
             switch(
                 "clearQueueOnEnter",

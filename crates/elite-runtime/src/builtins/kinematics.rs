@@ -66,7 +66,8 @@ pub const BUILTINS: &[Builtin] = &[
         name: "is_within_safety_limits",
         section: "3.1.35",
         category: Category::Motion,
-        summary: "Whether a TCP pose, or joint positions given as q, can be reached inside joint ranges and safety planes.",
+        summary: "Whether a TCP pose, or joint positions given as q, can be reached inside joint ranges and \
+                  safety planes.",
         params: &[
             Parameter {
                 default: ParameterDefault::Symbolic(""),
@@ -84,7 +85,8 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::Booleans(Some(CI_PAIRS)),
                 default: ParameterDefault::Symbolic(""),
                 unit: "",
-                meaning: "which pairs of configurable inputs (CI0/1, CI2/3, CI4/5, CI6/7) count as set; default: as they are",
+                meaning: "which pairs of configurable inputs (CI0/1, CI2/3, CI4/5, CI6/7) count as set; \
+                          default: as they are",
             },
             Parameter {
                 name: "q",

@@ -68,7 +68,7 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
     .flatten()
 }
 
-/// The global names that they have.
+/// The global names of all builtins.
 pub fn names() -> impl Iterator<Item = &'static str> {
     // Some are listed with the module they are in.
     all().map(|builtin| builtin.name.split('.').next().unwrap_or_default())

@@ -309,7 +309,7 @@ pub const BUILTINS: &[Builtin] = &[
 enum WriteResult {
     /// How many values were written.
     Count,
-    /// Whether they were.
+    /// Whether values were written.
     Bool,
 }
 

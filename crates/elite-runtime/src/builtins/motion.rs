@@ -64,7 +64,8 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::Integer(i64::MIN, i64::MAX),
                 default: ParameterDefault::Integer(0),
                 unit: "",
-                meaning: "0: the tool keeps its orientation to the arc; otherwise it turns evenly to that of the target",
+                meaning: "0: the tool keeps its orientation to the arc; otherwise it turns evenly to that \
+                          of the target",
             },
         ],
         returns: RETURNS,

@@ -84,7 +84,7 @@ const COPIED: &[Parameter] = &[Parameter::required(
     "what is copied",
 )];
 
-/// Of the language; named here for the listing.
+/// Functions of the language, named here for the listing.
 const fn copying(name: &'static str, summary: &'static str) -> Builtin {
     Builtin {
         name,

@@ -63,7 +63,8 @@ pub const BUILTINS: &[Builtin] = &[
     Builtin {
         name: "popup",
         section: "9.3.2",
-        summary: "Shows a window; with blocking=True the thread waits until it is closed, except in a secondary program.",
+        summary: "Shows a window; with blocking=True the thread waits until it is closed, \
+                  except in a secondary program.",
         params: &[
             parameter("s", ParameterType::Printable, "what it says"),
             Parameter {

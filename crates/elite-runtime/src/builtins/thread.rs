@@ -37,7 +37,8 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::Boolean,
                 default: ParameterDefault::Boolean(true),
                 unit: "",
-                meaning: "True: the thread's entry is given back when it ends; False: when it is joined. Joining works either way",
+                meaning: "True: the thread's entry is given back when it ends; False: when it is joined. Joining \
+                          works either way",
             },
         ],
         returns: "the thread's handle, an int from 1",

@@ -101,7 +101,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "is_within_safety_limits()：必须给出 p 或 q，{0}",
     ),
     (
-        "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, or define a function of this name",
+        "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, \
+         or define a function of this name",
         "它用于接通大型机械臂工具端的第二路电源，这里不作仿真；请去掉该调用，或自行定义同名函数",
     ),
     ("its parameters are {}", "它的参数有 {0}"),
@@ -224,7 +225,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "TCP 受力为 {0} N（允许 {1} N）",
     ),
     (
-        "the motion stopped at its end instead of blending: the next one came too late or turns too sharply for the speed",
+        "the motion stopped at its end instead of blending: the next one came too late or turns too sharply \
+         for the speed",
         "运动在终点停下而没有交融：下一个运动来得太晚，或以此速度转弯过急",
     ),
     (
@@ -258,7 +260,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "机器人模式为 {0}，此操作需要 {1}",
     ),
     (
-        "the target is {} m away, no arm reaches that far: it is taken as a direction, and the arm goes there until something stops it",
+        "the target is {} m away, no arm reaches that far: it is taken as a direction, and the arm goes there until \
+         something stops it",
         "目标在 {0} m 之外，没有手臂能到达：将其视为方向，手臂沿该方向运动，直到被停止",
     ),
     (
@@ -438,7 +441,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
 ];
 
-/// What stands in them.
+/// Words that stand in sentences.
 pub(super) const WORDS: &[(&str, &str)] = &[
     ("'{}' of {}()", "{1}() 的 '{0}'"),
     ("-2147483648 to 2147483647", "-2147483648 到 2147483647"),

@@ -172,7 +172,7 @@ fn is_same(a: &CallOutcome, b: &CallOutcome) -> bool {
     a == b || format!("{a:?}") == format!("{b:?}")
 }
 
-/// About how much it takes in a recording.
+/// About how many bytes an answer takes in a recording.
 fn bytes(answer: &CallOutcome) -> usize {
     use io_bus::xmlrpc::RpcValue as V;
     fn of(value: &V) -> usize {

@@ -31,7 +31,7 @@ pub const ANSWER_BYTES_MAX: usize = 64 * 1024;
 pub struct ExternalInput {
     /// The program.
     pub program: ProgramId,
-    /// The turn of its task in which it was seen.
+    /// The turn of the task in which the input was seen.
     pub turn: u64,
     /// The cycle that the task saw then.
     pub cycle: u64,
@@ -72,13 +72,13 @@ pub enum ExternalInputKind {
 pub enum TaskOrder {
     /// The program was ended.
     Stop,
-    /// Another program took its place.
+    /// Another program took the place of this one.
     Replace(String),
     /// The program was paused.
     Pause,
     /// The program was resumed after a pause.
     Resume,
-    /// A secondary program began beside it.
+    /// A secondary program began beside the main program.
     Secondary {
         /// The name of the secondary program.
         name: String,
@@ -95,20 +95,20 @@ pub struct RecordedCall {
     pub number: u64,
     /// The function.
     pub function: String,
-    /// The turns in which its waits were over.
+    /// The turns in which the waits of the call were over.
     pub waits: Vec<u64>,
-    /// How it ended.
+    /// How the call ended.
     pub answer: CallOutcome,
 }
 
 /// How a call ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CallOutcome {
-    /// With a value.
+    /// The call returned a value.
     Value(RpcValue),
-    /// With an exception.
+    /// The call raised an exception.
     Raised {
-        /// The name of its type.
+        /// The name of the exception's type.
         kind: String,
         /// The message of the exception.
         text: String,

@@ -23,7 +23,7 @@ pub struct Divergence {
     pub program: ProgramId,
     /// The line of the program that was running; 0 where no single line is to blame.
     pub line: u32,
-    /// The cycle before which it was seen.
+    /// The cycle before which the difference was seen.
     pub cycle: u64,
     /// What is different, in words.
     pub text: String,
@@ -220,7 +220,7 @@ impl Rerun {
         let mut progress = self.progress();
         progress.running = None;
         let left = progress.commands.get(&program).and_then(|left| {
-            // Those without a line are the task's own, which it gives while the arm comes to rest.
+            // Commands without a line are the task's own, which it gives while the arm comes to rest.
             left.iter().find(|(_, command)| command.origin.line > 0)
         });
         let left = left.map(|(_, command)| *command);

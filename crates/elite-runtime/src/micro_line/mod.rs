@@ -59,7 +59,7 @@ pub enum MicroLineError {
     /// A word of the file is no number that can be used.
     #[error("line {line}: {word:?} is not a finite number")]
     NotANumber {
-        /// Of the file, from 1.
+        /// The line of the file, from 1.
         line: usize,
         /// The word, cut where it is long.
         word: String,
@@ -67,7 +67,7 @@ pub enum MicroLineError {
     /// A line does not hold one point.
     #[error("line {line} has {count} numbers, a point has 6")]
     NotSix {
-        /// Of the file, from 1.
+        /// The line of the file, from 1.
         line: usize,
         /// Numbers found.
         count: usize,
@@ -113,7 +113,7 @@ pub struct MicroLine {
 /// first is reached with the same joint positions from where the arm stands.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct SolutionChain {
-    /// With which TCP and frame.
+    /// The TCP and frame that the solutions were found with.
     frames: Option<(Pose, Pose)>,
     found: Vec<JointPositions>,
 }
@@ -156,7 +156,7 @@ impl MicroLine {
         })
     }
 
-    /// How many points it has.
+    /// The number of points.
     pub fn count(&self) -> usize {
         self.points.len()
     }

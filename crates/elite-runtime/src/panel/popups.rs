@@ -26,11 +26,11 @@ pub enum PopupStyle {
 pub struct Popup {
     /// The window's title.
     pub title: String,
-    /// What it says.
+    /// The text in the window.
     pub text: String,
-    /// How it looks.
+    /// How the window looks.
     pub style: PopupStyle,
-    /// A program waits until it is closed.
+    /// A program waits until the window is closed.
     pub blocking: bool,
 }
 

@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 pub enum WatchdogAction {
     /// Nothing, apart from a warning.
     Ignore,
-    /// Holds it.
+    /// Holds the program.
     Pause,
-    /// Ends it.
+    /// Ends the program.
     Stop,
 }
 

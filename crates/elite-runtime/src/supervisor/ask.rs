@@ -132,7 +132,7 @@ impl Supervisor {
     }
 }
 
-/// Of what runs aside only the log is told: it is no program of the robot.
+/// Passes only log lines of a program that runs aside: it is no program of the robot.
 struct LogOnlyObserver(Arc<dyn Observer>);
 
 impl Observer for LogOnlyObserver {
@@ -142,7 +142,7 @@ impl Observer for LogOnlyObserver {
         }
     }
 
-    /// Cycles that it lets pass are cycles of the robot.
+    /// Cycles that the program lets pass are cycles of the robot.
     fn cycle_ended(&self, frame: &CycleFrame) {
         self.0.cycle_ended(frame);
     }

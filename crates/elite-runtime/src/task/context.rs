@@ -54,9 +54,9 @@ const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
 /// What a program asks of its own task; done after the current slice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TaskRequest {
-    /// Hold it.
+    /// Hold the task.
     Pause,
-    /// End it as a success.
+    /// End the task as a success.
     Halt,
 }
 
@@ -90,7 +90,7 @@ pub(crate) struct TaskContext {
     extras: Instrumentation,
     /// The task has to do with machines outside of this process.
     uses_real_network: Cell<bool>,
-    /// Motions whose calls have returned before they ended, and whose they were.
+    /// Motions whose calls have returned before they ended, each with its thread.
     queued_motions: RefCell<Vec<(ThreadNumber, CommandId)>>,
     /// Motions of threads that have ended, on their way to their blends.
     left_behind: RefCell<Vec<CommandId>>,
@@ -149,7 +149,7 @@ pub(crate) struct ThreadStart {
     pub number: ThreadNumber,
     pub function: Value,
     pub args: Vec<Value>,
-    /// Where in the pendant's task it begins.
+    /// Where in the pendant's task the thread begins.
     pub node: NodeCursor,
 }
 
@@ -223,7 +223,7 @@ impl TaskContext {
         ahead.retain(|(_, id)| {
             let has_ended = self.robot.has_ended(*id);
             if has_ended {
-                // Nobody will ask how.
+                // Nobody asks for the outcome of such a command.
                 self.robot.forget(*id);
             }
             !has_ended
@@ -368,7 +368,7 @@ impl TaskContext {
         &self.robot
     }
 
-    /// Who notes what comes from outside.
+    /// The recorder of what comes from outside, while there is one.
     pub fn witness(&self) -> Option<&dyn ExternalInputSink> {
         match &self.input_mode {
             InputMode::Recorded(witness) => Some(&**witness),

@@ -15,15 +15,15 @@ const SECONDARIES_WAITING_MAX: usize = 256;
 /// What others ask of a running task.
 #[derive(Debug)]
 pub enum Control {
-    /// End it.
+    /// End the task.
     Stop,
-    /// End it because another main program takes its place; the text says which.
+    /// End the task because another main program takes its place; the text says which.
     Replace(Arc<str>),
-    /// Hold it.
+    /// Hold the task.
     Pause,
-    /// Let it go on.
+    /// Let the task go on.
     Resume,
-    /// Run a secondary program beside it, and say that it was taken. A task that ends first drops the sender.
+    /// Run a secondary program beside the main one, and say that it was taken. A task that ends first drops the sender.
     Secondary(Program, oneshot::Sender<()>),
 }
 
@@ -48,7 +48,7 @@ pub(crate) struct ControlSender {
     secondaries: mpsc::Sender<(Program, oneshot::Sender<()>)>,
 }
 
-/// Where the task hears of it.
+/// Where the task hears of its controls.
 pub(crate) struct ControlReceiver {
     orders: Arc<PendingControls>,
     secondaries: mpsc::Receiver<(Program, oneshot::Sender<()>)>,
@@ -64,7 +64,7 @@ struct PendingControls {
 #[derive(Clone, Default)]
 struct ControlFlags {
     stop: bool,
-    /// Who takes the place of the task.
+    /// The name of the program that takes the place of the task.
     replaced_by: Option<Arc<str>>,
     /// Hold (true) or go on (false), whichever was said last.
     hold: Option<bool>,

@@ -23,7 +23,7 @@ use crate::message::{CutShort, Message};
 pub struct Permissions {
     /// Files and folders.
     pub files: FileAccess,
-    /// Other processes and signals.
+    /// Starting processes, and signals.
     pub processes: bool,
     /// Environment variables.
     pub environment: bool,
@@ -36,7 +36,7 @@ pub struct Permissions {
 pub enum NetworkAccess {
     /// No machine.
     Nothing,
-    /// Those that somebody in this process stands in for; no other, in either direction.
+    /// Machines that somebody in this process stands in for; no other, in either direction.
     SimulatedOnly,
     /// Every machine, and every machine may reach programs.
     Everything,

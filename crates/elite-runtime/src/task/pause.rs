@@ -10,7 +10,7 @@ use crate::debug::SuspendState;
 use crate::supervisor::TaskState;
 
 impl Task {
-    /// Goes on where it was held.
+    /// Lets the task go on where it was held.
     pub(super) fn go_on(&mut self) {
         if self.paused {
             self.paused = false;

@@ -319,7 +319,7 @@ struct ChildProcess {
 }
 
 impl ChildProcess {
-    /// Kills it and its group; the futures end with what they hold.
+    /// Kills the process and its group; the futures end with what they hold.
     fn end(&self) {
         if self.exit_status().is_none() {
             processes::kill(SignalTarget::Group(self.number));

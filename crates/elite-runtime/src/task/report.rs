@@ -272,7 +272,8 @@ impl Task {
             .map(|(number, _)| *number)
             .collect();
         for number in late {
-            let text = "TimeoutError: a secondary program has to be short, this one was ended after waiting for a second";
+            let text = "TimeoutError: a secondary program has to be short, this one was ended after waiting \
+                        for a second";
             self.end_secondary(number, text);
         }
     }

@@ -92,7 +92,7 @@ impl ProgramSource {
 
 /// What is left of a task.
 pub(crate) struct FinishedTask {
-    /// How it ended.
+    /// How the task ended.
     pub end: TaskEnd,
     /// The arm may still be on its way to rest; only where another program takes the task's place.
     pub braking: Option<HandoverStop>,
@@ -105,7 +105,7 @@ pub(crate) struct FinishedTask {
 pub struct TaskSettings {
     /// The robot.
     pub robot: Arc<Robot>,
-    /// Who is told.
+    /// The observer that messages go to.
     pub observer: Arc<dyn Observer>,
     /// Seed of the task's random numbers.
     pub seed: u64,
@@ -117,7 +117,7 @@ pub struct TaskSettings {
     pub permissions: Permissions,
     /// Where tasks are kept.
     pub task_folder: TaskFolder,
-    /// Who hears of faults in tasks.
+    /// The supervisor that hears of faults in tasks.
     pub faults: ThreadSupervisor,
     /// What only tests of programs ask for.
     pub extras: Instrumentation,
@@ -136,7 +136,7 @@ pub enum TaskEnd {
     Failed,
     /// Somebody stopped the task.
     Stopped,
-    /// Another main program took its place, as its log says.
+    /// Another main program took the place of this one, as its log says.
     Replaced,
     /// The arm went into a protective stop.
     ProtectiveStop(StopReason),
@@ -155,7 +155,7 @@ pub(crate) struct Task {
     pub(super) controls: ControlReceiver,
     pub(super) status: watch::Sender<TaskStatus>,
     pub(super) paused: bool,
-    /// Others than a debugger want it held.
+    /// Somebody else than a debugger has ordered the pause.
     pub(super) pause_ordered: bool,
     stops_at_start: u64,
     pub(super) end: Option<TaskEnd>,
@@ -179,7 +179,7 @@ pub(crate) struct Task {
     pub(super) variables_due: u64,
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
-    /// Who debugs it.
+    /// The debugger of the task.
     pub(super) debugger: Option<Rc<dyn TaskDebugger>>,
     /// The cycle that was seen in the latest turn.
     pub(super) observed_cycle: u64,
@@ -212,7 +212,7 @@ pub(super) struct ThreadEntry {
     pub waiting: Option<BlockReason>,
     /// Only secondary programs have bounds.
     pub secondary: Option<SecondaryBudget>,
-    /// Who waits for what it is worth.
+    /// The asker who waits for the value of the program.
     pub answer: Option<oneshot::Sender<Answer>>,
     pub reported: ReportedPosition,
 }
@@ -664,7 +664,8 @@ impl Task {
         if let Some(bounds) = bounds.and_then(|entry| entry.secondary.as_mut()) {
             bounds.slices -= 1;
             if bounds.slices == 0 {
-                let text = "TimeoutError: a secondary program has to be short, this one was ended after about a second of work";
+                let text = "TimeoutError: a secondary program has to be short, this one was ended after about a \
+                            second of work";
                 return self.end_secondary(number, text);
             }
         }

@@ -19,7 +19,7 @@ use crate::source::Span;
 pub struct Ident {
     /// The text.
     pub name: Box<str>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -90,9 +90,9 @@ pub enum CompareOp {
 /// An expression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expr {
-    /// What it is.
+    /// The kind of the expression, with its parts.
     pub kind: ExprKind,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
     /// Levels of expressions below it.
     pub depth: u16,

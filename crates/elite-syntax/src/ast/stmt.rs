@@ -6,7 +6,7 @@ use crate::source::Span;
 /// A statement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stmt {
-    /// What it is.
+    /// The kind of the statement, with its parts.
     pub kind: StmtKind,
     /// Where it is written; compound statements with their bodies.
     pub span: Span,

@@ -307,7 +307,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "变量 '{0}' 被赋值却从未使用",
     ),
     (
-        "there is a way through this endless loop that does not wait: while it is taken, the loop keeps the controller busy",
+        "there is a way through this endless loop that does not wait: while it is taken, \
+         the loop keeps the controller busy",
         "这个无限循环中有一条不等待的路径：走这条路径时会使控制器一直繁忙",
     ),
     ("there is no directive '{}'", "没有指令 '{0}'"),

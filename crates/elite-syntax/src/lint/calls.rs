@@ -85,7 +85,7 @@ impl CallDiagnostics {
         }
     }
 
-    /// Those about names that the program does not bind.
+    /// The findings about names that the program does not bind.
     pub(crate) fn retained<'s>(
         &'s self,
         is_bound: impl Fn(&str) -> bool + 's,

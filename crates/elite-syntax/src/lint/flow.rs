@@ -144,7 +144,7 @@ fn is_true(test: &Expr) -> bool {
 enum LoopExit {
     /// `break` of this very loop.
     Break,
-    /// That, `return` or `raise`.
+    /// `break`, `return` or `raise`.
     Any,
 }
 
@@ -184,7 +184,8 @@ fn busy_loop(test: &Expr, body: &[Stmt], known: &KnownNames, found: &mut Diagnos
         if !endless || !Ways::through(body, known).turn() {
             return;
         }
-        "there is a way through this endless loop that does not wait: while it is taken, the loop keeps the controller busy"
+        "there is a way through this endless loop that does not wait: while it is taken, \
+         the loop keeps the controller busy"
     } else if calls.asks {
         "this loop asks again and again without waiting in between: it keeps the controller busy"
     } else if endless {
@@ -270,9 +271,9 @@ impl Ways {
 /// What the calls in a loop do.
 #[derive(Default)]
 struct LoopCalls {
-    /// One of them waits, or may: what methods and functions of scripts do is not looked into.
+    /// One of the calls waits, or may: what methods and functions of scripts do is not looked into.
     may_wait: bool,
-    /// One of them is a function of the embedder that returns at once.
+    /// One of the calls is to a function of the embedder that returns at once.
     asks: bool,
 }
 

@@ -47,7 +47,7 @@ fn catches_missing(exception: &Expr) -> bool {
 }
 
 fn module(name: &Ident, can_be_replaced: bool, found: &mut DiagnosticList) {
-    // Of dotted names the first part that is missing is told.
+    // The finding is about the first part of a dotted name that is missing.
     let ends = name.name.match_indices('.').map(|(at, _)| at);
     let mut parts = ends.chain([name.name.len()]).map(|end| &name.name[..end]);
     let Some(missing) = parts.find(|part| !is_bundled_module(part)) else {

@@ -15,7 +15,7 @@ pub(super) enum AbandonedNodes {
 }
 
 impl AbandonedNodes {
-    /// Drops them, with pauses.
+    /// Drops the parts, with pauses.
     pub(super) fn release(self, budget: &WorkBudget<'_>) {
         match self {
             AbandonedNodes::Expressions(expressions) => {

@@ -42,7 +42,7 @@ impl FStringBuilder {
         self.complete
     }
 
-    /// Of literals without fields, which have no other part.
+    /// The text of literals without fields, which have no other part.
     pub(super) fn into_text(self) -> String {
         self.text
     }

@@ -18,7 +18,7 @@ pub(super) const SUGGESTIONS_MAX: usize = 20;
 #[derive(Clone, Debug, Default)]
 pub struct KnownNames {
     natives: BTreeSet<String>,
-    /// Those that may wait for time or for something to happen.
+    /// Natives that may wait for time or for something to happen.
     waiting: BTreeSet<String>,
     /// What the embedder says about calls.
     hook: Option<CallHook>,

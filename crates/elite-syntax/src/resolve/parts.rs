@@ -277,7 +277,7 @@ fn undefined_names(parts: &[PlacedUnit<'_>], known: &KnownNames, found: &mut Dia
         let near = if found.len() < SUGGESTIONS_MAX {
             let globals = in_order.get_or_insert_with(|| globals.iter().copied().collect());
             let locals = match used.scope {
-                // Those of the top level are all among the globals.
+                // Variables of the top level are all among the globals.
                 0 => Vec::new(),
                 scope => placed.locals(scope),
             };

@@ -30,7 +30,7 @@ pub fn unused_names(module: &Module, found: &mut DiagnosticList) {
     }
 }
 
-/// Those of one scope; `used` are the names that are read, with the number of the scope whose they are.
+/// Unused names of one scope; `used` are the names that are read, with the number of the scope whose they are.
 pub(super) fn unused_in(
     scope: &Scope,
     number: u32,

@@ -144,7 +144,7 @@ impl RunStateChoice {
         }
     }
 
-    /// The level it forces, `None` when it leaves the output alone.
+    /// The level that the choice forces, `None` when it leaves the output alone.
     pub const fn level(self, program_running: bool) -> Option<bool> {
         match (self, program_running) {
             (Self::Keep, _) | (Self::LowWhenNotRunning | Self::HighWhenNotRunning, true) => None,

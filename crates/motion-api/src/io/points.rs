@@ -30,7 +30,7 @@ impl DigitalBank {
         }
     }
 
-    /// How many points it has.
+    /// The number of points in the bank.
     pub const fn points(self) -> u8 {
         match self {
             Self::Standard => 16,

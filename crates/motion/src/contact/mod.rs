@@ -118,7 +118,7 @@ pub(crate) struct Contact {
     pub place: ContactPoint,
 }
 
-/// All of them.
+/// All contacts of a cycle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactList {
     touches: [Contact; MAX_CONTACTS],

@@ -11,7 +11,7 @@ pub(super) const PARTS: usize = DOF + 1;
 /// The distances that parts of the arm still have to go before a pair of part and obstacle is looked at again.
 #[derive(Clone, Debug)]
 pub(super) struct BroadPhase {
-    /// The way of its part, m, at which each pair of part and obstacle is looked at again.
+    /// For each pair of part and obstacle: the way of the part, m, at which the pair is looked at again.
     next_check: Vec<f64>,
     obstacles: usize,
     earliest: [f64; PARTS],

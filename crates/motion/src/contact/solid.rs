@@ -18,7 +18,7 @@ pub enum Shape {
     Cylinder {
         /// Radius.
         radius: f64,
-        /// Half of its length.
+        /// Half of the cylinder's length.
         half_length: f64,
     },
     /// A ball.
@@ -33,14 +33,14 @@ pub enum Shape {
 /// A shape somewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlacedShape {
-    /// Where it is: in the base frame for obstacles, in the flange frame for tools.
+    /// Where the solid is: in the base frame for obstacles, in the flange frame for tools.
     pub pose: Pose,
-    /// What it is.
+    /// The shape of the solid.
     pub shape: Shape,
 }
 
 impl PlacedShape {
-    /// This solid seen from frame a instead of frame b.
+    /// The solid as seen from frame a instead of frame b.
     pub(super) fn expressed_in(&self, a_from_b: &Pose) -> Self {
         Self {
             pose: *a_from_b * self.pose,

@@ -58,7 +58,7 @@ const RECOVERY_USE: f64 = 0.06;
 const SLOWEST_PACE: f64 = 0.03;
 /// Rate with which a motion is slowed down that began before the belt was tracked, 1/s.
 const ENTRY_RATE: f64 = 2.0;
-/// The belt waits for it no longer than this, s.
+/// Longest time for which the belt waits for a motion that began before it was tracked, s.
 const LONGEST_WAIT: f64 = 1.5;
 /// The pace of a motion for which the joints had to be braked, as share of what it was.
 const PACE_AFTER_BRAKING: f64 = 0.5;
@@ -193,7 +193,7 @@ impl ConveyorTracking {
         self.waiting > 0.0
     }
 
-    /// The motion leaves the belt its share.
+    /// The motion leaves the belt its share, so the belt waits no more.
     pub fn end_wait(&mut self) {
         self.waiting = 0.0;
     }

@@ -20,7 +20,7 @@ pub struct Belt {
     pub encoder: usize,
     /// Ticks a second, negative when it runs backwards.
     pub ticks_per_second: f64,
-    /// When it starts, s.
+    /// When the belt starts, s.
     pub start_at: f64,
 }
 
@@ -58,7 +58,7 @@ pub struct Encoder {
     belt: Option<Belt>,
     /// Ticks since the start, not wrapped.
     total: f64,
-    /// What the belt had when its pulses were last looked at.
+    /// The ticks of the belt when its pulses were last looked at.
     belt_before: f64,
     edges: [Edge; EDGES],
     count: usize,

@@ -31,7 +31,8 @@ const CATCH_UP_MAX: [f64; 2] = [0.1, 0.5];
 const RETURN_MAX: [f64; 2] = [0.02, 0.2];
 /// Share of what the joints can do that a correction is planned with.
 const SHARE: f64 = 0.7;
-/// Share of that which a force axis reckons with when it has to stop at its target; the rest is for delays.
+/// Share of a correction's acceleration that a force axis reckons with when it has to stop at its target; the rest is
+/// for delays.
 const BRAKING_SHARE: f64 = 0.6;
 /// Least and largest acceleration of a correction, m/s² or rad/s², for singular positions.
 const ACCELERATION: (f64, f64) = (0.05, 10.0);

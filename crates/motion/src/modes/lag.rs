@@ -15,9 +15,9 @@ use crate::setpoint::Setpoint;
 /// Share of the joints' limits that making good may use; what is underneath stands or is slow meanwhile, a belt uses
 /// the rest.
 const SHARE: f64 = 0.4;
-/// Bandwidth of the law that ends it, rad/s.
+/// Bandwidth of the law that ends a lag, rad/s.
 const BANDWIDTH: f64 = 40.0;
-/// Below these there is no lag: rad, rad/s, rad/s².
+/// Distance, speed and acceleration below which there is no lag: rad, rad/s, rad/s².
 const NEGLIGIBLE: [f64; 3] = [1e-10, 1e-8, 1e-5];
 
 /// What lies between the joints and where they are wanted.
@@ -60,7 +60,7 @@ impl JointLag {
         positions.fold(0.0, f64::max)
     }
 
-    /// Nothing is left of it.
+    /// Nothing is left of the lag.
     pub(crate) fn is_over(&self) -> bool {
         self.joints.iter().all(is_none)
     }

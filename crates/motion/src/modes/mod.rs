@@ -255,7 +255,7 @@ impl ActiveOnlineMode {
         matches!(self.kind, OnlineMode::Freedrive(_)) && !self.is_stopping
     }
 
-    /// The joint positions it leads to, where it leads to any.
+    /// The joint positions that the mode leads to, where there are any.
     pub(crate) fn goal(&self) -> Option<JointPositions> {
         match &self.kind {
             OnlineMode::Servo(servo) => Some(*servo.goal()),
@@ -276,7 +276,7 @@ impl ActiveOnlineMode {
         }
     }
 
-    /// What it does is led from outside, by a stream or by a hand.
+    /// True when the motion is led from outside, by a stream or by a hand.
     pub(crate) const fn follows_from_outside(&self) -> bool {
         matches!(self.kind, OnlineMode::Servo(_) | OnlineMode::Freedrive(_)) && !self.is_stopping
     }

@@ -58,8 +58,8 @@ pub struct PathOffset {
     current: [ScalarState; 6],
     /// Direction in which the path led last, base axes.
     tangent: Vector3<f64>,
-    /// How it is led to what is asked for, in the axes of that, and what was asked for lately, which it does not
-    /// exceed.
+    /// How the offset is led to what is asked for, in the axes of that, and the offsets that were asked for lately,
+    /// whose range it does not leave.
     course: ServoMode,
     lately: OffsetHistory,
 }
@@ -314,7 +314,7 @@ impl PathOffset {
             AxisLimits {
                 min: f64::NEG_INFINITY,
                 max: f64::INFINITY,
-                // One that is faster slows down as it can.
+                // An offset that is faster slows down as it can.
                 speed: SPEED[part]
                     .min(room.speed[part])
                     .max(SLOWEST)

@@ -51,15 +51,15 @@ fn bandwidth(gain: f64) -> f64 {
 /// Where the points in the window are.
 #[derive(Clone, Copy, Debug)]
 struct ReferenceBand {
-    /// The lowest of them.
+    /// The lowest point in the window.
     low: f64,
-    /// The highest of them, not below `low`.
+    /// The highest point in the window, not below `low`.
     high: f64,
-    /// Speed with which all of them lead downwards, 0 or less.
+    /// Speed with which all points lead downwards, 0 or less.
     downward_speed: f64,
-    /// Speed with which all of them lead upwards, 0 or more.
+    /// Speed with which all points lead upwards, 0 or more.
     upward_speed: f64,
-    /// How far what they do can be followed at all: 1 unless they go to and fro, less the more they do.
+    /// Share of the points' speeds that can be followed: 1 unless they go to and fro, less the more they do.
     feedforward_weight: f64,
 }
 
@@ -294,7 +294,7 @@ impl ServoMode {
 /// beyond as braking from its speed, or from the joint's where that is less, takes.
 fn stopping_limits(band: &ReferenceBand, able: &AxisLimits, now: &ScalarState) -> AxisLimits {
     let axis = AxisLimits {
-        // One that is heavier to move than a moment ago has what it does already.
+        // A joint that is heavier to move than a moment ago may keep the acceleration that it has.
         acceleration: (STOPPING_SHARE * able.acceleration).max(now.acceleration.abs()),
         speed: able.speed.max(now.speed.abs()),
         ..*able

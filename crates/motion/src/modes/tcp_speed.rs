@@ -79,7 +79,7 @@ pub struct TcpSpeedMode {
     goal: [f64; 6],
     /// Acceleration of the linear and of the angular part, m/s² and rad/s².
     acceleration: [f64; 2],
-    /// With these the TCP can brake from where it is.
+    /// Accelerations with which the TCP can brake from where it is, m/s² and rad/s².
     braking: [f64; 2],
     /// What a pause or the slider slows down with, m/s² and rad/s²; 0 while neither does.
     slowing: [f64; 2],

@@ -40,7 +40,7 @@ impl JointLine {
         self.length
     }
 
-    /// Where it ends.
+    /// The joints where the line ends, rad.
     pub fn end(&self) -> JointPositions {
         self.end
     }

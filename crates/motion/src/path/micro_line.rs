@@ -38,7 +38,7 @@ fn extrapolated_neighbor(
 pub struct MicroLine {
     start: JointPositions,
     end: JointPositions,
-    /// Where it begins, in place of the first point of the list.
+    /// The point where the way begins, in place of the first point of the list.
     first: PointValues,
     /// Number of points, at least 2.
     count: usize,
@@ -101,7 +101,7 @@ impl MicroLine {
         }
     }
 
-    /// The point where it begins.
+    /// The point where the way begins.
     pub fn first(&self) -> PointValues {
         self.first
     }
@@ -121,12 +121,12 @@ impl MicroLine {
         self.intervals() as f64 * self.interval
     }
 
-    /// Where it begins.
+    /// The joints where the way begins, rad.
     pub fn start(&self) -> JointPositions {
         self.start
     }
 
-    /// Where it ends.
+    /// The joints where the way ends, rad.
     pub fn end(&self) -> JointPositions {
         self.end
     }

@@ -51,7 +51,7 @@ pub struct PathContext<'a> {
 
 /// A way on which the TCP is led, and the joints follow: what is needed to look at it before it is followed.
 pub trait TcpPath {
-    /// How long it is in s.
+    /// Length of the path in its s.
     fn length(&self) -> f64;
 
     /// In how many intervals it is looked at where the joints turn evenly.
@@ -145,7 +145,7 @@ impl Path {
         }
     }
 
-    /// How long it is.
+    /// Length of the path in its s.
     pub fn length(&self) -> f64 {
         match self {
             Self::Joint(line) => line.length(),

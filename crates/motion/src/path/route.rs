@@ -99,7 +99,7 @@ impl CompositePath {
         span.path.at(ground, &own, near)
     }
 
-    /// Where it ends: exactly the target, at rest.
+    /// The end of the route: exactly the target, at rest.
     pub fn end(&self) -> Option<Setpoint> {
         self.spans.last().map(|span| span.path.end_setpoint())
     }

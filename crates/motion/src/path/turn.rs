@@ -145,12 +145,12 @@ impl ClothoidBlend {
         [self.clothoid_length, self.clothoid_length + self.arc_length]
     }
 
-    /// How long it is, m.
+    /// Length of the curve, m.
     pub fn length(&self) -> f64 {
         2.0 * self.clothoid_length + self.arc_length
     }
 
-    /// How far from the corner it begins and ends, m.
+    /// How far from the corner the curve begins and ends, m.
     pub fn reach(&self) -> f64 {
         self.reach
     }

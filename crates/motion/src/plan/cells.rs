@@ -10,14 +10,14 @@ pub struct SegmentLimits {
 }
 
 impl SegmentLimits {
-    /// None, with room for those of any leg.
+    /// An empty list with room for the cells of any leg.
     pub fn new() -> Self {
         Self {
             list: Vec::with_capacity(MAX_INTERVALS_PER_SEGMENT),
         }
     }
 
-    /// Forgets them all.
+    /// Forgets all cells.
     pub fn clear(&mut self) {
         self.list.clear();
     }

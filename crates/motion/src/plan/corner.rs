@@ -27,7 +27,7 @@ pub(super) struct BlendGeometry<'a> {
     first: &'a MotionSegment,
     /// The first leg's s where the curve begins.
     pub(super) entry: f64,
-    /// The second leg's s where it ends.
+    /// The second leg's s where the curve ends.
     pub(super) exit: f64,
     /// The second leg; its zone may have been shortened.
     pub(super) next: MotionSegment,
@@ -45,7 +45,7 @@ pub(super) enum ParameterMatching {
     Tcp,
     /// The way of the joints, where the TCP goes much farther on one leg than on the other for the same turning.
     Joints,
-    /// Between these two.
+    /// Something between the distance of the TCP and the way of the joints.
     Between,
     /// What is done in the same time at the speeds that are asked for.
     Speeds,
@@ -82,9 +82,9 @@ pub(super) fn goes_straight_on(
 pub struct Blend {
     /// The curve; its s is the first leg's.
     pub path: Path,
-    /// The first leg's s where it begins.
+    /// The first leg's s where the curve begins.
     pub entry: f64,
-    /// The second leg's s where it ends.
+    /// The second leg's s where the curve ends.
     pub exit: f64,
     /// The second leg's s per s of the curve.
     pub rate: f64,

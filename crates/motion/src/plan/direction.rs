@@ -120,7 +120,7 @@ impl Direction {
         }
     }
 
-    /// What there is to say about it.
+    /// Adds the warnings that a direction gives rise to.
     pub(super) fn warn(&self, warnings: &mut Warnings) {
         let distance = self.distance;
         warnings.add(Warning::Direction { distance });

@@ -23,7 +23,7 @@ const TURNING_SHARE: f64 = 0.1;
 pub struct MotionSegment {
     /// Where.
     pub path: Path,
-    /// How fast it is wanted.
+    /// The speed, acceleration and time that are asked for.
     pub request: MotionRequest,
     /// Distance from the end at which a blend may begin, m; 0 stops there.
     pub radius: f64,
@@ -47,7 +47,7 @@ pub struct MotionSegment {
 pub enum DistanceMeasure {
     /// The TCP's distance.
     Tcp,
-    /// That, or the way with its turning where that is longer.
+    /// The TCP's distance, or the way with its turning where that is longer.
     TcpOrRotation,
 }
 
@@ -235,8 +235,8 @@ impl MotionSegment {
 /// One end of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SegmentEnd {
-    /// Where it begins.
+    /// Where the leg begins.
     Start,
-    /// Where it ends.
+    /// Where the leg ends.
     Target,
 }

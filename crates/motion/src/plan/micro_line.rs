@@ -37,7 +37,7 @@ pub struct MicroLinePlanner {
     done: usize,
     /// What the intervals since the last cell ask for.
     bounds: DerivativeBounds,
-    /// Of a way of the TCP.
+    /// The survey of a way of the TCP; joints need none.
     survey: Option<PathScan>,
     watch: Option<SelfCollisionMonitor>,
 }

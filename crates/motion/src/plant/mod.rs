@@ -163,7 +163,7 @@ impl Plant {
         }
     }
 
-    /// Forgets the target it was on the way to: it is wanted at `q` from now on.
+    /// Forgets the target that the arm was on the way to: from now on that is `q`.
     pub fn retarget(&mut self, q: &JointPositions) {
         match self {
             Self::Ideal(_) => {}

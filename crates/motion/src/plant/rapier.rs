@@ -110,7 +110,7 @@ impl RapierBodies {
         self.world.step();
     }
 
-    /// Other masses, or gravity from another side.
+    /// Gives the bodies other masses, or gravity another direction.
     pub(super) fn set_masses(&mut self, dynamics: &Dynamics, gravity: &Vector3<f64>) {
         self.world.gravity = vector(gravity);
         for (link, body) in self.links.iter().zip(dynamics.bodies()) {

@@ -82,7 +82,8 @@ impl RigidPlant {
     ) -> Result<Self, ConfigError> {
         if !arm.is_without_losses() {
             return Err(ConfigError::Plant {
-                what: "the plant \"rapier\" knows no friction and no rotors, which [arm] asks for; the plant \"rigid\" does",
+                what: "the plant \"rapier\" knows no friction and no rotors, which [arm] asks for; \
+                       the plant \"rigid\" does",
             });
         }
         let mut plant = Self::new(model, arm, q)?;
@@ -99,7 +100,7 @@ impl RigidPlant {
         self.reset_at_rest(q);
     }
 
-    /// Forgets the target it was on the way to: it is wanted at `q` from now on.
+    /// Forgets the target that the arm was on the way to: from now on that is `q`.
     pub(super) fn retarget(&mut self, q: &JointPositions) {
         self.servo.reset(q);
         self.target = Setpoint::standing(*q);

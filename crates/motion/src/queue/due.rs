@@ -20,7 +20,7 @@ use crate::scalar::Zone;
 pub(super) struct Corner {
     /// The place of the first motion.
     by: f64,
-    /// How fast it may be there, and how hard it can brake for that.
+    /// How fast that motion may be at the place, and how hard it can brake for that.
     speed: f64,
     braking: f64,
 }
@@ -122,7 +122,7 @@ impl MotionQueue {
         let window = self.track.window();
         let asked = self.track.acceleration_at(self.track.index(place), speed);
         let faster = (speed + LATE_TIME * asked).min(self.track.squared_limit(place).sqrt());
-        // One that still speeds up ends that a window before it slows down.
+        // An arm that still speeds up stops doing so a window before it slows down.
         let ahead = if faster > speed * (1.0 + 1e-9) {
             place + faster * (LATE_TIME + window)
         } else {

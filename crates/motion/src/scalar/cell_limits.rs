@@ -59,7 +59,7 @@ impl IntervalLimits {
         jerk: f64::INFINITY,
     };
 
-    /// True when they are positive and finite.
+    /// True when all limits are positive and finite.
     pub fn are_usable(&self) -> bool {
         let [a, b] = self.asked;
         let [c, d] = self.braking;
@@ -87,7 +87,7 @@ impl IntervalLimits {
         rest + (fast - rest) * (square / (self.speed * self.speed)).min(1.0)
     }
 
-    /// What is left of them at a pace, where accelerations are reached within `window` seconds.
+    /// What is left of the limits at a pace, where accelerations are reached within `window` seconds.
     pub(super) fn scaled(&self, pace: &Pace, window: f64) -> Self {
         let most = self.jerk * window;
         let square = pace.share * pace.share;

@@ -37,7 +37,7 @@ impl Extremum {
 }
 
 impl WindowExtremum {
-    /// Of so many knots, between which nothing changes.
+    /// The extremum of so many knots, between which nothing changes.
     pub(super) const fn none(knots: usize) -> Self {
         Self {
             change: 0.0,
@@ -45,7 +45,7 @@ impl WindowExtremum {
         }
     }
 
-    /// Of these knots.
+    /// The extremum of these knots.
     pub(super) fn of(knots: &[Knot], kind: Extremum) -> Self {
         let pairs = knots.windows(2).enumerate();
         pairs.fold(Self::none(knots.len()), |found, (from, pair)| {

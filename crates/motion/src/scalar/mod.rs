@@ -63,7 +63,7 @@ pub struct ScalarState {
 }
 
 impl ScalarState {
-    /// At rest at `position`.
+    /// A state at rest at `position`.
     pub const fn at_rest(position: f64) -> Self {
         Self {
             position,

@@ -75,7 +75,7 @@ impl Profile {
         self.end
     }
 
-    /// How long it takes, s.
+    /// Duration of the profile, s.
     pub fn duration(&self) -> f64 {
         self.duration
     }

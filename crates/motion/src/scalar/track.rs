@@ -17,26 +17,27 @@ const GENTLE_STEP: (f64, f64) = (0.6, 0.98);
 /// A piece of the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitInterval {
-    /// Where it ends.
+    /// Where the piece ends.
     pub until: f64,
-    /// What is asked for and possible on it.
+    /// What is asked for and possible on the piece.
     pub limits: IntervalLimits,
-    /// Slower than it could be when a longer duration is wanted.
+    /// How much slower the piece is gone along than it could be, when a longer duration is wanted.
     pub speed_scale: Pace,
-    /// The most it may be done at, whatever was planned.
+    /// The largest speed on the piece, whatever was planned.
     pub cap: f64,
-    /// What its neighbours leave of the limits, and of the caps.
+    /// What the neighbours leave of the limits, and of the caps.
     windowed_limits: IntervalLimits,
     windowed_cap: f64,
     squared_limit: SquaredSpeedLimit,
-    /// What they would be without caps: whoever is still too fast for those keeps to these.
+    /// What the squares would be without caps: whoever is still too fast for those keeps to these.
     uncapped_squared_limit: SquaredSpeedLimit,
 }
 
 /// How fast one may be in a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct SquaredSpeedLimit {
-    /// Square of the speed at its end, how fast it may fall towards there along the way, and the most it may be.
+    /// Square of the speed at the end of the cell, how fast it may fall towards there along the way, and the most it
+    /// may be.
     end_squared: f64,
     slope: f64,
     max_squared: f64,

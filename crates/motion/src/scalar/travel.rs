@@ -22,7 +22,7 @@ use kinematics::elementary::cbrt;
 const STEPS: usize = 32;
 /// Room for rounding where speeds are compared.
 const SLACK: f64 = 1e-12;
-/// From rest the way left is nothing where it is less, of the place and by itself: steps of it would be lost in
+/// From rest no way is left where it is less than this, of the place and by itself: steps of it would be lost in
 /// rounding.
 const MIN_DISTANCE: f64 = 1e-13;
 /// By this part a motion is faster than the track only if that was lowered.
@@ -58,16 +58,16 @@ pub fn smoothing_window(limits: &ScalarLimits, length: f64) -> f64 {
 pub struct PathProgress {
     /// The first motion at the ends of the steps of a window, the oldest first, and one step ahead.
     knots: [Knot; STEPS + 2],
-    /// What is known of them: the hardest speeding up and slowing down, and how many but the oldest stand still.
+    /// What is known of the knots: the hardest speeding up and slowing down, and how many but the oldest stand still.
     max_speed_change: WindowExtremum,
     min_speed_change: WindowExtremum,
     knots_at_rest: usize,
     step: f64,
     /// Time since the last but one knot.
     phase: f64,
-    /// Time of its own clock since the start, s.
+    /// Time of the motion's own clock since the start, s.
     time: f64,
-    /// Seconds of its own clock a second.
+    /// Seconds of the motion's own clock a second.
     time_scale: f64,
     wanted: ProgressGoal,
     fraction: f64,
@@ -115,12 +115,12 @@ impl PathProgress {
         self.pace = pace;
     }
 
-    /// Whether it is to go on.
+    /// Whether the motion is to go on.
     pub fn is_going(&self) -> bool {
         matches!(self.wanted, ProgressGoal::Run(_))
     }
 
-    /// Time of its own clock since the start, s: real time at full speed.
+    /// Time of the motion's own clock since the start, s: real time at full speed.
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -459,7 +459,7 @@ impl PathProgress {
             .including(newest, &self.knots, Extremum::Min);
     }
 
-    /// This motion with other knots.
+    /// The motion with other knots.
     fn with_knots(self, knots: [Knot; STEPS + 2]) -> Self {
         let halts = knots[1..].iter().filter(|knot| knot.speed <= 0.0);
         Self {
@@ -488,7 +488,7 @@ impl PathProgress {
         let next = (now.speed + a * h).max(goal).max(0.0).min(now.speed);
         let there = now.s + 0.5 * (now.speed + next) * h;
         let ahead = track.squared_limit(there).sqrt() / rate;
-        // One that is faster than the track allows, because that was lowered, comes down as it can.
+        // A motion that is faster than the track allows, because that was lowered, comes down as it can.
         let is_over =
             now.speed * rate > track.squared_limit(now.s).sqrt() * (1.0 + OVERSPEED_TOLERANCE);
         if next > ahead && !is_over {

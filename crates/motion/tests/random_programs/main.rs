@@ -65,7 +65,8 @@ fn every_program_is_right(model: &'static str) {
     }
     let durations = all.rest_to_rest.len();
     println!(
-        "{model}: {count} programs, {} cycles, {} motions ({} refused, {} cut short), {} joined ({} not blended), {} on belts ({} programs carried away); largest \
+        "{model}: {count} programs, {} cycles, {} motions ({} refused, {} cut short), {} joined ({} not blended), \
+         {} on belts ({} programs carried away); largest \
          deviation from the path {:.1e}, at the end {:.1e}, on a belt {:.1e} m; {durations} movej from rest to rest",
         all.cycles,
         all.motions,

@@ -176,7 +176,7 @@ const NUMBERS: MethodTable = number_methods! {
     "__truediv__" = Div, "__rtruediv__";
 };
 
-/// Of numbers that have an order.
+/// Methods of numbers that have an order.
 const REMAINDERS: MethodTable = number_methods! {
     "__floordiv__" = FloorDiv, "__rfloordiv__"; "__mod__" = Mod, "__rmod__";
 };

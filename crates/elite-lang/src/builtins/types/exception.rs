@@ -71,7 +71,7 @@ pub(super) fn install(core: &Rc<InterpreterState>) {
             );
         }
     }
-    // These say more than their arguments, or have at least a method of their own for it.
+    // The exceptions of the list say more than their arguments, or have at least a method of their own for it.
     for kind in [
         ExceptionKind::AttributeError,
         ExceptionKind::BaseExceptionGroup,

@@ -18,7 +18,7 @@ pub enum Matcher<'m> {
     Types(&'m Value),
     /// Exceptions for which a function of the script says so.
     Predicate(&'m Value),
-    /// These very exceptions.
+    /// Exactly the exceptions of this list.
     Leaves(&'m [Rc<Instance>]),
 }
 

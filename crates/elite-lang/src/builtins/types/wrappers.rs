@@ -217,7 +217,7 @@ fn install_super(core: &Rc<InterpreterState>) {
 fn new_super(ev: &Evaluator<'_>, args: &[Value]) -> R {
     match args[0].if_given() {
         Some(class) => {
-            // Of None nothing is looked up yet, as if it had not been given.
+            // None as the receiver counts as not given: nothing is looked up yet.
             let receiver = match &args[1] {
                 Value::None => &Value::Unbound,
                 other => other,

@@ -94,7 +94,7 @@ enum GcPhase {
 
 /// A search.
 pub(super) struct GcRun {
-    /// Whether it follows what is old as well.
+    /// Whether the search follows what is old as well.
     all: bool,
     /// Objects it looks at; where there are more it gives up, so that its memory is bounded.
     most: usize,
@@ -373,7 +373,7 @@ impl GcRun {
                     && !node.is_reachable
                 {
                     node.is_reachable = true;
-                    // Those ahead are met on the way.
+                    // Objects ahead are met on the way.
                     if (place as usize) < next {
                         aside.push((place, 0));
                     }

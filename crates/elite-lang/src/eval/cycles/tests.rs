@@ -48,17 +48,20 @@ fn left_by(text: &str) -> isize {
 
 #[test]
 fn cycles_of_instances_are_released_with_the_task() {
-    let text = "class Node:\n    def __init__(self, parent=None):\n        self.parent, self.children, self.data = parent, [], [0] * 100\n\
-        def grow():\n    root = Node()\n    for i in range(200):\n        root.children.append(Node(root))\n    root.me = root\n\
-        for i in range(5): grow()\n";
+    let text = "class Node:\n    def __init__(self, parent=None):\
+                \n        self.parent, self.children, self.data = parent, [], [0] * 100\n\
+        def grow():\n    root = Node()\n    for i in range(200):\n        root.children.append(Node(root))\
+        \n    root.me = root\nfor i in range(5): grow()\n";
     assert_eq!(left(text), 0);
 }
 
 #[test]
 fn cycles_of_closures_are_released_with_the_task() {
-    let text = "def make(n):\n    data = [0] * 1000\n    def walk(k):\n        return 0 if k == 0 else walk(k - 1) + len(data)\n    return walk(n)\n\
+    let text = "def make(n):\n    data = [0] * 1000\n    def walk(k):\
+                \n        return 0 if k == 0 else walk(k - 1) + len(data)\n    return walk(n)\n\
         for i in range(50): make(3)\n\
-        class A:\n    def __init__(self):\n        self.data = [0] * 1000\n        self.go = self.step\n        self.later = lambda: self.data\n    def step(self): pass\n\
+        class A:\n    def __init__(self):\n        self.data = [0] * 1000\n        self.go = self.step\
+        \n        self.later = lambda: self.data\n    def step(self): pass\n\
         for i in range(50): A()\n";
     assert_eq!(left(text), 0);
 }
@@ -122,12 +125,14 @@ const CIRCLES: &[&str] = &[
     "d = {'data': 'x' * 13600}; exec('def f(): return [g for g in (f,)]\\ndef g(): return f', d)",
 ];
 
-/// Of every fourth way, from this one on.
+/// Checks every fourth way, from this one on.
 fn a_loop_that_drops_cycles_does_not_grow(number: usize) {
-    let classes = "from collections import deque\nfrom itertools import chain, repeat, tee, groupby\nfrom functools import partial\n\
+    let classes = "from collections import deque\nfrom itertools import chain, repeat, tee, groupby\n\
+                   from functools import partial\n\
         class A:\n    def step_with(self, data):\n        def go(): return self, data\n        return go\n\
         def numbers(a, data):\n    yield a\n\
-        def failing():\n    try:\n        raise ValueError('x' * 13600)\n    except ValueError as e:\n        box = A(); box.error = e; e.box = box\n";
+        def failing():\n    try:\n        raise ValueError('x' * 13600)\n    except ValueError as e:\
+        \n        box = A(); box.error = e; e.box = box\n";
     for make in CIRCLES.iter().skip(number - 1).step_by(4) {
         let text = format!(
             "{classes}def local_text(data): exec('def f(): return f, data')\n\
@@ -135,7 +140,7 @@ fn a_loop_that_drops_cycles_does_not_grow(number: usize) {
              for i in range(6_000):\n    {make}\n"
         );
         let most = peak(&text);
-        // All of them would be 80 MB.
+        // All objects together would be 80 MB.
         assert!(most < 62 << 20, "{make}: {most} bytes");
     }
 }
@@ -303,13 +308,14 @@ const WAYS: &[(&str, &[&str])] = &[
 #[test]
 fn cycles_are_found_whatever_they_are_made_of() {
     let classes = "from functools import partial\nfrom collections import deque\n\
-        class A:\n    def step(self): pass\nclass L(list): pass\nclass D(dict): pass\nclass E(set): pass\nclass S:\n    __slots__ = ('me', 'pad')\n\
-        def numbers(node, pad):\n    for i in range(5): yield node\n\
+        class A:\n    def step(self): pass\nclass L(list): pass\nclass D(dict): pass\nclass E(set): pass\n\
+        class S:\n    __slots__ = ('me', 'pad')\ndef numbers(node, pad):\n    for i in range(5): yield node\n\
         def careful(node, pad):\n    try:\n        yield node\n    finally:\n        pad = 0\n\
         def make():\n    kept = []\n    def f(more=()):\n        kept.extend(more)\n    return f\n\
         def Class():\n    class K:\n        def __init__(self): super().__init__()\n    return K\n\
         def fails(one, other):\n    try:\n        raise one from KeyError(other)\n    except ValueError: pass\n\
-        def fails_within(one, other):\n    try:\n        try:\n            raise other\n        except KeyError:\n            raise one\n    except ValueError: pass\n";
+        def fails_within(one, other):\n    try:\n        try:\n            raise other\n        except KeyError:\
+        \n            raise one\n    except ValueError: pass\n";
     let mut missed = Vec::new();
     for (container, ways) in WAYS {
         for way in *ways {
@@ -398,8 +404,10 @@ fn cycles_of_any_kind_end_with_the_task() {
         "s = set()\nf = lambda: (s, [0] * 100_000)\ns.add(f)\nk = [0] * 100_000\ns.add(s.add)\n",
         "from functools import partial, lru_cache\nx = [0] * 100_000\nx.append(partial(print, x))\n\
          @lru_cache\ndef f(a): return f, x\nf(1)\n",
-        "def outer():\n    d = {}\n    exec('def f(): return f', d)\n    d['me'] = d\n    return d\nx = [outer() for i in range(1000)]\n",
-        "import re, json, datetime, threading\nx = [re.compile('a+').finditer('a' * 100)] + [0] * 100_000\nx.append(x)\n",
+        "def outer():\n    d = {}\n    exec('def f(): return f', d)\n    d['me'] = d\n    return d\n\
+         x = [outer() for i in range(1000)]\n",
+        "import re, json, datetime, threading\nx = [re.compile('a+').finditer('a' * 100)] + [0] * 100_000\n\
+         x.append(x)\n",
     ] {
         assert_eq!(left(text), 0, "{text}");
     }
@@ -408,8 +416,8 @@ fn cycles_of_any_kind_end_with_the_task() {
 #[test]
 fn what_is_in_use_survives_the_search() {
     let text = "class Node:\n    def __init__(self, up): self.up, self.down, self.tag = up, [], {'n': [1]}\n\
-        def generator(node):\n    own = Node(node); own.down.append(own)\n    for i in range(3):\n        yield own.tag['n'][0] + i\n\
-        root = Node(None)\nfor i in range(50): root.down.append(Node(root))\n\
+        def generator(node):\n    own = Node(node); own.down.append(own)\n    for i in range(3):\
+        \n        yield own.tag['n'][0] + i\nroot = Node(None)\nfor i in range(50): root.down.append(Node(root))\n\
         def keep():\n    box = []; box.append(box)\n    def get(): return box, get\n    return get\nget = keep()\n\
         running = generator(root); total = next(running)\n\
         for i in range(25_000):\n    n = Node(None); n.up = n\n\
@@ -423,7 +431,8 @@ fn what_is_in_use_survives_the_search() {
 fn modules_and_what_they_hold_are_released_with_the_task() {
     let text = "import threading, queue, collections, json, re, datetime, random, functools\n\
         q = queue.Queue()\nfor i in range(1000): q.put([i] * 20)\n\
-        lock = threading.Condition()\nc = collections.deque([q, lock] * 5000)\nr = random.Random(1)\nt = threading.Timer(1, print)\n";
+        lock = threading.Condition()\nc = collections.deque([q, lock] * 5000)\nr = random.Random(1)\n\
+        t = threading.Timer(1, print)\n";
     assert_eq!(left(text), 0);
 }
 

@@ -30,7 +30,7 @@ pub struct CallUnpacked {
     pub function: BoxExpr,
     /// With what, in the order of the text.
     pub args: NodeList<CallArg>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

@@ -166,7 +166,7 @@ impl CachedLookup {
                 let is_for = |owner: &str| owner == "object" || class.has_ancestor(owner);
                 match builtin.fast_path {
                     Some(quick) if !class.is_script => CachedLookup::Quick(quick),
-                    // Of another type: it is refused when it is made a method.
+                    // A function of another type is refused when it is made a method.
                     _ if class.is_script && !builtin.owner.is_some_and(is_for) => {
                         CachedLookup::Other
                     }
@@ -215,11 +215,11 @@ pub struct Attribute {
     pub value: Operand,
     /// The name.
     pub name: Symbol,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
-    /// What is known about it.
+    /// What is known about the attribute from earlier lookups.
     pub cache: InlineCache,
-    /// Where it is in a module.
+    /// Where the name was found last, if it belongs to a module.
     pub member: ModuleMemberCache,
 }
 

@@ -147,7 +147,7 @@ pub struct Unary {
     pub op: UnaryOp,
     /// The operand.
     pub operand: BoxExpr,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

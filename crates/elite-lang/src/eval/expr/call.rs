@@ -18,7 +18,7 @@ use crate::value::{Class, Function, Instance, R, Value};
 pub struct Call {
     /// What is called.
     pub function: Operand,
-    /// With what.
+    /// The arguments.
     pub site: CallArgs,
 }
 
@@ -26,7 +26,7 @@ pub struct Call {
 pub struct CallArgs {
     /// By position.
     pub args: NodeList<Operand>,
-    /// All of them can be looked at without evaluating anything, some after copying them.
+    /// All arguments can be looked at without evaluating anything, some after copying them.
     is_readable: bool,
     /// Where the call is written.
     pub span: Span,

@@ -168,7 +168,7 @@ impl ExprNode for Membership {
 }
 
 impl Membership {
-    /// Whether it holds, if that is soon said.
+    /// Whether the item is in the container, if that is soon said.
     #[inline(always)]
     fn at_once(&self, a: &Value, b: &Value) -> Option<bool> {
         if a.is_unbound() || b.is_unbound() {
@@ -202,7 +202,7 @@ pub struct ComparisonChain {
     pub first: BoxExpr,
     /// The comparisons after it.
     pub rest: NodeList<(CompareOp, BoxExpr)>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

@@ -89,7 +89,7 @@ impl Clauses {
 pub struct ListComprehension {
     /// What is collected.
     pub element: BoxExpr,
-    /// From where.
+    /// The `for` and `if` clauses.
     pub clauses: Clauses,
 }
 
@@ -111,9 +111,9 @@ impl ExprNode for ListComprehension {
 pub struct SetComprehension {
     /// What is collected.
     pub element: BoxExpr,
-    /// From where.
+    /// The `for` and `if` clauses.
     pub clauses: Clauses,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -135,9 +135,9 @@ pub struct DictComprehension {
     pub key: BoxExpr,
     /// The values of the keys.
     pub value: BoxExpr,
-    /// From where.
+    /// The `for` and `if` clauses.
     pub clauses: Clauses,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -160,7 +160,7 @@ pub struct GeneratorExpression {
     pub function: super::function::MakeFunction,
     /// The first iterable.
     pub iterable: BoxExpr,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

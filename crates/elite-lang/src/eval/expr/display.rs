@@ -89,7 +89,7 @@ pub struct SetDisplay {
     /// All elements are constants, and so many that CPython keeps a constant set and copies it, which shows in
     /// their order.
     pub copied: bool,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -97,7 +97,7 @@ impl ExprNode for SetDisplay {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let set = Set::new();
-        // Those before the first `*` are evaluated before the first of them is asked for its hash.
+        // Elements before the first `*` are evaluated before the first of them is asked for its hash.
         let is_star = |element: &Element| matches!(element, Element::Star(..));
         let stars = self.elements.iter().position(is_star);
         let (first, rest) = self.elements.split_at(stars.unwrap_or(self.elements.len()));

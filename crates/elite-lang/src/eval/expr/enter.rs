@@ -23,14 +23,14 @@ pub type CallEntry =
 /// How functions of some code are entered.
 #[derive(Clone, Copy)]
 pub struct EntryPoints {
-    /// From the place of a call.
+    /// The entry from the place of a call.
     pub call: CallEntry,
-    /// With values.
+    /// The entry for a call with values.
     pub given: ValueEntry,
 }
 
 impl EntryPoints {
-    /// Those of functions of that kind with so many variables.
+    /// The entry points of functions of that kind with so many variables.
     pub fn for_code(kind: CodeKind, params: &Params, slots: usize) -> Self {
         let (call, given): (CallEntry, ValueEntry) = match slots {
             0..=4 if params.is_starred() && kind == CodeKind::Plain => {

@@ -18,7 +18,7 @@ pub struct Item {
     pub value: Operand,
     /// The index.
     pub index: Operand,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -198,7 +198,7 @@ pub struct SliceAccess {
     pub lower: Operand,
     #[allow(missing_docs)]
     pub upper: Operand,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

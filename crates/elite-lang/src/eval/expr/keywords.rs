@@ -21,7 +21,7 @@ pub struct CallKeywords {
     pub args: NodeList<Operand>,
     /// What is given by name.
     pub keywords: NodeList<(Symbol, Operand)>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

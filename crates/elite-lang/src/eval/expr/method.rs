@@ -60,7 +60,7 @@ pub struct CallMethod {
     pub receiver: Operand,
     /// The method.
     pub name: Symbol,
-    /// With what.
+    /// The arguments.
     pub site: CallArgs,
     /// Where the attribute is written.
     pub attribute_span: Span,
@@ -70,7 +70,7 @@ pub struct CallMethod {
     pub quick: Cell<Option<(u64, FastPath)>>,
     /// What else is known about the method.
     pub cache: InlineCache,
-    /// Where it is in a module.
+    /// Where the name was found last, if it belongs to a module.
     pub member: ModuleMemberCache,
 }
 
@@ -332,7 +332,7 @@ pub struct SuperCall {
     pub class: BoxExpr,
     /// The first parameter of the method.
     pub receiver: Option<BoxExpr>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

@@ -51,7 +51,7 @@ impl ExprNode for Const {
 pub struct LocalVar {
     /// The slot of the variable in the frame.
     pub slot: u32,
-    /// Where it is read.
+    /// The place in the text where the variable is read.
     pub span: Span,
 }
 
@@ -119,7 +119,7 @@ fn unbound_local(ev: &Evaluator<'_>, f: &Frame<'_>, slot: u32, span: Span) -> Ra
 pub struct LocalCell {
     /// The slot with the cell.
     pub slot: u32,
-    /// Where it is read.
+    /// The place in the text where the variable is read.
     pub span: Span,
 }
 
@@ -140,7 +140,7 @@ impl ExprNode for LocalCell {
 pub struct FreeVar {
     /// Index in the closure.
     pub index: u32,
-    /// Where it is read.
+    /// The place in the text where the variable is read.
     pub span: Span,
 }
 
@@ -198,7 +198,7 @@ pub struct GlobalVar {
     pub builtin: Rc<CellVar>,
     /// The name.
     pub name: Symbol,
-    /// Where it is read.
+    /// The place in the text where the variable is read.
     pub span: Span,
 }
 

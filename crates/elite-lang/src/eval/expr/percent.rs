@@ -16,7 +16,7 @@ pub struct PercentFormat {
     pub format: Rc<Str>,
     /// The items of the tuple.
     pub items: NodeList<Operand>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

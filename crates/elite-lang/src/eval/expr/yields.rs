@@ -12,7 +12,7 @@ use crate::value::{R, Raised, Value};
 pub struct Yield {
     /// What is handed out.
     pub value: Option<BoxExpr>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -36,7 +36,7 @@ impl ExprNode for Yield {
 pub struct YieldFrom {
     /// What values come from.
     pub value: BoxExpr,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

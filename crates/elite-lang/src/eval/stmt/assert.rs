@@ -33,9 +33,9 @@ impl StmtNode for Assert {
 
 /// `assert left op right, message`
 pub struct AssertComparison {
-    /// The one side.
+    /// The side before the operator.
     pub left: BoxExpr,
-    /// How they must compare.
+    /// How the two sides must compare.
     pub op: CompareOp,
     /// The side behind the operator.
     pub right: BoxExpr,

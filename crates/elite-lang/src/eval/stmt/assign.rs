@@ -514,7 +514,7 @@ pub struct AugName {
     pub op: BinaryOp,
     /// The right operand.
     pub value: Operand,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -540,7 +540,7 @@ pub struct AugAttribute {
     pub value: Operand,
     /// Evaluating the right operand leaves local variables as they are.
     pub preserves_locals: bool,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

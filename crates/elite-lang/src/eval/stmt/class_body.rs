@@ -18,7 +18,7 @@ use crate::value::{Dict, R, Raised, Value};
 pub struct ClassSlot {
     /// The slot of the name in the frame of the body.
     pub slot: u32,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

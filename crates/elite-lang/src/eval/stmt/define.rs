@@ -293,7 +293,7 @@ impl Evaluator<'_> {
             has_eq |= name == known::EQ;
             has_hash |= name == known::HASH;
             let value = match (&value, name) {
-                // These take the class without a decorator.
+                // Python passes the class to `__init_subclass__` and `__class_getitem__` without a decorator.
                 (Value::Function(_), known::INIT_SUBCLASS | known::CLASS_GETITEM) => {
                     Value::ClassMethod(WrappedFunction::around(value))
                 }
@@ -478,7 +478,7 @@ pub fn is_final(class: &Class) -> bool {
         return class.is_c_type.get() && *class.type_name() == *"datetime.timezone";
     }
     if is_iterator {
-        // Those of the library are classes to derive from, too.
+        // Iterator types of the library are classes to derive from, too.
         return name.ends_with("iterator") || matches!(&*name, "_tee" | "_grouper");
     }
     if class.is_c_type.get() {

@@ -100,7 +100,8 @@ impl Evaluator<'_> {
                 Ok(exception.class.is_subclass_of(class))
             }
             Value::Tuple(tuple) => self.with_native_depth(|| {
-                // All of them are looked at: a wrong one is an error also behind one that takes the exception.
+                // All classes of the tuple are looked at: a wrong one is an error also behind one that takes the
+                // exception.
                 let mut takes = false;
                 for item in tuple.items() {
                     self.charge(WORK_PER_VALUE)?;

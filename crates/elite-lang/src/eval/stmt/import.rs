@@ -20,9 +20,9 @@ pub struct Import {
     pub module: Box<str>,
     /// With an alias a dotted name means its last part, otherwise its first.
     pub aliased: bool,
-    /// What it is bound to.
+    /// The variable that the module is bound to.
     pub target: Box<dyn Target>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -49,7 +49,7 @@ pub struct ImportFrom {
     pub module: Box<str>,
     /// The names with their targets.
     pub names: NodeList<ImportedName>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -103,7 +103,7 @@ pub struct ImportStar {
     pub module: Box<str>,
     /// Makes the global of a name.
     pub global: Rc<dyn Fn(Symbol) -> Rc<CellVar>>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -193,7 +193,7 @@ impl Evaluator<'_> {
             let text = "attempted relative import with no known parent package";
             return Err(self.import_error(ExceptionKind::ImportError, text.into(), None, None));
         }
-        // Of dotted names the part that exists is looked for first, as in Python.
+        // The part of a dotted name that exists is looked for first, as in Python.
         for (end, _) in name.match_indices('.') {
             self.import_one(&name[..end])?;
         }

@@ -138,7 +138,7 @@ pub struct For {
     pub target: LoopTarget,
     /// What is walked through.
     pub iterable: BoxExpr,
-    /// Where that is written.
+    /// The place of the iterable in the text.
     pub span: Span,
     /// What is done each turn, and at the end.
     pub turns: LoopBody,

@@ -33,7 +33,7 @@ pub struct Print {
     pub values: NodeList<BoxExpr>,
     /// After the last value: a line end, or a blank if the statement ends with a comma.
     pub end: &'static str,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -69,9 +69,9 @@ impl StmtNode for Delete {
 pub struct Raise {
     /// What is raised; nothing for the exception being handled.
     pub exception: Option<BoxExpr>,
-    /// What it came from.
+    /// The exception behind `from`.
     pub cause: Option<BoxExpr>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

@@ -33,7 +33,7 @@ pub trait Target {
 pub struct SlotTarget {
     /// The slot of the name in the frame.
     pub slot: u32,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -67,7 +67,7 @@ pub struct MappingTarget {
     pub slot: u32,
     /// The name.
     pub key: Value,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -110,7 +110,7 @@ pub enum CellRef {
 pub struct SharedTarget {
     /// The place of the variable.
     pub place: CellRef,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -168,7 +168,7 @@ pub struct AttributeTarget {
     pub value: Operand,
     /// The name.
     pub name: Symbol,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
     /// Version of the class and slot that were set last.
     pub cache: [Cell<(u32, u32)>; 2],
@@ -313,7 +313,7 @@ pub struct ItemTarget {
     pub index: Operand,
     /// Evaluating the index leaves local variables as they are.
     pub keeps: bool,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 
@@ -399,7 +399,7 @@ pub struct Unpack {
     pub targets: NodeList<LocalOrTarget>,
     /// The number of the target that takes all remaining items, if there is one with a star.
     pub star: Option<usize>,
-    /// Where it is written.
+    /// The place in the text.
     pub span: Span,
 }
 

@@ -231,7 +231,7 @@ impl Evaluator<'_> {
         if let Some(found) = &found
             && self.is_data_descriptor(found)
         {
-            // One that only sets does not hide what the instance holds under its name.
+            // A descriptor that only sets does not hide what the instance holds under its name.
             if let Value::Instance(descriptor) = found
                 && descriptor.class.lookup(known::GET).is_none()
                 && let Some(own) = instance.get(name, &self.core.symbols)

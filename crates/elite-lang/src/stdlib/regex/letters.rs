@@ -169,7 +169,7 @@ impl CharClassBuilder {
 
     fn put(&mut self, low: u32, high: u32) {
         let (mut low, mut high) = (low, high);
-        // Those that begin before the end of the new one and do not end before its begin become a part of it.
+        // Ranges that begin before the end of the new one and do not end before its begin become a part of it.
         while let Some((from, to)) = self.ranges.range(..=high.saturating_add(1)).next_back() {
             if to.saturating_add(1) < low {
                 break;

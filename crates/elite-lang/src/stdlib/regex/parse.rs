@@ -28,7 +28,7 @@ pub(super) mod flag {
 
 /// Largest number of repetitions.
 const REPEAT_MAX: u64 = 100_000;
-/// Without end.
+/// A repetition without end.
 const FOREVER: u32 = u32::MAX;
 /// Work for one character of a pattern.
 const CHARACTER: usize = 64;

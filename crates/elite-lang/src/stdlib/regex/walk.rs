@@ -119,7 +119,7 @@ pub(super) fn find(
                 let mut places = now.places[own].to_vec();
                 places[1] = at;
                 found = Some(places);
-                // Those after it are worth less.
+                // States behind a match are worth less, so they are dropped.
                 break;
             }
             let Some((c, end)) = after else { continue };

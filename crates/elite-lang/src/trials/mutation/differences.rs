@@ -2,7 +2,7 @@
 
 use super::kinds::ContainerKind;
 
-/// These end CPython 3.11.7 itself, or have it write to memory that is no longer its own.
+/// Trials that end CPython 3.11.7 itself, or have it write to memory that is no longer its own.
 pub const NOT_FOR_CPYTHON: &[(&str, &str)] = &[
     ("list", "put(c, slice(0, 6, 2), stepping([5, 6, 7]))"),
     (

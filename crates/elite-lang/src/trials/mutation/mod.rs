@@ -20,7 +20,7 @@ fn trials_of(value: &Value) -> &'static [&'static str] {
     match value {
         Value::List(_) => &["list", "subclass of list"],
         Value::Dict(_) => &["dict", "subclass of dict"],
-        // It shows what its dictionary holds.
+        // A view shows what its dictionary holds.
         Value::DictView(_) => &["dict"],
         Value::Set(_) => &["set"],
         Value::ByteArray(_) => &["bytearray"],
@@ -37,7 +37,7 @@ fn trials_of(value: &Value) -> &'static [&'static str] {
         ],
         Value::Class(_) => &["class"],
         Value::Function(_) => &["function"],
-        // They change as they are walked through, which every kind is.
+        // Iterators change as they are walked through, which every kind is.
         Value::Iter(_) | Value::Generator(_) => &["list", "dict", "set", "deque"],
         Value::Unbound
         | Value::None

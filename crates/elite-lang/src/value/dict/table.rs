@@ -363,7 +363,7 @@ impl DictTable {
         self.live -= 1;
         self.generation += 1;
         if self.live == 0 {
-            // None of them holds anything any more.
+            // The entries hold nothing any more.
             trash::defer_if_large(&mut self.entries, |_| false);
             self.entries.clear();
             self.slots.clear();

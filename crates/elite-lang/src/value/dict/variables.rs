@@ -14,7 +14,7 @@ use crate::value::{CellVar, Value, bindings};
 /// What a dictionary knows of its variables.
 #[derive(Default)]
 pub(super) struct VariableIndex {
-    /// All of them; some may be gone.
+    /// All variables; some may be gone.
     known: Vec<Weak<CellVar>>,
     /// With this number of bindings so many of them were unbound.
     unbound: Cell<Option<(u64, usize)>>,
@@ -67,7 +67,7 @@ impl Dict {
             }
             let mut variables = Box::<VariableIndex>::default();
             for entry in &mut table.entries {
-                // One that scripts see (`__closure__`) is a value like others.
+                // A cell that scripts see (`__closure__`) is a value like others.
                 if let Value::Cell(_) = &entry.value {
                     let variable = CellVar::new(std::mem::take(&mut entry.value));
                     variables.enter(&variable);

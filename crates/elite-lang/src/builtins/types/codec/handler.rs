@@ -33,7 +33,7 @@ pub(super) struct CodecError {
 pub(super) struct Replacement {
     /// What stands for the bytes.
     pub text: String,
-    /// Where it goes on.
+    /// The byte at which decoding goes on.
     pub next: usize,
     /// The bytes, if the handler has changed them.
     pub data: Option<Vec<u8>>,

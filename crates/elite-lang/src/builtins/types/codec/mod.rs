@@ -246,7 +246,7 @@ impl Evaluator<'_> {
                 Ok((text, length)) => {
                     match text {
                         DecodeStep::Text(text) => match may_have_surrogates(text) {
-                            // These stand for surrogates, which UTF-8 has not.
+                            // Some characters of the text stand for surrogates, which UTF-8 does not have.
                             true => {
                                 let others = text.replace(is_surrogate, "\u{fffd}");
                                 self.push_text(&mut out, &others)?;
