@@ -97,12 +97,12 @@ pub enum RecordedRunError {
         /// Number of the last cycle.
         last: u64,
     },
-    /// More than is read.
+    /// The recording has more of something than is read.
     #[error("the recording has more of {what} than are run again ({most})")]
     TooMany {
-        /// Of what.
+        /// Kind of the entries.
         what: &'static str,
-        /// How many are.
+        /// Most entries that are run again.
         most: usize,
     },
 }

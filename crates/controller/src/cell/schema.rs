@@ -138,7 +138,7 @@ pub enum PlaneMode {
     Normal,
     /// In reduced mode.
     Reduced,
-    /// In both.
+    /// In normal and in reduced mode.
     Both,
     /// Never.
     Off,
@@ -160,7 +160,7 @@ impl PlaneMode {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SafetyPlane {
-    /// For messages.
+    /// Name of the plane, for messages.
     pub name: String,
     /// A point on it, m.
     pub point: [f64; 3],
@@ -180,21 +180,21 @@ macro_rules! limits {
         #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
         #[serde(deny_unknown_fields, default)]
         pub struct $table {
-            /// rad/s.
+            /// Largest speed of each joint, rad/s.
             pub joint_speed: Option<SixNumbers>,
-            /// rad/s².
+            /// Largest acceleration of each joint, rad/s².
             pub joint_acceleration: Option<SixNumbers>,
-            /// rad/s³.
+            /// Largest jerk of each joint, rad/s³.
             pub joint_jerk: Option<SixNumbers>,
-            /// rad.
+            /// Lowest position of each joint, rad.
             pub joint_position_min: Option<SixNumbers>,
-            /// rad.
+            /// Highest position of each joint, rad.
             pub joint_position_max: Option<SixNumbers>,
-            /// m/s.
+            /// Largest speed of the TCP, m/s.
             pub tcp_speed: Option<f64>,
-            /// m/s.
+            /// Largest speed of the elbow, m/s.
             pub elbow_speed: Option<f64>,
-            /// N.
+            /// Largest force at the TCP, N.
             pub tcp_force: Option<f64>,
             $($(#[$doc])* pub $key: $kind,)*
         }
@@ -220,9 +220,9 @@ limits! {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensor {
-    /// N.
+    /// Standard deviation of the force noise, N.
     pub force_noise: f64,
-    /// Nm.
+    /// Standard deviation of the torque noise, Nm.
     pub torque_noise: f64,
 }
 
@@ -282,19 +282,19 @@ pub struct ExternalWrench {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Conveyor {
-    /// 0 or 1.
+    /// Number of the encoder, 0 or 1.
     pub encoder: u8,
-    /// Of a belt.
+    /// Direction of a belt.
     pub direction: Option<[f64; 3]>,
-    /// Of a turntable: a pose, turning about its z.
+    /// Pose of a turntable, which turns about its z.
     pub center: Option<SixNumbers>,
-    /// m/s or rad/s.
+    /// Speed of a belt, m/s, or of a turntable, rad/s.
     pub speed: f64,
-    /// Of a belt.
+    /// Ticks of a belt's encoder for a metre.
     pub ticks_per_meter: Option<f64>,
-    /// Of a turntable.
+    /// Ticks of a turntable's encoder for a revolution.
     pub ticks_per_revolution: Option<f64>,
-    /// When it starts, s.
+    /// Time when the conveyor starts, s.
     #[serde(default)]
     pub start_at: f64,
 }
@@ -307,7 +307,7 @@ pub struct Wire {
     pub from: IoPointName,
     /// An input.
     pub to: IoPointName,
-    /// s.
+    /// Time until a change of the output reaches the input, s.
     #[serde(default)]
     pub delay: f64,
 }
@@ -326,11 +326,11 @@ pub enum InputValue {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScheduledInput {
-    /// When, s.
+    /// Time of the change, s.
     pub at: f64,
-    /// An input.
+    /// Input that changes.
     pub set: IoPointName,
-    /// To what.
+    /// New value of the input.
     pub value: InputValue,
 }
 
