@@ -97,9 +97,9 @@ pub enum Role {
 /// A place where a name stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Occurrence {
-    /// Where.
+    /// Place of the name in the text.
     pub span: Span,
-    /// What for.
+    /// What happens to the name there.
     pub role: Role,
     /// The scope it stands in.
     pub scope: ScopeId,

@@ -19,15 +19,15 @@ pub const BREAKPOINTS_MAX: usize = 1000;
 /// When a breakpoint that is met counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HitCondition {
-    /// The n-th time.
+    /// The n-th time only.
     Exactly(u64),
-    /// From then on.
+    /// The n-th time and every later one.
     From(u64),
-    /// After it.
+    /// Every time after the n-th.
     After(u64),
-    /// Before it.
+    /// Every time before the n-th.
     Before(u64),
-    /// Up to it.
+    /// Every time up to the n-th.
     UpTo(u64),
     /// Every n-th time.
     Every(u64),

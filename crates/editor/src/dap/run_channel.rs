@@ -54,11 +54,11 @@ pub(crate) type RequestId = (i64, String);
 /// A reason why a program is held.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct SuspendReason {
-    /// The protocol's word.
+    /// The protocol's word for the reason.
     pub reason: &'static str,
-    /// For people.
+    /// The reason in words, for people.
     pub description: Option<String>,
-    /// More of it.
+    /// More about the reason, for instance the message of an exception.
     pub text: Option<String>,
     /// Numbers of the breakpoints that hold it.
     pub ids: Vec<u64>,
