@@ -55,10 +55,10 @@ impl Endpoint {
 /// What the line is used for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SerialMode {
-    /// Nothing.
+    /// The line is not open.
     #[default]
     Closed,
-    /// Bytes.
+    /// Bytes without a protocol.
     Raw,
     /// Modbus RTU as master.
     Rtu,
