@@ -67,7 +67,7 @@ impl Pose {
         translation: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    /// From a rotation and an origin.
+    /// The pose with this rotation and this origin, m.
     pub const fn new(rotation: Rotation3<f64>, translation: Vector3<f64>) -> Self {
         Self {
             rotation,

@@ -11,7 +11,7 @@ pub enum PlaneMode {
     Normal,
     /// In reduced mode.
     Reduced,
-    /// In both.
+    /// In normal and in reduced mode.
     Both,
     /// Never.
     Off,
