@@ -45,9 +45,9 @@ impl HeapSize for TimedEvent {
 /// Selection of events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventQuery {
-    /// From this time, s.
+    /// Beginning of the span, s.
     pub from: f64,
-    /// To this time, s.
+    /// End of the span, s.
     pub to: f64,
     /// Lowest level, 1 debug to 5 fatal.
     pub level: u8,

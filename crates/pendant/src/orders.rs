@@ -120,7 +120,7 @@ pub enum PageOrder {
     },
     /// Move to joint positions as long as the page gives signs of life.
     MoveTo {
-        /// rad.
+        /// Target of each joint, rad.
         joints: [f64; 6],
         /// Share of the jog speed, above 0 to 1.
         #[serde(default = "full")]
@@ -132,9 +132,9 @@ pub enum PageOrder {
     Release,
     /// A hand pushes the tool.
     Push {
-        /// N and Nm.
+        /// Force and moment, N and Nm.
         wrench: [f64; 6],
-        /// s.
+        /// Time that the wrench acts, s.
         duration: f64,
         /// Frame of the wrench.
         #[serde(default)]
