@@ -50,7 +50,7 @@ pub enum ConnectError {
     /// Nobody answers.
     #[error("no connection to the robot at {address}: no answer within {} s", patience.as_secs())]
     Timeout {
-        /// Where.
+        /// Host and port of the robot.
         address: String,
         /// How long was waited.
         patience: Duration,

@@ -73,7 +73,7 @@ impl Comparison {
 /// The differences of one sample, in the first run's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleDifference {
-    /// When, s.
+    /// Time in the first run, s.
     pub time: f64,
     /// Second minus first, rad.
     pub joints: [f64; 6],

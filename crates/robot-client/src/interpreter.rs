@@ -212,7 +212,7 @@ impl InterpreterClient {
         })
     }
 
-    /// To whom.
+    /// Address of the robot.
     pub const fn address(&self) -> &RobotAddress {
         &self.address
     }
