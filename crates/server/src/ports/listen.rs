@@ -89,7 +89,7 @@ pub enum BindError {
         "{address} is in use by another program: stop it, or choose another port with {option} (0 takes any free one)"
     )]
     InUse {
-        /// Wanted.
+        /// Address that was asked for.
         address: SocketAddr,
         /// The option that chooses the port.
         option: &'static str,
@@ -97,7 +97,7 @@ pub enum BindError {
     /// A port below 1024, usually.
     #[error("this user may not listen on {address}: choose a port from 1024 on with {option}")]
     NotAllowed {
-        /// Wanted.
+        /// Address that was asked for.
         address: SocketAddr,
         /// The option that chooses the port.
         option: &'static str,
@@ -105,13 +105,13 @@ pub enum BindError {
     /// The machine has no such address.
     #[error("this machine has no address {}: choose one of its own with --bind", address.ip())]
     NoSuchAddress {
-        /// Wanted.
+        /// Address that was asked for.
         address: SocketAddr,
     },
-    /// Anything else.
+    /// The port cannot be opened for another reason.
     #[error("cannot listen on {address} ({option}): {source}")]
     Other {
-        /// Wanted.
+        /// Address that was asked for.
         address: SocketAddr,
         /// The option that chooses the port.
         option: &'static str,

@@ -94,7 +94,7 @@ pub enum ScriptRejection {
     TooMuchWaits,
     /// A stop came behind programs that had not begun.
     Stopped {
-        /// How many.
+        /// Number of programs that were not run.
         programs: usize,
     },
     /// The client sends no more, and its last block is open though it has blocks that are closed.
