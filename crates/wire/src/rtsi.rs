@@ -39,7 +39,7 @@ pub enum TextLevel {
     Error = 1,
     /// Something was ignored.
     Warning = 2,
-    /// To know.
+    /// Something worth knowing.
     Info = 3,
 }
 
@@ -58,9 +58,9 @@ impl TextLevel {
 /// A text message as clients send it; those of the controller look different ([`append_text`]).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TextMessage {
-    /// What.
+    /// The text of the message.
     pub text: String,
-    /// Who says it.
+    /// Name of the sender.
     pub source: String,
     /// How bad it is.
     pub level: TextLevel,

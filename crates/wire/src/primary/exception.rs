@@ -35,9 +35,9 @@ pub enum ExceptionSource {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum ExceptionLevel {
-    /// To know.
+    /// Something worth knowing.
     Info = 0,
-    /// To look at.
+    /// Something to look at.
     Warning = 1,
     /// Something failed.
     Error = 2,
@@ -48,7 +48,7 @@ pub enum ExceptionLevel {
 /// What comes with a robot error.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ErrorData {
-    /// Nothing.
+    /// No data.
     None,
     /// A number.
     Unsigned(u32),
