@@ -17,7 +17,7 @@ pub struct RpyPose {
 }
 
 impl RpyPose {
-    /// From the six numbers `[x, y, z, Rx, Ry, Rz]`.
+    /// The pose of the six numbers `[x, y, z, Rx, Ry, Rz]`, m and rad.
     pub const fn from_array(v: [f64; 6]) -> Self {
         Self {
             xyz: [v[0], v[1], v[2]],
