@@ -36,7 +36,7 @@ pub enum SignalKind {
     ReadWrite {
         /// First register to write.
         write_address: u16,
-        /// How many may be written.
+        /// Number of registers that may be written.
         write_count: u16,
     },
 }

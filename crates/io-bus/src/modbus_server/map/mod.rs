@@ -48,7 +48,7 @@ impl View<'_> {
 pub struct RegisterRange {
     /// First address.
     pub first: u16,
-    /// How many words.
+    /// Number of words.
     pub count: u16,
     /// What it holds.
     pub meaning: &'static str,
