@@ -17,7 +17,7 @@ pub const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 pub struct RobotAddress {
     /// Name or number.
     pub host: String,
-    /// Port.
+    /// TCP port.
     pub port: u16,
 }
 
@@ -52,7 +52,7 @@ pub enum ConnectError {
     Timeout {
         /// Host and port of the robot.
         address: String,
-        /// How long was waited.
+        /// Time that was waited.
         patience: Duration,
     },
 }
