@@ -159,7 +159,7 @@ const fn full() -> f64 {
 /// A reason why a request is no order, told in a sentence.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum OrderError {
-    /// Not the form of a request.
+    /// The text does not have the form of a request.
     #[error("this is no request: {0}")]
     Form(String),
     /// A number is outside its range.
