@@ -31,7 +31,7 @@ pub enum ExceptionSource {
     TeachPendant = 122,
 }
 
-/// How bad it is.
+/// Severity of an exception.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum ExceptionLevel {
@@ -119,7 +119,7 @@ pub enum Exception {
         code: i32,
         /// Number of the reason.
         sub_code: i32,
-        /// How bad it is.
+        /// Severity of the exception.
         level: ExceptionLevel,
         /// What comes with it.
         data: ErrorData,
@@ -266,7 +266,7 @@ impl ExceptionLevel {
         }
     }
 
-    /// In a word.
+    /// The name of the level, in one word.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Info => "info",
