@@ -120,10 +120,10 @@ impl FromStr for StepMillis {
     }
 }
 
-/// Where the recording goes.
+/// Target of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordTarget {
-    /// Nowhere.
+    /// Nothing is recorded.
     Off,
     /// A new file in this folder.
     NewFileIn(PathBuf),

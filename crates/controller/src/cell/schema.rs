@@ -60,7 +60,7 @@ pub enum ShapeName {
 }
 
 impl ShapeName {
-    /// How many numbers `size` has.
+    /// Number of elements that `size` has for this shape.
     pub const fn numbers_of_size(self) -> usize {
         match self {
             Self::Box => 3,
@@ -75,7 +75,7 @@ impl ShapeName {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "`size` is a length in m or a list of lengths")]
 pub enum Size {
-    /// Not given.
+    /// The size is not given.
     #[default]
     None,
     /// A radius.
@@ -106,7 +106,7 @@ pub struct Obstacle {
     /// Lengths of the shape, m.
     #[serde(default)]
     pub size: Size,
-    /// Where it stands.
+    /// Pose of the obstacle in the base frame.
     pub pose: SixNumbers,
     /// N/m; hard without it.
     pub stiffness: Option<f64>,
@@ -125,11 +125,11 @@ pub struct Tool {
     /// Lengths of the shape, m.
     #[serde(default)]
     pub size: Size,
-    /// Where it sits, from the flange.
+    /// Pose of the shape in the flange frame.
     pub pose: SixNumbers,
 }
 
-/// When a safety plane counts.
+/// Safety modes in which a plane counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PlaneMode {
@@ -166,7 +166,7 @@ pub struct SafetyPlane {
     pub point: [f64; 3],
     /// Points to the allowed side.
     pub normal: [f64; 3],
-    /// When it counts.
+    /// Safety modes in which the plane counts.
     #[serde(default)]
     pub mode: PlaneMode,
     /// The pair of configurable inputs that switches it.
@@ -206,7 +206,7 @@ limits! {
     Limits {
         /// Whether the arm is kept from running into itself.
         self_collision: Option<bool>,
-        /// In force in reduced mode.
+        /// Limits that hold in reduced mode.
         reduced: ReducedLimits,
     }
 }
@@ -230,7 +230,7 @@ pub struct Sensor {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PayloadTable {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// Centre of gravity in the flange frame, m.
     #[serde(default)]
@@ -252,7 +252,7 @@ pub struct Arm {
     pub rotor_inertia: SixNumbers,
 }
 
-/// In which axes a load is given.
+/// Frame in which a load is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LoadFrame {
@@ -267,9 +267,9 @@ pub enum LoadFrame {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExternalWrench {
-    /// When it begins, s.
+    /// Time when the wrench begins, s.
     pub at: f64,
-    /// How long it acts, s.
+    /// Time that the wrench acts, s.
     pub duration: f64,
     /// N and Nm.
     pub wrench: SixNumbers,
@@ -316,7 +316,7 @@ pub struct Wire {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "`value` is true, false or a number")]
 pub enum InputValue {
-    /// On or off.
+    /// Level of a digital point or a boolean register.
     Level(bool),
     /// Everything else.
     Number(f64),
@@ -388,9 +388,9 @@ pub struct SafetyInput {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SerialPort {
-    /// At the tool connector.
+    /// The port at the tool connector.
     Tool,
-    /// In the cabinet.
+    /// The port in the control cabinet.
     Masterboard,
 }
 
@@ -411,18 +411,18 @@ pub struct ModbusSignal {
     /// Address of the device.
     #[serde(rename = "IP")]
     pub ip: String,
-    /// Unit.
+    /// Number of the unit behind the device's address.
     pub slave_number: u8,
     /// Coil or register.
     pub signal_address: u16,
     /// 0 digital input, 1 digital output, 2 register input, 3 register output.
     pub signal_type: u8,
-    /// Unique.
+    /// Name of the signal, which no other signal has.
     pub signal_name: String,
-    /// Updated in the order in which signals were added.
+    /// The signal is updated in the order in which signals were added.
     #[serde(default)]
     pub is_sequential: bool,
-    /// How many in a row.
+    /// Number of coils or registers in a row.
     #[serde(default = "one")]
     pub registers_count: u8,
     /// TCP port of the device.
