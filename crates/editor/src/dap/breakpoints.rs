@@ -16,7 +16,7 @@ use serde::Deserialize;
 /// Most breakpoints of each kind; what is beyond is refused.
 pub const BREAKPOINTS_MAX: usize = 1000;
 
-/// When a breakpoint that is met counts.
+/// Times at which a breakpoint that is met counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HitCondition {
     /// The n-th time only.
@@ -128,11 +128,11 @@ pub struct DataBreakpoint {
 /// All that a client has asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Breakpoints {
-    /// By line and column of the statement.
+    /// Breakpoints by line and column of the statement.
     pub places: HashMap<(u32, u32), Vec<SourceBreakpoint>>,
-    /// By name.
+    /// Breakpoints at the beginning of functions.
     pub functions: Vec<FunctionBreakpoint>,
-    /// Of the arm.
+    /// Breakpoints at conditions of the arm.
     pub data: Vec<DataBreakpoint>,
     /// Held at every exception.
     pub caught: bool,
