@@ -34,7 +34,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// a client takes nothing; a fast client of a distant network still gets 2 MB/s with it.
 const SEND_BUFFER_BYTES: usize = 128 * 1024;
 
-/// How long sessions may take to end.
+/// Longest time that sessions may take to end.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Number of a client, from 1, in the order in which clients of a port connected.
@@ -75,7 +75,7 @@ impl PortMeter {
         self.name
     }
 
-    /// How many clients are connected now.
+    /// Number of clients that are connected now.
     pub fn clients(&self) -> usize {
         self.clients.load(Ordering::Relaxed)
     }

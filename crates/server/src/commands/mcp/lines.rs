@@ -110,7 +110,7 @@ pub(super) struct Lines<W> {
 }
 
 impl Lines<io::Stdout> {
-    /// Those of the process.
+    /// The lines of the standard streams of this process.
     pub(super) fn of_standard_streams() -> io::Result<Self> {
         Self::new(io::stdin(), io::stdout())
     }

@@ -134,7 +134,7 @@ impl HttpService {
         Self { router, live: None }
     }
 
-    /// With the pendant page.
+    /// This service with the pendant page.
     pub fn with_page<C: PageBackend>(self, page: Arc<Page<C>>) -> Self {
         Self {
             router: self.router.merge(page::router(Arc::clone(&page))),
