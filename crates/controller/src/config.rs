@@ -33,11 +33,11 @@ pub struct ControllerConfig {
     pub plant: PlantChoice,
     /// Folder of the task files.
     pub task_dir: PathBuf,
-    /// Where the recording goes.
+    /// Target of the recording.
     pub record: RecordTarget,
-    /// When its next file begins.
+    /// Limit at which the recording goes on in its next file.
     pub record_rotate: Option<RotationLimit>,
-    /// How much of it is kept.
+    /// Size of finished recordings above which the oldest are removed.
     pub record_budget: Option<ByteSize>,
     /// TCP relative to the flange.
     pub tcp: RpyPose,

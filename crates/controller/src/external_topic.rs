@@ -55,7 +55,7 @@ pub(crate) fn topic() -> CustomTopic {
 /// One message.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct ExternalMessage {
-    /// Of the recording, from 1.
+    /// Number of the message in the recording, from 1.
     number: u64,
     program: u32,
     turn: u64,

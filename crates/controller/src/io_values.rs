@@ -13,9 +13,9 @@ use crate::cell::point::{IoDirection, IoPointName};
 /// What a point reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PointReading {
-    /// Of a digital point or a boolean register.
+    /// Level of a digital point or a boolean register.
     Level(bool),
-    /// Of an integer register.
+    /// Value of an integer register.
     Whole(i32),
     /// Of an analog point, in its unit, or a float register.
     Number(f64),
@@ -107,7 +107,7 @@ pub enum RegisterValue {
 }
 
 impl RegisterValue {
-    /// Writes it.
+    /// Writes the value into the register.
     pub fn write(self, direction: IoDirection, registers: &Registers) {
         let bank: &RegisterBank = match direction {
             IoDirection::In => &registers.input,

@@ -103,7 +103,7 @@ impl StepMillis {
     /// The default: 4 ms, RTSI's 250 Hz.
     pub const DEFAULT: Self = Self(4);
 
-    /// In seconds.
+    /// The step in seconds.
     pub fn as_secs(self) -> f64 {
         f64::from(self.0) / 1000.0
     }
@@ -120,10 +120,10 @@ impl FromStr for StepMillis {
     }
 }
 
-/// Where the recording goes.
+/// Target of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordTarget {
-    /// Nowhere.
+    /// Nothing is recorded.
     Off,
     /// A new file in this folder.
     NewFileIn(PathBuf),

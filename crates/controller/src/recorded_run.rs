@@ -20,7 +20,7 @@ use crate::start_configuration::{ROBOT, SetupError};
 /// Most messages of `/external`, commands, and changes of registers that are read, and the bytes of the first.
 const MESSAGES_MAX: usize = 20_000_000;
 const BYTES_MAX: usize = 512 << 20;
-/// More missing cycles are not worth waiting for.
+/// Most missing cycles that are run; more are not worth waiting for.
 const MISSING_MAX: u64 = 200_000;
 
 /// A reason why the controller of a recording cannot be started with its setup.
@@ -97,12 +97,12 @@ pub enum RecordedRunError {
         /// Number of the last cycle.
         last: u64,
     },
-    /// More than is read.
+    /// The recording has more of something than is read.
     #[error("the recording has more of {what} than are run again ({most})")]
     TooMany {
-        /// Of what.
+        /// Kind of the entries.
         what: &'static str,
-        /// How many are.
+        /// Most entries that are run again.
         most: usize,
     },
 }
@@ -235,7 +235,7 @@ impl RecordedRun {
             .collect()
     }
 
-    /// For the tasks of one repetition.
+    /// The rerun for the tasks of one repetition.
     pub fn repeat(&self) -> Arc<Rerun> {
         let is_real = self.setup.clock != "virtual";
         let externals = self.externals.iter().cloned();

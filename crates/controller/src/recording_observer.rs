@@ -34,7 +34,7 @@ const PROGRAMS_MAX: usize = 64;
 pub struct LogLine {
     /// Simulated time, s.
     pub time: f64,
-    /// How bad it is.
+    /// Severity of the line.
     pub level: LogLevel,
     /// Program or part of the controller that writes the line.
     pub source: String,

@@ -27,7 +27,7 @@ impl RegisterWrite {
         })
     }
 
-    /// Writes it.
+    /// Writes the value into the register.
     pub fn apply(&self, registers: &Registers) {
         let bank = match self.point.direction {
             IoDirection::In => &registers.input,

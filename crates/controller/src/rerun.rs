@@ -201,7 +201,7 @@ impl RerunController {
         }
     }
 
-    /// Ends it.
+    /// Ends the controller.
     pub fn shut_down(self) {
         self.controller.shut_down();
     }

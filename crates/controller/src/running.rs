@@ -33,7 +33,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// Where faults of its threads are told.
+    /// The supervisor that hears of faults of the controller's threads.
     pub const fn faults(&self) -> &ThreadSupervisor {
         &self.faults
     }

@@ -18,13 +18,13 @@ pub struct MatchInterval {
     pub first: CycleMessage,
     /// Time of the last one, s.
     pub last: f64,
-    /// How many there are.
+    /// Number of cycles in which the condition held.
     pub cycles: u64,
     /// What the script was doing in the first.
     pub doing: ProgramPosition,
 }
 
-/// How often the condition held.
+/// Totals of the cycles in which a condition held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SearchStats {
     /// Rows of cycles.

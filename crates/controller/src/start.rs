@@ -292,7 +292,7 @@ impl PreparedController {
         })
     }
 
-    /// Where commands go in, and the registers.
+    /// The sender that takes commands, and the registers.
     pub(crate) fn command_inputs(&self) -> (CommandSender, Arc<Registers>) {
         let end = &self.script_end;
         (end.commands.clone(), end.registers.clone())
@@ -308,7 +308,7 @@ impl PreparedController {
         &self.script_end.snapshot
     }
 
-    /// Where faults of its threads are told.
+    /// The supervisor that hears of faults of the controller's threads.
     pub const fn faults(&self) -> &ThreadSupervisor {
         &self.faults
     }

@@ -25,7 +25,7 @@ use crate::outcome::{ProgramOutcome, ProgramResult, ResultCollector};
 use crate::running::Controller;
 use crate::start::{PreparedController, StartError, StartOptions};
 
-/// How often the owner is asked whether to go on.
+/// Time between two questions to the owner whether to go on.
 const ASK_EVERY: Duration = Duration::from_millis(20);
 /// A program that was stopped has so long to unwind and to bring the arm to rest.
 const END_MAX: Duration = Duration::from_secs(10);
@@ -55,9 +55,9 @@ pub enum SteppedError {
         in_line(*.line)
     )]
     Stuck {
-        /// The bound.
+        /// Longest time without progress.
         wall: Duration,
-        /// Where it stood, 0 unknown.
+        /// Line where the program stood, 0 unknown.
         line: u32,
     },
     /// The program was told to stop and does not.
@@ -68,7 +68,7 @@ pub enum SteppedError {
     Fault(String),
 }
 
-/// How long a call may take.
+/// Longest time that a call may take.
 pub struct WallTimeout<'a> {
     /// Longest time of the machine without simulated time passing.
     pub wall: Duration,
@@ -102,7 +102,7 @@ pub struct SteppedController {
 /// The newest program.
 #[derive(Default)]
 struct SteppedProgram {
-    /// When it began, simulated time, s.
+    /// Simulated time when the program began, s.
     began: f64,
     is_open: bool,
     result: Option<ProgramResult>,

@@ -45,7 +45,7 @@ pub fn wrap_records(records: &[u8]) -> Vec<u8> {
     file
 }
 
-/// How many bytes at the beginning are a metadata record.
+/// Number of bytes at the beginning that are a metadata record.
 fn metadata_bytes(records: &[u8]) -> usize {
     let Some((&[0x0c, ref length @ ..], _)) = records.split_first_chunk::<9>() else {
         return 0;

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use parking_lot::Mutex;
 
-/// How many general purpose words there are.
+/// Number of general purpose words.
 pub const WORDS: usize = 128;
 
 /// What the main program does. The numbers are those of word 500.

@@ -55,10 +55,10 @@ impl Endpoint {
 /// What the line is used for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SerialMode {
-    /// Nothing.
+    /// The line is not open.
     #[default]
     Closed,
-    /// Bytes.
+    /// Bytes without a protocol.
     Raw,
     /// Modbus RTU as master.
     Rtu,
@@ -67,7 +67,7 @@ pub enum SerialMode {
 /// How the line is set. Ranges are checked by the builtins, which know the port's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SerialSettings {
-    /// Baud.
+    /// Bits a second.
     pub baud_rate: u32,
     /// 0 none, 1 odd, 2 even.
     pub parity: u8,

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 /// A rigid body by mass, first moment and inertia about the frame's origin (Featherstone, 2008, section 2.13).
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Composite {
-    /// kg.
+    /// Mass, kg.
     mass: f64,
     /// Mass times the centre of mass, kg m.
     moment: Vector3<f64>,

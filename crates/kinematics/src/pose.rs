@@ -17,7 +17,7 @@ pub struct RpyPose {
 }
 
 impl RpyPose {
-    /// From the six numbers `[x, y, z, Rx, Ry, Rz]`.
+    /// The pose of the six numbers `[x, y, z, Rx, Ry, Rz]`, m and rad.
     pub const fn from_array(v: [f64; 6]) -> Self {
         Self {
             xyz: [v[0], v[1], v[2]],
@@ -67,7 +67,7 @@ impl Pose {
         translation: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    /// From a rotation and an origin.
+    /// The pose with this rotation and this origin, m.
     pub const fn new(rotation: Rotation3<f64>, translation: Vector3<f64>) -> Self {
         Self {
             rotation,

@@ -13,7 +13,7 @@ pub struct Twist {
 }
 
 impl Twist {
-    /// From `[vx, vy, vz, wx, wy, wz]`.
+    /// The twist of the six numbers `[vx, vy, vz, wx, wy, wz]`, m/s and rad/s.
     pub const fn from_array(v: [f64; 6]) -> Self {
         Self {
             linear: Vector3::new(v[0], v[1], v[2]),
@@ -49,7 +49,7 @@ pub struct Wrench {
 }
 
 impl Wrench {
-    /// From `[Fx, Fy, Fz, Mx, My, Mz]`.
+    /// The wrench of the six numbers `[Fx, Fy, Fz, Mx, My, Mz]`, N and Nm.
     pub const fn from_array(v: [f64; 6]) -> Self {
         Self {
             force: Vector3::new(v[0], v[1], v[2]),

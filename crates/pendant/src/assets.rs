@@ -17,7 +17,7 @@ pub struct Asset {
 
 include!(concat!(env!("OUT_DIR"), "/assets.rs"));
 
-/// Where the page is.
+/// Path of the page.
 pub const INDEX: &str = "/";
 /// In the page, the place of the number that its style sheets must carry.
 pub const NONCE_MARK: &str = "__NONCE__";

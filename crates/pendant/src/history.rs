@@ -19,9 +19,9 @@ const TEXT_BYTES_MAX: usize = 16 << 20;
 const TEXTS_MAX: usize = 20_000;
 /// Events.
 const EVENTS_MAX: usize = 20_000;
-/// Most frames that are given at once.
+/// Most frames in an answer.
 pub const POINTS_MAX: usize = 4000;
-/// Most events that are given at once.
+/// Most events in an answer.
 pub const EVENTS_GIVEN_MAX: usize = 2000;
 /// From this level on an event is no mere line of the log (those of debug and information are 1 and 2).
 pub const LEVEL_OF_MARKS: u8 = 3;
@@ -45,9 +45,9 @@ impl HeapSize for TimedEvent {
 /// Selection of events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventQuery {
-    /// From this time, s.
+    /// Beginning of the span, s.
     pub from: f64,
-    /// To this time, s.
+    /// End of the span, s.
     pub to: f64,
     /// Lowest level, 1 debug to 5 fatal.
     pub level: u8,

@@ -67,7 +67,7 @@ pub enum HoldToRun {
     },
     /// A move to joint positions.
     MoveTo {
-        /// rad.
+        /// Target of each joint, rad.
         joints: [f64; 6],
         /// Share of the speed.
         speed: f64,

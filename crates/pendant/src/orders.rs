@@ -120,7 +120,7 @@ pub enum PageOrder {
     },
     /// Move to joint positions as long as the page gives signs of life.
     MoveTo {
-        /// rad.
+        /// Target of each joint, rad.
         joints: [f64; 6],
         /// Share of the jog speed, above 0 to 1.
         #[serde(default = "full")]
@@ -132,9 +132,9 @@ pub enum PageOrder {
     Release,
     /// A hand pushes the tool.
     Push {
-        /// N and Nm.
+        /// Force and moment, N and Nm.
         wrench: [f64; 6],
-        /// s.
+        /// Time that the wrench acts, s.
         duration: f64,
         /// Frame of the wrench.
         #[serde(default)]
@@ -159,7 +159,7 @@ const fn full() -> f64 {
 /// A reason why a request is no order, told in a sentence.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum OrderError {
-    /// Not the form of a request.
+    /// The text does not have the form of a request.
     #[error("this is no request: {0}")]
     Form(String),
     /// A number is outside its range.

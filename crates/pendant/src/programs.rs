@@ -26,12 +26,12 @@ const LOOKED_AT_MAX: usize = 20_000;
 /// A reason why a program was not saved, told in a sentence.
 #[derive(Debug, Error)]
 pub enum SaveError {
-    /// Not a name of a program.
+    /// The name is not that of a program.
     #[error(
         "{0:?} is no name of a program: it ends with .script or .task and stays inside the task folder"
     )]
     Name(String),
-    /// Too long.
+    /// The program is too long.
     #[error("the program has {0} bytes, at most {PROGRAM_BYTES_MAX} are saved")]
     Long(usize),
     /// Somebody else has saved it since.

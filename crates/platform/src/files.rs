@@ -22,20 +22,20 @@ pub struct FileStatus {
     pub group: u32,
     /// Bytes.
     pub size: u64,
-    /// When it was read, nanoseconds since 1970.
+    /// Time of the last read, nanoseconds since 1970.
     pub accessed_ns: i64,
-    /// When it was written.
+    /// Time of the last write, nanoseconds since 1970.
     pub modified_ns: i64,
-    /// When that or its permissions were changed.
+    /// Time of the last change of the file or its permissions, nanoseconds since 1970.
     pub changed_ns: i64,
 }
 
 /// How a file is opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpenMode {
-    /// For reading.
+    /// The file is opened for reading.
     pub read: bool,
-    /// For writing.
+    /// The file is opened for writing.
     pub write: bool,
     /// Every write goes to the end.
     pub append: bool,
@@ -65,11 +65,11 @@ pub enum FileError {
 /// What a program may want to do with a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Access {
-    /// Read it.
+    /// The file may be read.
     pub read: bool,
-    /// Write it.
+    /// The file may be written.
     pub write: bool,
-    /// Run it.
+    /// The file may be executed.
     pub run: bool,
 }
 

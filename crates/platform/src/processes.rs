@@ -24,7 +24,7 @@ pub struct ProcessEntry {
 /// The part of the system's table that descends from this process, by number.
 pub type ProcessTable = BTreeMap<i32, ProcessEntry>;
 
-/// Whom a signal is for.
+/// Processes that a signal is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SignalTarget {
     /// One process.

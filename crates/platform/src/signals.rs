@@ -67,7 +67,7 @@ mod imp {
 
     use super::{Arc, SIGINT, SIGTERM, io};
 
-    /// How often it is looked whether one has come.
+    /// Time between two looks whether a signal has come.
     const LOOK: Duration = Duration::from_millis(20);
 
     pub(super) struct Ends(Arc<AtomicUsize>);

@@ -15,7 +15,7 @@ pub(crate) fn cycles_lost_text(count: u64, before: u64) -> String {
     format!("{count} cycles are missing before cycle {before}: the recording did not keep up")
 }
 
-/// How many messages were dropped where this is said.
+/// Number of dropped messages that a log entry reports; 0 for other entries.
 pub(crate) fn parse_annotations_lost(source: &str, message: &str) -> u64 {
     let count = message.strip_suffix(NOTES);
     let count = count.filter(|_| source == SOURCE);

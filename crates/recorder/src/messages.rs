@@ -31,7 +31,7 @@ pub enum FileEnd {
     Complete,
     /// In the middle: the writer was killed, or is still writing.
     Truncated,
-    /// At a place that is not MCAP.
+    /// The file goes on with bytes that are not MCAP.
     Damaged(String),
 }
 
@@ -62,7 +62,7 @@ pub struct Messages {
     missing_fields: Option<Vec<&'static str>>,
     seen_anything: bool,
     ending: Option<FileEnd>,
-    /// Where an end that is none is told.
+    /// Place where a reader leaves word of an abnormal end.
     abnormal_end: Arc<OnceLock<FileEnd>>,
 }
 
@@ -100,7 +100,7 @@ impl Messages {
         self.topics
     }
 
-    /// Not one record was read.
+    /// Whether not one record was read.
     pub(crate) fn is_empty(&self) -> bool {
         !self.seen_anything
     }

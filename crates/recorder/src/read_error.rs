@@ -63,7 +63,7 @@ pub enum ReadError {
     NoTopic {
         /// The topic asked for.
         topic: String,
-        /// Those there are.
+        /// The topics of the file.
         known: String,
     },
     /// A topic's schema cannot be used.

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 /// When the next part begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotationTrigger {
-    /// When the file has this many bytes.
+    /// The file has this many bytes.
     Bytes(u64),
-    /// After this much simulated time, s.
+    /// This much simulated time has passed, s.
     Secs(f64),
 }
 

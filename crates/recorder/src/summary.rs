@@ -41,21 +41,21 @@ pub struct Summary {
     pub step_time: f64,
     /// Programs that were started: when (s) and their names, the first hundred.
     pub programs: Vec<(f64, String)>,
-    /// How many programs were started.
+    /// Number of programs that were started.
     pub program_count: u64,
     /// Commands that entered the ring, by name.
     pub commands: BTreeMap<String, u64>,
     /// Messages that report an error, with their times (s), the first hundred.
     pub errors: Vec<(f64, LogMessage)>,
-    /// How many messages report an error.
+    /// Number of messages that report an error.
     pub error_count: u64,
-    /// How many messages warn.
+    /// Number of messages that warn.
     pub warning_count: u64,
     /// Protective stops: when (s) and the number of the reason.
     pub stops: Vec<(f64, u64)>,
     /// Where limits of the arm were reached, the first hundred.
     pub limits: Vec<JointLimitEvent>,
-    /// How often limits of the arm were reached.
+    /// Number of times that limits of the arm were reached.
     pub limit_count: u64,
     /// Cycles that ended later than the next one was due, because they took long or because they began late: the same
     /// count as the clock's own.
@@ -79,7 +79,7 @@ pub struct Summary {
 /// A commanded joint came to its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointLimitEvent {
-    /// When it came there, s.
+    /// Time when the joint reached the limit, s.
     pub time: f64,
     /// The joint, from 0.
     pub joint: usize,

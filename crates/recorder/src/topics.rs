@@ -217,7 +217,7 @@ fn variable_schema() -> Value {
 
 /// Name of messages that hold points of a moveml.
 const POINTS: &str = "micro_points";
-/// How many points a message holds.
+/// Number of points in a message.
 const POINTS_A_MESSAGE: usize = 256;
 
 /// `/command`: a command left the ring at the beginning of a cycle, or points of one that does next.
@@ -358,9 +358,9 @@ pub struct IoMessage {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum IoValue {
-    /// Of a digital point or a boolean register.
+    /// Level of a digital point or a boolean register.
     Level(bool),
-    /// Of an integer register.
+    /// Value of an integer register.
     Integer(i64),
     /// Of an analog point (A or V by domain) or a float register. JSON has no NaN and no infinities: they are written
     /// as null and read as NaN.
@@ -389,10 +389,10 @@ fn io_schema() -> Value {
     })
 }
 
-/// How much a message of `/log` matters.
+/// Importance of a message of `/log`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LogLevel {
-    /// For developers.
+    /// Details for developers.
     Debug,
     /// Something happened that was expected.
     Info,
@@ -430,7 +430,7 @@ impl LogLevel {
 /// One message of `/log`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LogMessage {
-    /// How much it matters.
+    /// Importance of the message.
     pub level: LogLevel,
     /// Part of the controller, or program, that writes the message.
     pub source: String,

@@ -32,7 +32,7 @@ const BATCH: usize = 1024;
 /// An output that knows how much went into it.
 struct CountingWriter {
     out: BufWriter<Box<dyn Write + Send>>,
-    /// Of this part.
+    /// Bytes of this part of the recording.
     bytes: Arc<AtomicU64>,
     shared: Arc<RecorderState>,
 }

@@ -17,7 +17,7 @@ pub const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 pub struct RobotAddress {
     /// Name or number.
     pub host: String,
-    /// Port.
+    /// TCP port.
     pub port: u16,
 }
 
@@ -50,9 +50,9 @@ pub enum ConnectError {
     /// Nobody answers.
     #[error("no connection to the robot at {address}: no answer within {} s", patience.as_secs())]
     Timeout {
-        /// Where.
+        /// Host and port of the robot.
         address: String,
-        /// How long was waited.
+        /// Time that was waited.
         patience: Duration,
     },
 }

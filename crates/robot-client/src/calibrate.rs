@@ -33,7 +33,7 @@ pub enum CalibrateError {
         /// Address of the robot.
         address: RobotAddress,
     },
-    /// Not an arm of ours.
+    /// The arm is none of the models that we know.
     #[error(
         "the robot at {address} is of type {robot_type}, which is none of {}",
         known_types()
@@ -76,7 +76,7 @@ pub struct KinematicDeviation {
 pub struct CalibrationReading {
     /// Kinematics of the robot's arm.
     pub calibration: Calibration,
-    /// How far the arm is from the data sheet of its model.
+    /// Distance of the arm from the data sheet of its model.
     pub distance: KinematicDeviation,
     /// TCP of the robot's tool in the flange frame, where the robot reports one.
     pub tcp: Option<RpyPose>,

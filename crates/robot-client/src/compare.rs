@@ -18,9 +18,9 @@ pub struct Deviation {
     pub rms: f64,
     /// The largest, without its sign.
     pub largest: f64,
-    /// When that was, in the first run's time, s.
+    /// Time of the largest difference in the first run, s.
     pub at: f64,
-    /// How many samples there are of it.
+    /// Number of samples that were compared.
     pub samples: u64,
 }
 
@@ -73,7 +73,7 @@ impl Comparison {
 /// The differences of one sample, in the first run's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleDifference {
-    /// When, s.
+    /// Time in the first run, s.
     pub time: f64,
     /// Second minus first, rad.
     pub joints: [f64; 6],

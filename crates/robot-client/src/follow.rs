@@ -44,7 +44,7 @@ pub struct ProgramMonitor {
     has_failed: bool,
     /// Another program runs in its place: what the states say is of that one.
     is_replaced: bool,
-    /// When it was seen to be over.
+    /// Time when the program was seen to be over.
     over_since: Option<Duration>,
     is_over: bool,
 }

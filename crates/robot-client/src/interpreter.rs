@@ -17,7 +17,7 @@ use crate::address::{ConnectError, RobotAddress};
 const SEND_PATIENCE: Duration = Duration::from_secs(10);
 /// Longest reply: controllers repeat the statement in it.
 pub const REPLY_BYTES_MAX: usize = 4 << 20;
-/// Of what is no reply, so much is shown.
+/// Longest beginning that is shown of what is no reply, characters.
 const SHOWN_CHARS: usize = 40;
 /// Read at once.
 const READ_BYTES: usize = 16 * 1024;
@@ -46,7 +46,7 @@ pub enum InterpreterRequest {
     LastInterpreted,
     /// Number of the statement that was cleared last.
     LastCleared,
-    /// How many wait.
+    /// Number of statements that wait.
     Unexecuted,
 }
 
@@ -175,7 +175,7 @@ pub enum InterpreterError {
     ReceiveTimeout {
         /// Address of the robot.
         address: RobotAddress,
-        /// How long was waited.
+        /// Time that was waited.
         patience: Duration,
     },
     /// Something else listens there.
@@ -212,7 +212,7 @@ impl InterpreterClient {
         })
     }
 
-    /// To whom.
+    /// Address of the robot.
     pub const fn address(&self) -> &RobotAddress {
         &self.address
     }

@@ -38,7 +38,7 @@ pub struct PacketExtras {
 }
 
 impl RtsiStateMapper {
-    /// For packets with these variables, in this order.
+    /// A mapper for packets with these variables, in this order.
     pub fn for_recipe(offered: &[(String, RtsiType)]) -> Self {
         Self {
             targets: offered.iter().map(|(name, _)| target_of(name)).collect(),

@@ -85,7 +85,7 @@ impl PrimaryClient {
         })
     }
 
-    /// To whom.
+    /// Address of the robot.
     pub fn address(&self) -> &RobotAddress {
         &self.address
     }

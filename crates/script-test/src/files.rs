@@ -15,7 +15,7 @@ impl FileScope {
         Self(Some(folders))
     }
 
-    /// Where a file or a folder is.
+    /// Path of a file or a folder, if it is within the scope.
     pub(crate) fn find(&self, path: &Path) -> io::Result<SandboxedPath> {
         match &self.0 {
             Some(folders) => folders.find(path),

@@ -38,7 +38,7 @@ pub(crate) enum GoldenError {
     /// No file.
     #[error("cannot read {path}: {source}; eliteserver test --update writes it from this run")]
     Unreadable { path: String, source: io::Error },
-    /// Not written.
+    /// The file cannot be written.
     #[error("cannot write {path}: {source}")]
     Unwritable { path: String, source: io::Error },
     /// A file of something else.
@@ -200,7 +200,7 @@ fn frechet_coupling(own: &[PathSample], golden: &[PathSample]) -> Vec<(usize, us
     pairs
 }
 
-/// Where the ways differ, in a few rows.
+/// A table of a few rows that shows where the paths differ.
 fn table(
     own: &[PathSample],
     golden: &[PathSample],

@@ -76,7 +76,7 @@ impl LockstepTimeline {
         &self.has_company
     }
 
-    /// How many programs have come so far.
+    /// Number of programs that have come so far.
     pub(crate) fn programs_joined(&self) -> u64 {
         self.state.lock().arrivals
     }

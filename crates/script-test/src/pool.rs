@@ -21,9 +21,9 @@ use crate::runner::{self, Status, TestPlan, TestResult};
 /// How tests are run.
 #[derive(Clone, Debug)]
 pub struct TestRunOptions {
-    /// How many at once.
+    /// Number of tests that run at once.
     pub jobs: NonZeroUsize,
-    /// Of their order.
+    /// Seed that the order of the tests follows from.
     pub seed: u64,
     /// Simulated time of a test.
     pub timeout: Seconds,

@@ -31,7 +31,7 @@ use crate::trace::{CycleTrace, TraceObserver};
 
 /// Who the sender of programs is, for messages.
 const SENDER: &str = "the test";
-/// How often it is looked whether a test is stuck.
+/// Time between two looks whether a test is stuck.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// A test or a program that was stopped has so long to end.
 const ENDING_MAX: Duration = Duration::from_secs(10);
@@ -49,9 +49,9 @@ pub(crate) struct TestPlan {
     pub timeout: Seconds,
     /// Time of the machine without simulated time passing.
     pub wall_timeout: Duration,
-    /// Where executed lines are counted, if they are.
+    /// Counters of executed lines, if lines are counted.
     pub counts: Option<Arc<Mutex<LineCountsByText>>>,
-    /// Where the recording of a failed test is kept.
+    /// Path for the recording of a failed test.
     pub recording: Option<PathBuf>,
     /// Nobody waits for the result any more.
     pub stop: Arc<AtomicBool>,

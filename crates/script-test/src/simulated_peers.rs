@@ -37,7 +37,7 @@ pub(crate) enum ServerKind {
 
 /// The answer to a message.
 pub(crate) enum ReplySource {
-    /// These bytes.
+    /// The answer is these bytes.
     Bytes(Vec<u8>),
     /// What the test says.
     Ask,

@@ -26,9 +26,9 @@ pub(crate) struct SimulatedServer {
 }
 
 enum ReplyTable {
-    /// By number of the message.
+    /// Answers by the number of the message.
     Socket(Vec<Value>),
-    /// By name of the method.
+    /// Answers by the name of the method.
     Rpc(BTreeMap<String, Value>),
     /// The tables answer.
     Modbus,

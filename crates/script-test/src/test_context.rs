@@ -208,8 +208,8 @@ impl TestContext {
         }
     }
 
-    /// The result of the newest program, which has left its last turn; `abort_reason` says why it was ended. `None`: there
-    /// was none.
+    /// The result of the newest program, which has left its last turn; `None` if there was none. `given_up` is the
+    /// reason why it was ended, if it was.
     pub(crate) fn close(&self, given_up: Option<String>) -> Option<ProgramResult> {
         let mut waited = Duration::ZERO;
         while self.programs.status().state != TaskState::Stopped && waited < LEAVING_MAX {

@@ -26,7 +26,7 @@ use crate::test_context::{TestAction, TestContext};
 type NativeResult<T = Value> = Result<T, Raised>;
 type TestFunction = fn(&CallContext, &mut NativeCall<'_>) -> NativeResult;
 
-/// Where a function is called.
+/// The surroundings of a call of a function of `test`.
 pub(crate) struct CallContext {
     pub bench: Arc<TestContext>,
     pub attendance: TestTaskHandle,

@@ -57,7 +57,7 @@ impl CycleTrace {
         before.map(|(_, doing)| doing.clone()).unwrap_or_default()
     }
 
-    /// Where the TCP has been.
+    /// The path of the TCP so far.
     pub(crate) fn tcp_path(&self) -> Vec<PathSample> {
         let kept = self.0.lock();
         let place = |state: &RobotState| PathSample {

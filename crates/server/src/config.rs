@@ -26,15 +26,15 @@ use io_bus::ControlMode;
 
 /// The default of `--primary-port`.
 pub const PRIMARY_PORT: u16 = 30001;
-/// Where statements go in interpreter mode.
+/// Port that takes statements in interpreter mode.
 pub const INTERPRETER_PORT: u16 = 30020;
-/// Where cyclic data comes from.
+/// Port that cyclic data comes from.
 pub const RTSI_PORT: u16 = 30004;
-/// Where the dashboard of a controller is asked.
+/// Port of a controller's dashboard.
 pub const DASHBOARD_PORT: u16 = 29999;
 /// Where the state comes from that nothing can be sent to.
 pub const STATE_PORT: u16 = 30011;
-/// Where single questions are answered.
+/// Port that answers single questions.
 pub const QUERY_PORT: u16 = 40011;
 /// Where the controller's own Modbus server is: the vendor's port, and ours where this user may not open that one.
 pub const MODBUS_PORTS: (u16, u16) = (502, 5020);
@@ -206,7 +206,7 @@ impl LogConfig {
 pub struct ServeConfig {
     /// The robot.
     pub robot: ControllerConfig,
-    /// Where logs go.
+    /// Settings of the log.
     pub log: LogConfig,
     /// Address that every port listens on.
     pub bind: IpAddr,
@@ -214,7 +214,7 @@ pub struct ServeConfig {
     pub ports: PortSettings,
     /// Names beside this machine's own that requests of the http and Foxglove ports may be for and from.
     pub trusted_hosts: Vec<String>,
-    /// Where to write process id and ports.
+    /// File that process id and ports are written to.
     pub ready_file: Option<PathBuf>,
     /// End when standard input is closed.
     pub until_stdin_closes: bool,
@@ -231,7 +231,7 @@ pub struct ServeConfig {
 pub struct RunConfig {
     /// The robot.
     pub robot: ControllerConfig,
-    /// Where logs go.
+    /// Settings of the log.
     pub log: LogConfig,
     /// The script, `-` for stdin.
     pub file: PathBuf,

@@ -112,7 +112,7 @@ impl ControllerHost {
         self.controller.shut_down()
     }
 
-    /// Where debuggers attach, if it serves.
+    /// The hub that debuggers attach to, if the controller serves.
     pub const fn debuggers(&self) -> &Arc<DebugHub> {
         &self.debuggers
     }

@@ -36,7 +36,7 @@ const PORT_TEXT_BYTES: usize = TEXT_BYTES_MAX;
 /// Kinds of errors that are counted.
 pub const ERROR_KINDS: [&str; 5] = ["script", "stop", "alarm", "recording", "other"];
 
-/// Where the `print` of programs goes.
+/// Target of what programs `print`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PrintTarget {
     /// To standard output, and script errors bare to standard error: `run`.
@@ -106,7 +106,7 @@ impl EventBroadcaster {
         values.get(&program).cloned().unwrap_or_default()
     }
 
-    /// How many errors of each kind there were.
+    /// Number of errors of each kind.
     pub fn errors(&self) -> [(&'static str, u64); ERROR_KINDS.len()] {
         core::array::from_fn(|i| (ERROR_KINDS[i], self.errors[i].load(Ordering::Relaxed)))
     }

@@ -113,7 +113,7 @@ impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for LogLimit {
             .flatten()
             .find_map(|span| span.extensions().get::<PortName>().cloned());
         let left_out = {
-            // As many kinds as places that write.
+            // The map stays small: it has an entry for each port and place of the code that writes.
             let mut kinds = self.kinds.lock();
             let kind = kinds
                 .entry((port, event.metadata().callsite()))

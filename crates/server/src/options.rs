@@ -84,7 +84,7 @@ impl FromStr for TrustedHost {
 /// How log lines look.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LogFormat {
-    /// For people.
+    /// Plain text for people.
     #[default]
     Text,
     /// One JSON object a line.

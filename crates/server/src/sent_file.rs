@@ -35,7 +35,7 @@ pub(crate) enum Extent {
     /// The file is the body of the block, from this line of the block on, each line moved right by a tab, and these
     /// globals are set before it.
     Body {
-        /// From 1.
+        /// First line, from 1.
         from: u32,
         /// `NAME=VALUE`
         set: Vec<String>,

@@ -68,7 +68,7 @@ pub struct Fault {
     pub name: String,
     /// What the panic said.
     pub message: String,
-    /// Where, as `file:line`, when the hook is installed.
+    /// Place of the panic, as `file:line`, when the hook is installed.
     pub location: Option<String>,
 }
 
@@ -127,7 +127,7 @@ impl ThreadSupervisor {
         }
     }
 
-    /// How many faults of each kind there were.
+    /// Number of faults of each kind.
     pub fn counts(&self) -> [(ThreadRole, u64); ThreadRole::ALL.len()] {
         core::array::from_fn(|i| {
             (

@@ -29,7 +29,7 @@ mod on_demand {
 
     use crate::{ThreadRole, ThreadSupervisor};
 
-    /// How often the file is looked at.
+    /// Time between two looks at the file.
     const LOOK: Duration = Duration::from_millis(2);
 
     #[derive(Clone, Copy, PartialEq)]

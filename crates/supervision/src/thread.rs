@@ -57,7 +57,7 @@ impl Drop for SignalOnDrop {
 }
 
 impl<T> ThreadHandle<T> {
-    /// For unparking.
+    /// The thread, for instance to unpark it.
     pub fn thread(&self) -> &Thread {
         &self.thread
     }

@@ -29,7 +29,7 @@ pub mod packet_type {
     pub const TEXT: u8 = b'M';
 }
 
-/// How bad a text message is.
+/// Severity of a text message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum TextLevel {
@@ -39,7 +39,7 @@ pub enum TextLevel {
     Error = 1,
     /// Something was ignored.
     Warning = 2,
-    /// To know.
+    /// Something worth knowing.
     Info = 3,
 }
 
@@ -58,11 +58,11 @@ impl TextLevel {
 /// A text message as clients send it; those of the controller look different ([`append_text`]).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TextMessage {
-    /// What.
+    /// The text of the message.
     pub text: String,
-    /// Who says it.
+    /// Name of the sender.
     pub source: String,
-    /// How bad it is.
+    /// Severity of the message.
     pub level: TextLevel,
 }
 
@@ -142,7 +142,7 @@ impl RtsiType {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// How many bytes a value takes.
+    /// Number of bytes that a value takes.
     pub const fn bytes(self) -> usize {
         match self {
             Self::Bool | Self::U8 => 1,
@@ -248,7 +248,7 @@ pub struct Packet<'a> {
     pub letter: u8,
     /// What is in it.
     pub payload: &'a [u8],
-    /// How many bytes it takes, head included.
+    /// Number of bytes that the packet takes, head included.
     pub bytes: usize,
 }
 

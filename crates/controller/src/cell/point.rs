@@ -29,11 +29,11 @@ pub enum IoGroup {
     StandardAnalog,
     /// 1 of the tool; has no number.
     ToolAnalog,
-    /// 128.
+    /// 128 registers with levels.
     BooleanRegister,
-    /// 48.
+    /// 48 registers with whole numbers.
     IntegerRegister,
-    /// 48.
+    /// 48 registers with floating-point numbers.
     FloatRegister,
 }
 

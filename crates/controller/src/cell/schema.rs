@@ -60,7 +60,7 @@ pub enum ShapeName {
 }
 
 impl ShapeName {
-    /// How many numbers `size` has.
+    /// Number of elements that `size` has for this shape.
     pub const fn numbers_of_size(self) -> usize {
         match self {
             Self::Box => 3,
@@ -75,7 +75,7 @@ impl ShapeName {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "`size` is a length in m or a list of lengths")]
 pub enum Size {
-    /// Not given.
+    /// The size is not given.
     #[default]
     None,
     /// A radius.
@@ -106,7 +106,7 @@ pub struct Obstacle {
     /// Lengths of the shape, m.
     #[serde(default)]
     pub size: Size,
-    /// Where it stands.
+    /// Pose of the obstacle in the base frame.
     pub pose: SixNumbers,
     /// N/m; hard without it.
     pub stiffness: Option<f64>,
@@ -125,11 +125,11 @@ pub struct Tool {
     /// Lengths of the shape, m.
     #[serde(default)]
     pub size: Size,
-    /// Where it sits, from the flange.
+    /// Pose of the shape in the flange frame.
     pub pose: SixNumbers,
 }
 
-/// When a safety plane counts.
+/// Safety modes in which a plane counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PlaneMode {
@@ -138,7 +138,7 @@ pub enum PlaneMode {
     Normal,
     /// In reduced mode.
     Reduced,
-    /// In both.
+    /// In normal and in reduced mode.
     Both,
     /// Never.
     Off,
@@ -160,13 +160,13 @@ impl PlaneMode {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SafetyPlane {
-    /// For messages.
+    /// Name of the plane, for messages.
     pub name: String,
     /// A point on it, m.
     pub point: [f64; 3],
     /// Points to the allowed side.
     pub normal: [f64; 3],
-    /// When it counts.
+    /// Safety modes in which the plane counts.
     #[serde(default)]
     pub mode: PlaneMode,
     /// The pair of configurable inputs that switches it.
@@ -180,21 +180,21 @@ macro_rules! limits {
         #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
         #[serde(deny_unknown_fields, default)]
         pub struct $table {
-            /// rad/s.
+            /// Largest speed of each joint, rad/s.
             pub joint_speed: Option<SixNumbers>,
-            /// rad/s².
+            /// Largest acceleration of each joint, rad/s².
             pub joint_acceleration: Option<SixNumbers>,
-            /// rad/s³.
+            /// Largest jerk of each joint, rad/s³.
             pub joint_jerk: Option<SixNumbers>,
-            /// rad.
+            /// Lowest position of each joint, rad.
             pub joint_position_min: Option<SixNumbers>,
-            /// rad.
+            /// Highest position of each joint, rad.
             pub joint_position_max: Option<SixNumbers>,
-            /// m/s.
+            /// Largest speed of the TCP, m/s.
             pub tcp_speed: Option<f64>,
-            /// m/s.
+            /// Largest speed of the elbow, m/s.
             pub elbow_speed: Option<f64>,
-            /// N.
+            /// Largest force at the TCP, N.
             pub tcp_force: Option<f64>,
             $($(#[$doc])* pub $key: $kind,)*
         }
@@ -206,7 +206,7 @@ limits! {
     Limits {
         /// Whether the arm is kept from running into itself.
         self_collision: Option<bool>,
-        /// In force in reduced mode.
+        /// Limits that hold in reduced mode.
         reduced: ReducedLimits,
     }
 }
@@ -220,9 +220,9 @@ limits! {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensor {
-    /// N.
+    /// Standard deviation of the force noise, N.
     pub force_noise: f64,
-    /// Nm.
+    /// Standard deviation of the torque noise, Nm.
     pub torque_noise: f64,
 }
 
@@ -230,7 +230,7 @@ pub struct Sensor {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PayloadTable {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// Centre of gravity in the flange frame, m.
     #[serde(default)]
@@ -252,7 +252,7 @@ pub struct Arm {
     pub rotor_inertia: SixNumbers,
 }
 
-/// In which axes a load is given.
+/// Frame in which a load is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LoadFrame {
@@ -267,9 +267,9 @@ pub enum LoadFrame {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExternalWrench {
-    /// When it begins, s.
+    /// Time when the wrench begins, s.
     pub at: f64,
-    /// How long it acts, s.
+    /// Time that the wrench acts, s.
     pub duration: f64,
     /// N and Nm.
     pub wrench: SixNumbers,
@@ -282,19 +282,19 @@ pub struct ExternalWrench {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Conveyor {
-    /// 0 or 1.
+    /// Number of the encoder, 0 or 1.
     pub encoder: u8,
-    /// Of a belt.
+    /// Direction of a belt.
     pub direction: Option<[f64; 3]>,
-    /// Of a turntable: a pose, turning about its z.
+    /// Pose of a turntable, which turns about its z.
     pub center: Option<SixNumbers>,
-    /// m/s or rad/s.
+    /// Speed of a belt, m/s, or of a turntable, rad/s.
     pub speed: f64,
-    /// Of a belt.
+    /// Ticks of a belt's encoder for a metre.
     pub ticks_per_meter: Option<f64>,
-    /// Of a turntable.
+    /// Ticks of a turntable's encoder for a revolution.
     pub ticks_per_revolution: Option<f64>,
-    /// When it starts, s.
+    /// Time when the conveyor starts, s.
     #[serde(default)]
     pub start_at: f64,
 }
@@ -307,7 +307,7 @@ pub struct Wire {
     pub from: IoPointName,
     /// An input.
     pub to: IoPointName,
-    /// s.
+    /// Time until a change of the output reaches the input, s.
     #[serde(default)]
     pub delay: f64,
 }
@@ -316,7 +316,7 @@ pub struct Wire {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "`value` is true, false or a number")]
 pub enum InputValue {
-    /// On or off.
+    /// Level of a digital point or a boolean register.
     Level(bool),
     /// Everything else.
     Number(f64),
@@ -326,11 +326,11 @@ pub enum InputValue {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScheduledInput {
-    /// When, s.
+    /// Time of the change, s.
     pub at: f64,
-    /// An input.
+    /// Input that changes.
     pub set: IoPointName,
-    /// To what.
+    /// New value of the input.
     pub value: InputValue,
 }
 
@@ -388,9 +388,9 @@ pub struct SafetyInput {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SerialPort {
-    /// At the tool connector.
+    /// The port at the tool connector.
     Tool,
-    /// In the cabinet.
+    /// The port in the control cabinet.
     Masterboard,
 }
 
@@ -411,18 +411,18 @@ pub struct ModbusSignal {
     /// Address of the device.
     #[serde(rename = "IP")]
     pub ip: String,
-    /// Unit.
+    /// Number of the unit behind the device's address.
     pub slave_number: u8,
     /// Coil or register.
     pub signal_address: u16,
     /// 0 digital input, 1 digital output, 2 register input, 3 register output.
     pub signal_type: u8,
-    /// Unique.
+    /// Name of the signal, which no other signal has.
     pub signal_name: String,
-    /// Updated in the order in which signals were added.
+    /// The signal is updated in the order in which signals were added.
     #[serde(default)]
     pub is_sequential: bool,
-    /// How many in a row.
+    /// Number of coils or registers in a row.
     #[serde(default = "one")]
     pub registers_count: u8,
     /// TCP port of the device.

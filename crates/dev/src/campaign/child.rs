@@ -28,7 +28,7 @@ pub struct Case<'a> {
     pub count: u64,
     /// Longest time of the whole run.
     pub time: Duration,
-    /// Where the number of the current case is written.
+    /// File that the number of the current case is written to.
     pub progress: &'a Path,
 }
 

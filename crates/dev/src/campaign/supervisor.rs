@@ -18,7 +18,7 @@ const CRASHES_MAX: usize = 500;
 /// What one defect looks like from outside, and where it was seen.
 #[derive(Clone, Debug)]
 pub struct Defect {
-    /// How often.
+    /// Number of times that the defect was found.
     pub times: u64,
     /// The number of the first case.
     pub number: u64,
@@ -31,9 +31,9 @@ pub struct TargetReport {
     pub name: String,
     /// Cases that ran.
     pub cases: u64,
-    /// How long they ran.
+    /// Time that the cases ran.
     pub time: Duration,
-    /// By what it looks like.
+    /// Defects by what they look like.
     pub found: BTreeMap<String, Defect>,
 }
 

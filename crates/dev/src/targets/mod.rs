@@ -60,7 +60,7 @@ impl Target {
     }
 }
 
-/// For targets whose input is the bytes themselves.
+/// The bytes unchanged, for targets whose input they are.
 fn as_they_are(bytes: &[u8]) -> Vec<u8> {
     bytes.to_vec()
 }

@@ -35,7 +35,7 @@ struct NameEvent {
 #[derive(Default)]
 pub(super) struct UnitNames {
     pub(super) scopes: Vec<Scope>,
-    /// Those of scopes within the piece.
+    /// Symbols of the scopes within the piece.
     pub(super) symbols: Vec<Symbol>,
     pub(super) functions: Vec<FunctionInfo>,
     pub(super) classes: Vec<ClassInfo>,

@@ -12,7 +12,7 @@ use super::words::Language;
 pub struct Edit {
     /// What is replaced.
     pub span: Span,
-    /// By this.
+    /// Text that takes its place.
     pub text: String,
 }
 

@@ -181,7 +181,7 @@ fn field_of(analysis: &Analysis, class: usize, name: &str) -> KeywordOwner {
     }
 }
 
-/// Where the thing at `offset` is defined.
+/// Places where the thing at `offset` is defined.
 pub fn definition(analysis: &Analysis, offset: u32) -> Vec<Span> {
     let names = &analysis.names;
     match entity_at(analysis, offset) {

@@ -31,7 +31,7 @@ pub enum RenameError {
     MayBeMeant {
         /// The name.
         name: String,
-        /// Where.
+        /// Line of that place, from 1.
         line: u32,
     },
     /// Some places could be missed.
@@ -44,7 +44,7 @@ pub enum RenameError {
     MayBeAnother {
         /// The attribute.
         name: String,
-        /// Where.
+        /// Line of that place, from 1.
         line: u32,
     },
     /// The language or Python gives it a meaning.
@@ -58,7 +58,7 @@ pub enum RenameError {
     Taken {
         /// The new name.
         name: String,
-        /// Where.
+        /// Line of that place, from 1.
         line: u32,
     },
     /// The new name would hide a builtin that the program uses.

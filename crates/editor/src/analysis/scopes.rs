@@ -97,9 +97,9 @@ pub enum Role {
 /// A place where a name stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Occurrence {
-    /// Where.
+    /// Place of the name in the text.
     pub span: Span,
-    /// What for.
+    /// What happens to the name there.
     pub role: Role,
     /// The scope it stands in.
     pub scope: ScopeId,
@@ -172,7 +172,7 @@ pub struct ParameterInfo {
 pub struct FunctionInfo {
     /// Name of the function.
     pub name: Box<str>,
-    /// Where the name is written.
+    /// Place of the name in the text.
     pub name_span: Span,
     /// The whole definition.
     pub span: Span,
@@ -215,7 +215,7 @@ impl FunctionInfo {
 pub struct AttributeInfo {
     /// Name of the attribute.
     pub name: Box<str>,
-    /// Where it is bound, in the order of the text.
+    /// Places where the attribute is bound, in the order of the text.
     pub places: Vec<Span>,
     /// What it is bound to.
     pub values: Vec<TypeRef>,
@@ -228,7 +228,7 @@ pub struct AttributeInfo {
 pub struct ClassInfo {
     /// Name of the class.
     pub name: Box<str>,
-    /// Where the name is written.
+    /// Place of the name in the text.
     pub name_span: Span,
     /// The whole definition.
     pub span: Span,
@@ -256,7 +256,7 @@ pub struct AttributeUse {
     pub value: TypeRef,
     /// The attribute.
     pub name: Box<str>,
-    /// Where its name stands.
+    /// Place of the attribute's name in the text.
     pub span: Span,
     /// Whether it is assigned to.
     pub is_bound: bool,
@@ -271,7 +271,7 @@ pub struct KeywordUse {
     pub first: Option<TypeRef>,
     /// The keyword, or `**` for names that a mapping brings.
     pub name: Box<str>,
-    /// Where it stands.
+    /// Place of the keyword in the text.
     pub span: Span,
 }
 

@@ -48,7 +48,7 @@ impl SemanticTokenKind {
 /// A piece of text on one line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SemanticToken {
-    /// Where.
+    /// Place of the token in the text.
     pub span: Span,
     /// What it is.
     pub kind: SemanticTokenKind,

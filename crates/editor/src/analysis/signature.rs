@@ -147,7 +147,7 @@ fn of_function(analysis: &Analysis, index: usize, called: Option<&str>) -> Optio
     })
 }
 
-/// From a text like `split(sep=…, maxsplit=…)`.
+/// Reads a signature like `split(sep=…, maxsplit=…)`.
 fn of_member(signature: &str) -> Option<Callable> {
     let (name, rest) = signature.split_once('(')?;
     let inner = rest.strip_suffix(')')?;

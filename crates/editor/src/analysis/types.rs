@@ -17,7 +17,7 @@ pub(super) const SHAPE_DEPTH_MAX: u32 = 8;
 /// What the text says about a value.
 #[derive(Clone, Debug)]
 pub enum TypeRef {
-    /// Nothing.
+    /// The text says nothing about the value.
     Unknown,
     /// A value of one of Python's own types.
     Value(&'static str),

@@ -20,7 +20,7 @@ pub enum Language {
 }
 
 impl Language {
-    /// Of a locale such as `zh-CN` or `en`.
+    /// The language of a locale such as `zh-CN` or `en`.
     pub fn of_locale(locale: &str) -> Self {
         match locale
             .get(..2)

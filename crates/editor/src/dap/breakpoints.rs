@@ -17,18 +17,18 @@ use serde::Deserialize;
 /// Most breakpoints of each kind; what is beyond is refused.
 pub const BREAKPOINTS_MAX: usize = 1000;
 
-/// When a breakpoint that is met counts.
+/// Times at which a breakpoint that is met counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HitCondition {
-    /// The n-th time.
+    /// The n-th time only.
     Exactly(u64),
-    /// From then on.
+    /// The n-th time and every later one.
     From(u64),
-    /// After it.
+    /// Every time after the n-th.
     After(u64),
-    /// Before it.
+    /// Every time before the n-th.
     Before(u64),
-    /// Up to it.
+    /// Every time up to the n-th.
     UpTo(u64),
     /// Every n-th time.
     Every(u64),
@@ -129,11 +129,11 @@ pub struct DataBreakpoint {
 /// All that a client has asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Breakpoints {
-    /// By line and column of the statement.
+    /// Breakpoints by line and column of the statement.
     pub places: HashMap<(u32, u32), Vec<SourceBreakpoint>>,
-    /// By name.
+    /// Breakpoints at the beginning of functions.
     pub functions: Vec<FunctionBreakpoint>,
-    /// Of the arm.
+    /// Breakpoints at conditions of the arm.
     pub data: Vec<DataBreakpoint>,
     /// Held at every exception.
     pub caught: bool,

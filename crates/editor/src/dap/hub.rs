@@ -73,7 +73,7 @@ pub(crate) struct ProgramLink {
     pub orders: SyncSender<RunCommand>,
 }
 
-/// Where a program is held.
+/// Place where a program is held.
 #[derive(Clone, Debug)]
 pub(crate) struct SuspendedProgram {
     pub thread: u32,

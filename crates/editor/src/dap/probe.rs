@@ -92,7 +92,7 @@ pub(super) struct ProbeState {
     pub(super) met: [Option<(Position, SuspendReason)>; 2],
     /// Breakpoints were changed since the run began.
     pub(super) has_changed: bool,
-    /// How many interventions have been done again.
+    /// Number of interventions that have been done again.
     pub(super) redone: usize,
     pub(super) way: MotionProgress,
 }
@@ -155,7 +155,7 @@ impl Probe {
         }
     }
 
-    /// Where the run stands.
+    /// Position of the run.
     pub(super) fn position(&self, halt: &PausedProgram<'_>) -> Position {
         Position {
             moment: self.state.borrow().moment,
@@ -181,7 +181,7 @@ impl Probe {
         state.raised.as_ref().map(|(_, why)| why.clone())
     }
 
-    /// Where the motion under way began.
+    /// Progress of the motion under way: where it began.
     pub(super) fn way(&self) -> MotionProgress {
         self.state.borrow().way
     }

@@ -13,7 +13,7 @@ use super::session::DapSession;
 /// Numbers of requests of our own; clients count from 1.
 const FIRST_OWN: i64 = 1 << 48;
 
-/// Where messages from there go.
+/// Sender for messages from the controller elsewhere.
 pub struct RemoteSender(SyncSender<SessionEvent>);
 
 impl RemoteSender {

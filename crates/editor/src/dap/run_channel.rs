@@ -17,17 +17,17 @@ use super::stream::DapInput;
 /// How a held program goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ResumeMode {
-    /// To the next breakpoint.
+    /// The program goes on to the next breakpoint.
     Free,
-    /// To the next statement of a thread.
+    /// The program goes on to the next statement of a thread.
     StepIn(u32),
     /// To the next one of the same call, or of the one it returns to.
     Next(u32),
     /// Out of the call.
     Out(u32),
-    /// To the next node of the pendant's task.
+    /// The program goes on to the next node of the pendant's task.
     Node(u32),
-    /// Until this many cycles have passed.
+    /// The program goes on until this many cycles have passed.
     ToCycle(u64),
 }
 
@@ -35,11 +35,11 @@ pub(crate) enum ResumeMode {
 pub(crate) enum RunCommand {
     /// A request of the client that is about the program.
     Ask {
-        /// To answer to.
+        /// Request to answer.
         request: RequestId,
         /// What is asked.
         command: String,
-        /// With what.
+        /// Arguments of the request.
         arguments: Json,
     },
     /// Go on.
@@ -54,11 +54,11 @@ pub(crate) type RequestId = (i64, String);
 /// A reason why a program is held.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct SuspendReason {
-    /// The protocol's word.
+    /// The protocol's word for the reason.
     pub reason: &'static str,
-    /// For people.
+    /// The reason in words, for people.
     pub description: Option<String>,
-    /// More of it.
+    /// More about the reason, for instance the message of an exception.
     pub text: Option<String>,
     /// Numbers of the breakpoints that hold it.
     pub ids: Vec<u64>,
@@ -77,14 +77,14 @@ impl SuspendReason {
 /// What a run is started for.
 #[derive(Clone, Debug)]
 pub(crate) enum Purpose {
-    /// To run, held at the first statement if so.
+    /// To run; with `stop_on_entry`, held at the first statement.
     Run {
-        /// Held there.
+        /// Held at the first statement.
         stop_on_entry: bool,
     },
-    /// To be held at a place without a word before it.
+    /// To be held at a place; nothing is told on the way.
     Seek(SeekTarget, SuspendReason),
-    /// To find the last place before this moment at which a breakpoint holds, without a word.
+    /// To find the last place before a moment at which a breakpoint holds; nothing is told.
     Scan {
         /// Moment of the run, counted like [`Position::moment`].
         before: u64,
@@ -111,7 +111,7 @@ pub(crate) enum RunEvent {
     Continued,
     /// An answer.
     Answer {
-        /// To this request.
+        /// Request that is answered.
         request: RequestId,
         /// The body, or a sentence.
         result: Result<Json, String>,
@@ -162,7 +162,7 @@ pub(crate) enum SessionEvent {
     Remote(Json),
     /// Something for people, and what it is.
     Said(&'static str, String),
-    /// Of the run of this number.
+    /// An event of the run with this number.
     Run(u64, Box<RunEvent>),
 }
 
@@ -203,9 +203,9 @@ pub(crate) struct RunChannel {
     pub line: AtomicU32,
     /// The column of the latest statement.
     pub column: AtomicU32,
-    /// To the session; false when it is gone.
+    /// Hands an event to the session; false when the session is gone.
     pub events: Box<dyn Fn(SessionEvent) -> bool + Send + Sync>,
-    /// From the session; taken by the program's thread.
+    /// Commands from the session; taken by the program's thread.
     pub orders: Mutex<Option<Receiver<RunCommand>>>,
 }
 

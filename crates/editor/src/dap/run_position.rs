@@ -1,6 +1,6 @@
 //! Places in a run. A run of a program under the virtual clock is the same every time, so a number names a place in it.
 
-/// Where a run stands.
+/// Position of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Position {
     /// What the debugger has heard of so far: statements, exceptions, cycles.
@@ -11,23 +11,23 @@ pub struct Position {
     pub cycle: u64,
 }
 
-/// Where a run is to be held.
+/// Position at which a run is to be held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeekTarget {
-    /// Before this statement.
+    /// Held before this statement.
     Tick(u64),
-    /// At this moment.
+    /// Held at this moment.
     Moment(u64),
-    /// Before the cycle after this one passes.
+    /// Held before the cycle after this one passes.
     Cycle(u64),
-    /// At the end of the program.
+    /// Held at the end of the program.
     End,
 }
 
 /// What a client has changed in a run, which is done again when the run is repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Intervention {
-    /// When, see [`Position::moment`].
+    /// Moment of the intervention, see [`Position::moment`].
     pub moment: u64,
     /// The thread in whose call it was done.
     pub thread: u32,

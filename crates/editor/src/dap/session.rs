@@ -96,7 +96,7 @@ pub(crate) struct DapSession<'s> {
     pub(super) breakpoints: Breakpoints,
     pub(super) last_id: u64,
     pub(super) interventions: Vec<Intervention>,
-    /// How much of what the program said the client has seen.
+    /// Number of the program's outputs that the client has seen.
     seen: u64,
     pub(super) backwards: Option<ReverseState>,
     /// Where a breakpoint held last before the present place, if that is known.

@@ -24,7 +24,7 @@ pub enum StreamError {
     /// There is no length, or it is no number.
     #[error("the client sent a message without a Content-Length")]
     NoLength,
-    /// More than is taken.
+    /// The message is longer than is taken.
     #[error("the client sent a message of {0} bytes, {MESSAGE_MAX} are allowed")]
     TooLong(usize),
     /// The stream ended within a message.
@@ -100,7 +100,7 @@ fn read_header(input: &mut dyn BufRead) -> Result<Option<usize>, StreamError> {
     Err(StreamError::Header("too many lines".to_owned()))
 }
 
-/// Where messages to a client go.
+/// Sink for messages to a client.
 pub trait MessageSink {
     /// Sends one.
     ///

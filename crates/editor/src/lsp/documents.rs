@@ -43,7 +43,7 @@ pub struct Document {
     pub version: i32,
     /// The text.
     pub text: String,
-    /// Where its lines begin.
+    /// Beginnings of the lines of the text.
     pub lines: LineIndex,
     /// What it is for.
     pub kind: TextKind,
@@ -190,7 +190,7 @@ impl Documents {
         self.open.values_mut()
     }
 
-    /// When findings are to be told next.
+    /// Time when findings are to be told next.
     pub fn next_due(&self) -> Option<Instant> {
         let due = self.open.values().filter_map(|document| document.due);
         due.map(|(at, _)| at).min()

@@ -66,7 +66,7 @@ pub enum LspSessionEnd {
 pub struct LspSession(LanguageServer);
 
 impl LspSession {
-    /// Before anything has come.
+    /// A session to which nothing has come yet.
     pub fn new(options: &ServerOptions) -> Self {
         LspSession(LanguageServer::new(options.clone()))
     }

@@ -13,7 +13,7 @@ pub enum Encoding {
     Utf16,
 }
 
-/// Where the lines of a text begin.
+/// Beginnings of the lines of a text.
 #[derive(Debug, Default)]
 pub struct LineIndex {
     starts: Vec<usize>,

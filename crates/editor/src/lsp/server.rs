@@ -66,7 +66,7 @@ enum ServerPhase {
 }
 
 impl LanguageServer {
-    /// Before anything has come.
+    /// A server to which nothing has come yet.
     pub fn new(options: ServerOptions) -> Self {
         LanguageServer {
             documents: Documents::default(),
@@ -93,7 +93,7 @@ impl LanguageServer {
         }
     }
 
-    /// When findings are to be told next.
+    /// Time when findings are to be told next.
     pub fn next_due(&self) -> Option<Instant> {
         self.documents.next_due()
     }

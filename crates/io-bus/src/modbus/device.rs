@@ -21,7 +21,7 @@ use super::signal::DeviceAddress;
 use super::state::{ModbusState, SharedModbusState};
 use crate::link::PeerStream;
 
-/// How long a connection and an answer may take.
+/// Longest time for a connection, and for an answer.
 const CONNECT_TIME: Duration = Duration::from_secs(2);
 const ANSWER_TIME: Duration = Duration::from_secs(1);
 /// How long an answer to a broadcast is waited for; usually there is none.

@@ -9,9 +9,9 @@ pub enum Request {
     Read {
         /// Table that is read.
         table: Table,
-        /// First value.
+        /// Address of the first value.
         address: u16,
-        /// How many.
+        /// Number of values.
         count: u16,
     },
     /// Function 5.
@@ -26,7 +26,7 @@ pub enum Request {
     ReadWrite {
         /// First register to read.
         read: u16,
-        /// How many.
+        /// Number of registers to read.
         count: u16,
         /// First register to write.
         write: u16,

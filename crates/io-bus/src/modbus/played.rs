@@ -33,7 +33,7 @@ struct SimulatedConnection {
     stream: Option<LocalStream>,
     schedule: Schedule,
     transaction: u16,
-    /// Not connected again before then.
+    /// Time before which the device is not connected again.
     paused_until: Option<Instant>,
 }
 

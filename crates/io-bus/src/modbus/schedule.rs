@@ -65,14 +65,14 @@ pub(super) struct Schedule {
     /// When the first signal that is not in the round is due.
     next_due: Option<Instant>,
     idle_since: Option<Instant>,
-    /// Of a device that a test plays.
+    /// The device is one that a test plays.
     is_simulated: bool,
     /// Signals come late by more than half their period.
     pub(super) is_behind: bool,
 }
 
 impl Schedule {
-    /// For a device that a test plays.
+    /// The schedule of a device that a test plays.
     pub(super) fn for_simulated_device() -> Self {
         Self {
             is_simulated: true,

@@ -36,7 +36,7 @@ pub enum SignalKind {
     ReadWrite {
         /// First register to write.
         write_address: u16,
-        /// How many may be written.
+        /// Number of registers that may be written.
         write_count: u16,
     },
 }
@@ -44,17 +44,17 @@ pub enum SignalKind {
 /// A signal to add.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SignalSpec {
-    /// Where.
+    /// Device that has the signal.
     pub device: DeviceAddress,
-    /// Unit.
+    /// Number of the unit behind the device's address.
     pub slave: u8,
-    /// First coil or register.
+    /// Address of the first coil or register.
     pub address: u16,
-    /// How many in a row.
+    /// Number of coils or registers in a row.
     pub count: u16,
-    /// What.
+    /// Kind of the signal.
     pub kind: SignalKind,
-    /// Updated in the order in which signals were added.
+    /// The signal is updated in the order in which signals were added.
     pub is_sequential: bool,
 }
 

@@ -47,7 +47,7 @@ pub(super) struct SimulatedInstant {
 }
 
 impl SimulatedInstant {
-    /// At the beginning.
+    /// The instant at which simulated time begins.
     fn begin() -> Self {
         let began = Instant::now();
         SimulatedInstant { began, now: began }

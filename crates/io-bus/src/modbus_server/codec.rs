@@ -25,7 +25,7 @@ const READ_WRITE_REGISTERS_MAX: usize = 121;
 /// The stream cannot be Modbus TCP; there is no way to find the next request in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ModbusFrameError {
-    /// Not 0.
+    /// The protocol number is not 0.
     #[error("protocol number {0} instead of 0")]
     Protocol(u16),
     /// Shorter than a unit and a function, or longer than the protocol allows.

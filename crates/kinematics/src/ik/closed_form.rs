@@ -350,9 +350,9 @@ struct Wrists {
 struct Elbows {
     /// Some are where they would be if joint 4 were further inside what the links reach.
     drawn_back: bool,
-    /// By wrist.
+    /// By wrist: some elbow reaches the target.
     reachable: [bool; 4],
-    /// By wrist; false where both are the same.
+    /// By wrist: the two elbows differ.
     two: [bool; 4],
     q2: [f64; 8],
     q3: [f64; 8],
@@ -381,7 +381,7 @@ pub(super) struct Margin {
     pub(super) length: f64,
     /// How far inside the border places are put that are nearer to it than `length`, or beyond it by less, m.
     pub(super) inside: f64,
-    /// For wrists: of the sine of joint 5.
+    /// Margin of the sine of joint 5, for wrists.
     pub(super) sine: f64,
 }
 

@@ -3,7 +3,7 @@
 use super::{CI_PAIRS, SafetySettingError};
 use nalgebra::Vector3;
 
-/// In which safety mode a plane counts.
+/// Safety modes in which a plane counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlaneMode {
     /// In normal mode.
@@ -11,7 +11,7 @@ pub enum PlaneMode {
     Normal,
     /// In reduced mode.
     Reduced,
-    /// In both.
+    /// In normal and in reduced mode.
     Both,
     /// Never.
     Off,

@@ -37,7 +37,7 @@ pub struct SceneObstacle {
     pub name: String,
     /// Shape of the obstacle.
     pub shape: ObstacleShape,
-    /// Where its middle is; of a plane, a point on it.
+    /// Pose of the shape's middle; of a plane, of a point on it.
     pub pose: RpyPose,
 }
 

@@ -21,7 +21,7 @@ pub struct Alignment {
     pub shift: f64,
     /// When the first run begins to move, s in its own time.
     pub first_motion: Option<f64>,
-    /// When the second does, s in its own time.
+    /// Time of the first motion in the second run, s.
     pub second_motion: Option<f64>,
 }
 

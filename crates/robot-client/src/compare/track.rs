@@ -24,7 +24,7 @@ pub enum RunTraceError {
 /// One moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceSample {
-    /// When, s.
+    /// Time of the sample, s.
     pub time: f64,
     /// Positions of the joints, rad.
     pub q: [f64; 6],

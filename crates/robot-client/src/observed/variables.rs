@@ -12,7 +12,7 @@ use wire::rtsi::RtsiValue;
 /// Takes a value over.
 pub(super) type StateSetter = fn(&mut RobotState, RtsiValue);
 
-/// Where a variable belongs.
+/// The field of a state that a variable belongs to.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum VariableTarget {
     /// Into the state, which holds all of it.
@@ -205,7 +205,7 @@ pub static KNOWN_VARIABLES: LazyLock<Vec<String>> = LazyLock::new(|| {
     names
 });
 
-/// Where the variable of this name belongs.
+/// The field of a state that the variable of this name belongs to.
 pub(super) fn target_of(name: &str) -> VariableTarget {
     if let Some((_, place)) = TAKEN.iter().find(|(taken, _)| *taken == name) {
         return *place;

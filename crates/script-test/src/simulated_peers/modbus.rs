@@ -22,7 +22,7 @@ pub(crate) struct ModbusDevice {
 pub(crate) struct ModbusRequest {
     pub function: u8,
     pub address: u16,
-    /// How many are read, or what is written.
+    /// Number of values that are read, or the values that are written.
     pub values: Vec<u16>,
 }
 
@@ -165,7 +165,7 @@ impl ModbusRequest {
         })
     }
 
-    /// Of a whole message.
+    /// The request that a whole message holds.
     pub(crate) fn of_message(message: &[u8]) -> Option<Self> {
         Self::read(message.get(HEADER_BYTES..)?)
     }

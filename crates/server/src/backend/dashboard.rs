@@ -39,7 +39,7 @@ pub(super) struct LogRateLimit {
 }
 
 impl LogRateLimit {
-    /// When the next line may be written.
+    /// Time when the next line may be written.
     fn next(&mut self, now: tokio::time::Instant) -> tokio::time::Instant {
         let due = self.due.map_or(now, |due| due.max(now));
         self.due = Some(due + LOG_INTERVAL);

@@ -18,7 +18,7 @@ impl Lifetime {
         &self.token
     }
 
-    /// Ends it.
+    /// Ends the backend's tasks.
     pub fn shut_down(&self) {
         self.token.cancel();
     }

@@ -74,7 +74,7 @@ pub struct PortBackend {
     task_dir: PathBuf,
     /// What the page draws.
     scene: Value,
-    /// Where the arm stands at the start, rad.
+    /// Positions of the joints at the start, rad.
     home: [f64; 6],
     log_lines: LogLines,
     start_configuration: Configuration,

@@ -33,7 +33,7 @@ struct VariableSet {
 #[derive(Debug, Default)]
 pub(super) struct ConfigurationVariables {
     kept: BTreeMap<String, VariableSet>,
-    /// That of the loaded task.
+    /// Name of the loaded task's configuration.
     loaded: Option<String>,
     running: Option<(ProgramId, String)>,
 }

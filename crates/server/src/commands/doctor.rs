@@ -234,7 +234,7 @@ fn clock_source() -> Option<HealthCheck> {
     })
 }
 
-/// Where the processors' frequency is governed, how.
+/// Checks the governor of the processors' frequency, where there is one.
 fn governor() -> Option<HealthCheck> {
     let governors = machine::cpu_governors();
     if governors.is_empty() {

@@ -228,7 +228,7 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     ))
 }
 
-/// In the order of [`OUTPUTS`] and [`STATES`].
+/// The topics beside those of every recording, in the order of [`OUTPUTS`] and [`STATES`].
 fn extra_topics(observer: &RtsiStateMapper, rtsi: &RtsiClient) -> Vec<CustomTopic> {
     let topic = |name: &str, schema_name: &str, schema: String| CustomTopic {
         name: name.to_owned(),

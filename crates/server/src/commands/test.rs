@@ -100,7 +100,7 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
     Ok(results.iter().all(|result| result.status == Status::Passed))
 }
 
-/// In the order of paths and lines.
+/// Orders results by path and line.
 pub(crate) fn by_place(a: &TestResult, b: &TestResult) -> Ordering {
     let key = |result: &TestResult| (result.case.file.path.clone(), result.case.line);
     key(a).cmp(&key(b))

@@ -116,7 +116,7 @@ impl LogQueue {
 
 /// What the log's formatter writes: one event a call.
 pub struct EventWriter {
-    /// Where they go.
+    /// Queue that the lines go to.
     pub queue: LogQueue,
     /// The formatter colours lines: its escape sequences stay. It has escaped those of others itself.
     pub coloured: bool,

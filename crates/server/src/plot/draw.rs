@@ -112,7 +112,7 @@ impl Scale {
     }
 }
 
-/// Where the two columns are on the page.
+/// Places of the two columns on the page.
 struct Layout {
     size: (u32, u32),
     top: f32,

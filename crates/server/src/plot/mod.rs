@@ -322,7 +322,7 @@ impl Marks {
         self.at.push((time, name.into()));
     }
 
-    /// How many there are.
+    /// Number of the marks.
     pub fn len(&self) -> usize {
         self.at.len()
     }

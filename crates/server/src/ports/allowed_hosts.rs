@@ -44,7 +44,7 @@ impl HostRejection {
 /// The names of this machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AllowedHosts {
-    /// In small letters, without a dot at the end.
+    /// Names in small letters, without a dot at the end.
     names: Vec<String>,
     /// Pages of files on this machine's disk may ask: read-only ports of desktop apps.
     files: bool,

@@ -103,7 +103,7 @@ impl Peripherals {
 /// How the serial port of the tool is configured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ToolSerial {
-    /// Baud.
+    /// Bits a second.
     pub baud_rate: u32,
     /// 0 none, 1 odd, 2 even.
     pub parity: u32,

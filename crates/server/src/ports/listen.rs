@@ -34,7 +34,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// a client takes nothing; a fast client of a distant network still gets 2 MB/s with it.
 const SEND_BUFFER_BYTES: usize = 128 * 1024;
 
-/// How long sessions may take to end.
+/// Longest time that sessions may take to end.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Number of a client, from 1, in the order in which clients of a port connected.
@@ -75,7 +75,7 @@ impl PortMeter {
         self.name
     }
 
-    /// How many clients are connected now.
+    /// Number of clients that are connected now.
     pub fn clients(&self) -> usize {
         self.clients.load(Ordering::Relaxed)
     }
@@ -89,7 +89,7 @@ pub enum BindError {
         "{address} is in use by another program: stop it, or choose another port with {option} (0 takes any free one)"
     )]
     InUse {
-        /// Wanted.
+        /// Address that was asked for.
         address: SocketAddr,
         /// The option that chooses the port.
         option: &'static str,
@@ -97,7 +97,7 @@ pub enum BindError {
     /// A port below 1024, usually.
     #[error("this user may not listen on {address}: choose a port from 1024 on with {option}")]
     NotAllowed {
-        /// Wanted.
+        /// Address that was asked for.
         address: SocketAddr,
         /// The option that chooses the port.
         option: &'static str,
@@ -105,13 +105,13 @@ pub enum BindError {
     /// The machine has no such address.
     #[error("this machine has no address {}: choose one of its own with --bind", address.ip())]
     NoSuchAddress {
-        /// Wanted.
+        /// Address that was asked for.
         address: SocketAddr,
     },
-    /// Anything else.
+    /// The port cannot be opened for another reason.
     #[error("cannot listen on {address} ({option}): {source}")]
     Other {
-        /// Wanted.
+        /// Address that was asked for.
         address: SocketAddr,
         /// The option that chooses the port.
         option: &'static str,

@@ -67,12 +67,12 @@ impl fmt::Display for DisconnectReason {
 #[derive(Debug)]
 pub struct Peer<S = TcpStream> {
     stream: S,
-    /// Until it is clear who connects.
+    /// Sniffer for the first bytes, until it is clear who connects.
     opening: Option<ProtocolSniffer>,
     /// Received while it was not clear, to be read before anything else.
     received: Vec<u8>,
     local_ip: IpAddr,
-    /// Where the client is.
+    /// Address of the client.
     address: Option<SocketAddr>,
     marks: Arc<PeerActivity>,
 }
@@ -90,7 +90,7 @@ struct PeerActivity {
 
 #[derive(Debug)]
 struct ActivityTimes {
-    /// When something was last sent or taken.
+    /// Time when something was last sent or taken.
     moved: Instant,
     /// Since when the client takes nothing of what it is sent.
     deaf_since: Option<Instant>,

@@ -17,7 +17,7 @@ enum LexState {
     Comment,
     /// One or two quotes have been seen; a string, an empty string or a triple quote.
     Opening(u8, u8),
-    /// In a string that ends with its line.
+    /// Within a string that ends with its line.
     Single(u8),
     /// In a triple-quoted string, with so many closing quotes seen.
     Triple(u8, u8),

@@ -12,7 +12,7 @@ use super::ReplayError;
 pub(super) struct DiffReport {
     /// Cycles with the same number that were compared.
     compared: u64,
-    /// How many of them differ.
+    /// Number of compared cycles that differ.
     different: u64,
     first: Option<Difference>,
     /// Time of the first difference, s.

@@ -167,7 +167,7 @@ pub(crate) enum Question {
     Summary,
     /// The state at a time, s.
     At(f64),
-    /// When a condition held.
+    /// The times when a condition held.
     Find(String),
     /// The programs and their lines.
     Script,

@@ -19,7 +19,7 @@ use recorder::{
 };
 use thiserror::Error;
 
-/// More missing cycles are not worth waiting for.
+/// Most missing cycles that are run; more are not worth waiting for.
 const MAX_MISSING: u64 = 200_000;
 /// Commands, and changes of registers, that one cycle may have taken; the rings hold fewer.
 const MAX_WAITING: usize = 10_000;
@@ -66,7 +66,7 @@ pub enum RerunError {
 pub enum Comparison {
     /// Every recorded cycle came out the same.
     Identical {
-        /// How many cycles.
+        /// Number of cycles.
         cycles: u64,
     },
     /// The first cycle that did not.

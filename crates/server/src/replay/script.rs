@@ -40,7 +40,7 @@ struct LineProfile {
 struct ProgramProfile {
     name: String,
     text: String,
-    /// How many lines the text has; no other is looked at.
+    /// Number of lines of the text; lines beyond are not looked at.
     length: u32,
     start: f64,
     lines: BTreeMap<u32, LineProfile>,

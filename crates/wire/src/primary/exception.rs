@@ -31,13 +31,13 @@ pub enum ExceptionSource {
     TeachPendant = 122,
 }
 
-/// How bad it is.
+/// Severity of an exception.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum ExceptionLevel {
-    /// To know.
+    /// Something worth knowing.
     Info = 0,
-    /// To look at.
+    /// Something to look at.
     Warning = 1,
     /// Something failed.
     Error = 2,
@@ -48,7 +48,7 @@ pub enum ExceptionLevel {
 /// What comes with a robot error.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ErrorData {
-    /// Nothing.
+    /// No data.
     None,
     /// A number.
     Unsigned(u32),
@@ -119,7 +119,7 @@ pub enum Exception {
         code: i32,
         /// Number of the reason.
         sub_code: i32,
-        /// How bad it is.
+        /// Severity of the exception.
         level: ExceptionLevel,
         /// What comes with it.
         data: ErrorData,
@@ -266,7 +266,7 @@ impl ExceptionLevel {
         }
     }
 
-    /// In a word.
+    /// The name of the level, in one word.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Info => "info",

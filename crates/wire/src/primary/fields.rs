@@ -44,7 +44,7 @@ pub(super) trait FieldCodec {
         Ok(())
     }
 
-    /// Numbers.
+    /// Floating-point numbers of eight bytes each.
     fn f64s(&mut self, values: &mut [f64]) -> Result<(), DecodeError> {
         values.iter_mut().try_for_each(|value| self.f64(value))
     }
@@ -62,7 +62,7 @@ pub(super) struct FieldReader<'a> {
 }
 
 impl<'a> FieldReader<'a> {
-    /// Of `what`, for the error.
+    /// A reader of the fields of `what`, which is named in errors.
     pub(super) const fn new(what: &'static str, bytes: &'a [u8]) -> Self {
         Self { what, rest: bytes }
     }

@@ -51,7 +51,7 @@ pub enum DecodeError {
     UnexpectedEnd {
         /// What is too short.
         what: &'static str,
-        /// How many bytes it lacks.
+        /// Number of bytes that are missing.
         missing: usize,
     },
     /// There are bytes behind the last part.
@@ -77,7 +77,7 @@ pub struct MessageFrame<'a> {
     pub kind: u8,
     /// What follows the head.
     pub body: &'a [u8],
-    /// How many bytes it takes, head included.
+    /// Number of bytes that the message takes, head included.
     pub bytes: usize,
 }
 

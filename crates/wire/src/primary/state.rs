@@ -155,13 +155,13 @@ part! {
         analog_out_domains: [u8; 3] => bytes,
         /// A or V.
         analog_out: [f64; 3] => f64s,
-        /// °C.
+        /// Temperature of the master board, °C.
         temperature: f32 => f32,
-        /// V.
+        /// Voltage of the robot, V.
         robot_voltage: f32 => f32,
-        /// A.
+        /// Current of the robot, A.
         robot_current: f32 => f32,
-        /// A.
+        /// Current of the inputs and outputs, A.
         io_current: f32 => f32,
         /// Number of the safety mode.
         safety_mode: u8 => u8,
@@ -207,9 +207,9 @@ part! {
         voltage: f32 => f32,
         /// Asked for: 0, 12 or 24 V.
         output_voltage: u8 => u8,
-        /// A.
+        /// Current of the tool, A.
         current: f32 => f32,
-        /// °C.
+        /// Temperature of the tool, °C.
         temperature: f32 => f32,
         /// Number of its mode.
         mode: u8 => u8,
@@ -237,7 +237,7 @@ part! {
     ToolCommunication {
         /// The port is configured.
         is_enabled: bool => flag,
-        /// Baud.
+        /// Bits a second.
         baud_rate: u32 => u32,
         /// 0 none, 1 odd, 2 even.
         parity: u32 => u32,
@@ -314,7 +314,7 @@ parts! {
     0 mode: ModeData, "the robot's modes";
     /// Every joint.
     1 joints: Joints, "the joints' part";
-    /// Where the tool is.
+    /// Pose of the tool.
     4 cartesian: Cartesian, "the tool's place";
     /// The arm.
     6 configuration: Configuration, "the arm's configuration";

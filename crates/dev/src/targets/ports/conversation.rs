@@ -11,7 +11,7 @@ use tokio::runtime::{Builder, Runtime};
 /// What may be on its way in one direction, bytes.
 const ON_THE_WAY: usize = 64 * 1024;
 
-/// Where the client has connected to.
+/// Address that the client has connected to.
 const LOCAL: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 
 thread_local! {

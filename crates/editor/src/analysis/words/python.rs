@@ -9,7 +9,7 @@ pub(super) fn sentence(name: &str) -> Option<(&'static str, &'static str)> {
     Some((NAMES[at].1, NAMES[at].2))
 }
 
-/// In the order of the names.
+/// Python's names with their explanations, in the order of the names.
 const NAMES: &[(&str, &str, &str)] = &[
     (
         "ArithmeticError",

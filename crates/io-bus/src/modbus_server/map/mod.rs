@@ -48,7 +48,7 @@ impl View<'_> {
 pub struct RegisterRange {
     /// First address.
     pub first: u16,
-    /// How many words.
+    /// Number of words.
     pub count: u16,
     /// What it holds.
     pub meaning: &'static str,
@@ -87,7 +87,7 @@ enum Write {
 pub struct BitRange {
     /// First address.
     pub first: u16,
-    /// How many.
+    /// Number of bits.
     pub count: u16,
     /// The space it is in; `None` for both.
     pub space: Option<Space>,

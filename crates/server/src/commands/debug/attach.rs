@@ -23,7 +23,7 @@ const SESSION_BYTES_MAX: u64 = 64 * 1024;
 /// Messages that may wait for the server.
 const WAITING_MAX: usize = 1024;
 
-/// Where a server is, and what is shown to it.
+/// Address of a server, and the token that is shown to it.
 struct ServerAddress {
     address: String,
     port: u16,

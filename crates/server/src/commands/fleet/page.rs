@@ -206,8 +206,8 @@ async fn table(Shared(robots): Shared<Robots>) -> Response {
          .ready{{color:#080}}.waiting,.stopped,.bad{{color:#b00}}.starting{{color:#850}}\
          @media(prefers-color-scheme:dark){{body{{background:#111;color:#ddd}}a{{color:#8cf}}.ready{{color:#7d7}}\
          .waiting,.stopped,.bad{{color:#f88}}.starting{{color:#fc8}}}}</style></head><body><h1>Robots</h1>\
-         <table><thead><tr><th>robot</th><th>state</th><th>task</th><th>cycle</th><th>memory</th><th>restarts</th><th>address</th>\
-         <th>log</th></tr></thead><tbody>{rows}</tbody></table>\
+         <table><thead><tr><th>robot</th><th>state</th><th>task</th><th>cycle</th><th>memory</th><th>restarts</th>\
+         <th>address</th><th>log</th></tr></thead><tbody>{rows}</tbody></table>\
          <p><a href=\"/healthz\">health</a> · <a href=\"/metrics\">metrics</a></p></body></html>\n"
     );
     let heads = [

@@ -65,9 +65,9 @@ impl ProcessState {
 pub(super) struct ProcessStatus {
     pub state: ProcessState,
     pub pid: Option<u32>,
-    /// By service, from its ready file.
+    /// Port of each service, from the robot's ready file.
     pub ports: BTreeMap<String, u16>,
-    /// How often it was started again without being asked.
+    /// Number of restarts that nobody asked for.
     pub restarts: u64,
     /// Bytes it holds.
     pub memory: u64,

@@ -27,9 +27,9 @@ const AHEAD_MAX: usize = 16;
 pub enum IncomingLine {
     /// A message.
     Message(Box<ClientJsonRpcMessage>),
-    /// No message; this is the answer.
+    /// The line is no message; this is the answer to it.
     Wrong(Box<ServerJsonRpcMessage>),
-    /// Nothing.
+    /// The line needs no answer: it is empty, or a notification that cannot be read.
     Nothing,
 }
 
@@ -110,7 +110,7 @@ pub(super) struct Lines<W> {
 }
 
 impl Lines<io::Stdout> {
-    /// Those of the process.
+    /// The lines of the standard streams of this process.
     pub(super) fn of_standard_streams() -> io::Result<Self> {
         Self::new(io::stdin(), io::stdout())
     }

@@ -30,7 +30,7 @@ pub(super) struct Workspace {
 }
 
 impl Workspace {
-    /// Opens it.
+    /// Opens the folder.
     pub(super) fn open(root: &Path) -> Result<Self, SandboxError> {
         let folders = SandboxRoots::open_with_reason(&[root.to_owned()], BECAUSE)?;
         Ok(Self {

@@ -38,7 +38,7 @@ pub(super) enum InputLine {
 /// A way to say something while somebody types.
 pub(super) type Notifier = Box<dyn FnMut(String) + Send>;
 
-/// Where lines come from.
+/// Source of lines.
 pub(super) enum LineSource {
     Terminal(Box<Terminal>),
     Pipe(StdinLock<'static>),
@@ -48,7 +48,7 @@ pub(super) enum LineSource {
 pub(super) type CompletionNames = Rc<RefCell<BTreeSet<String>>>;
 
 impl LineSource {
-    /// From the terminal, if there is one on both sides.
+    /// The terminal as the source, if there is one on both sides; standard input otherwise.
     pub(super) fn open(is_terminal: bool, names: &CompletionNames) -> Self {
         match is_terminal.then(|| Terminal::open(names)) {
             Some(Ok(terminal)) => Self::Terminal(Box::new(terminal)),

@@ -168,7 +168,7 @@ impl ShellSession {
         SessionError::GivenUp { error, what }
     }
 
-    /// From now on things are said beside the line that is typed.
+    /// Sets how something is said while a line is being typed.
     pub(super) fn set_notifier(&mut self, voice: Option<Notifier>) {
         self.voice = voice;
     }

@@ -110,7 +110,7 @@ struct LineJoiner {
     out: String,
     /// What has come of the statement.
     part: String,
-    /// Of the line that it stands in.
+    /// Indentation of the line that `part` stands in.
     indent: Option<usize>,
 }
 

@@ -108,7 +108,7 @@ pub async fn serve(
 struct Replies {
     /// Each with whether the connection ends behind it.
     waiting: VecDeque<(Vec<u8>, bool)>,
-    /// How much of the first is written.
+    /// Bytes of the first reply that are written.
     written: usize,
 }
 
@@ -170,7 +170,7 @@ impl<R: AsyncRead + Unpin> LineReader<R> {
 /// A line whose turn has not come.
 #[derive(Debug)]
 enum QueuedLine {
-    /// To be carried out and answered.
+    /// A line to carry out and answer.
     Line(Line),
     /// To be answered, so many times: it was carried out when it came, or is not at all. In its turn the order is given
     /// once more, for what has begun meanwhile.
@@ -328,7 +328,7 @@ fn urgent_order(line: &str, dashboard: &impl DashboardBackend) -> Option<Dashboa
     (dashboard.control() == ControlMode::Remote).then_some(order)
 }
 
-/// Where the lines of one client are dealt with.
+/// Carries out the lines of one client.
 struct Desk<'a, D> {
     client: ClientId,
     dashboard: &'a D,

@@ -33,7 +33,7 @@ pub struct Figures {
     pub overruns: u64,
     /// Cycles that were left out because the motion thread woke up too late.
     pub missed_cycles: u64,
-    /// How long cycles took.
+    /// Durations of cycles.
     pub cycle_durations: HistogramSnapshot,
     /// How late cycles began.
     pub wakeup_latencies: HistogramSnapshot,

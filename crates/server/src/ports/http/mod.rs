@@ -77,9 +77,9 @@ pub trait HttpBackend: Send + Sync + 'static {
 /// A reason why inputs were not set, told in a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SetInputsError {
-    /// Never here.
+    /// Inputs can never be set here, for this reason.
     ReadOnly(String),
-    /// Not now.
+    /// Inputs cannot be set now, for this reason.
     Unavailable(String),
 }
 
@@ -134,7 +134,7 @@ impl HttpService {
         Self { router, live: None }
     }
 
-    /// With the pendant page.
+    /// This service with the pendant page.
     pub fn with_page<C: PageBackend>(self, page: Arc<Page<C>>) -> Self {
         Self {
             router: self.router.merge(page::router(Arc::clone(&page))),

@@ -128,7 +128,7 @@ pub enum StatementRejection {
         /// How it begins.
         start: String,
     },
-    /// Not UTF-8.
+    /// The text is not UTF-8.
     NotUtf8 {
         /// The text with replacement characters.
         start: String,
@@ -158,9 +158,9 @@ impl StatementRejection {
 pub enum StatementFrame {
     /// To be compiled and queued; without the newline at its end.
     Statement(String),
-    /// To be carried out at once.
+    /// A command to carry out at once.
     Command(InterpreterCommand),
-    /// To be reported.
+    /// A rejection to report.
     Rejected(StatementRejection),
 }
 
@@ -170,7 +170,7 @@ pub struct StatementFramer {
     state: StatementFramerState,
     /// The statement so far, the unfinished line included.
     text: Vec<u8>,
-    /// Where the unfinished line begins in `script_text`.
+    /// Index in `text` where the unfinished line begins.
     line_start: usize,
     /// Strings of the block up to the beginning of the unfinished line.
     strings: StringTracker,
@@ -182,7 +182,7 @@ enum StatementFramerState {
     Between,
     /// In a block whose header stands at this column, counted in bytes.
     Block { indent: usize },
-    /// In a block that is too long.
+    /// Within a block that is too long.
     SkippingBlock { indent: usize },
     /// In a line that is too long, reported already; then back to the state before.
     SkippingLine,

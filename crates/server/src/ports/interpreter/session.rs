@@ -94,7 +94,7 @@ struct StatementSender {
     bytes: Arc<AtomicUsize>,
 }
 
-/// Where they come out.
+/// Receiver of the statements of one client.
 struct StatementReceiver {
     texts: mpsc::UnboundedReceiver<Arc<str>>,
     bytes: Arc<AtomicUsize>,
@@ -236,7 +236,7 @@ struct WeakReplySender {
     bytes: Arc<AtomicUsize>,
 }
 
-/// Where they come out.
+/// Receiver of the replies to one client.
 struct ReplyReceiver {
     lines: mpsc::Receiver<String>,
     bytes: Arc<AtomicUsize>,

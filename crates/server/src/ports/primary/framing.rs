@@ -29,7 +29,7 @@ pub enum ProgramKind {
 /// How the end of a program was recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProgramEnd {
-    /// By its own last line.
+    /// The last line of the program ends it.
     ItsText,
     /// The client sends no more.
     PeerClosed,
@@ -94,15 +94,15 @@ pub enum ScriptRejection {
     TooMuchWaits,
     /// A stop came behind programs that had not begun.
     Stopped {
-        /// How many.
+        /// Number of programs that were not run.
         programs: usize,
     },
     /// The client sends no more, and its last block is open though it has blocks that are closed.
     CutOff {
-        /// How many lines came.
+        /// Number of lines that came.
         lines: usize,
     },
-    /// Not UTF-8.
+    /// The text is not UTF-8.
     NotUtf8 {
         /// Line of the program, from 1.
         line: usize,
@@ -150,11 +150,11 @@ impl fmt::Display for ScriptRejection {
 /// One thing a client sent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ScriptFrame {
-    /// To be compiled and run.
+    /// A program to compile and run.
     Program(ReceivedProgram),
-    /// To be done at once.
+    /// An order to carry out at once.
     Control(ControlPhrase),
-    /// To be reported.
+    /// A rejection to report.
     Rejected(ScriptRejection),
 }
 
@@ -164,7 +164,7 @@ pub struct ScriptFramer {
     state: ProgramFramerState,
     /// The program so far, the unfinished line included. When skipping: the beginning of the unfinished line.
     text: Vec<u8>,
-    /// Where the unfinished line begins in `script_text`.
+    /// Index in `text` where the unfinished line begins.
     line_start: usize,
     /// Strings of the block up to the last byte received.
     strings: StringTracker,
@@ -177,9 +177,9 @@ pub struct ScriptFramer {
 enum ProgramFramerState {
     /// Between programs.
     Between,
-    /// In a block.
+    /// Within a block.
     Block(ProgramKind),
-    /// In something too long: a block or a line.
+    /// Within a block or a line that is too long.
     Skipping { block: bool },
 }
 

@@ -52,9 +52,9 @@ impl fmt::Display for Sender {
 /// A program with its sender.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Submission {
-    /// Who sent it.
+    /// The client that sent the program.
     pub sender: Sender,
-    /// What.
+    /// The program.
     pub program: ReceivedProgram,
 }
 

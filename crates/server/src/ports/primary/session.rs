@@ -62,7 +62,7 @@ pub enum SessionEnd {
 const LOCAL_MODE: &str = "RuntimeError: remote control is off: in local control mode every connection to the \
     primary port is closed";
 
-/// How long a client in local mode has to hear that.
+/// Time that a client in local mode has to hear that before it is disconnected.
 const FAREWELL: Duration = Duration::from_millis(500);
 
 /// Serves one client until its connection is gone, the port is closed to clients, or the server ends.

@@ -194,7 +194,7 @@ pub enum Change {
     InputBit {
         /// 64 to 127.
         index: u8,
-        /// On or off.
+        /// New level.
         level: bool,
     },
     /// One integer input register.

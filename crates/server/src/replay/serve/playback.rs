@@ -107,7 +107,7 @@ impl Playback {
         }
     }
 
-    /// With what the pendant page shows.
+    /// This playback with what the pendant page shows.
     pub(super) fn with_page(self, shown: Arc<PageContent>) -> Self {
         Self { shown, ..self }
     }

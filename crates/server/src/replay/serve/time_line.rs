@@ -43,7 +43,7 @@ pub(super) struct PageContent {
 }
 
 impl Default for PageContent {
-    /// Of nothing yet.
+    /// The page before anything is shown.
     fn default() -> Self {
         Self {
             scene: Value::Null,

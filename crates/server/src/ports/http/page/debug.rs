@@ -23,7 +23,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::{Page, PageBackend};
 
-/// Where the channel is.
+/// Path of the channel.
 pub const DEBUG_PATH: &str = "/api/v1/debug";
 
 /// Longest message of a client, bytes.

@@ -34,7 +34,7 @@ use crate::ports::escape::EscapedLine;
 use crate::ports::http::refuse;
 use crate::ports::websocket::Upgrade;
 
-/// Where the live view is.
+/// Path of the live view.
 pub const LIVE_PATH: &str = "/api/v1/live";
 
 /// Longest message of a page, bytes: a program and its name, with every character escaped.

@@ -55,7 +55,7 @@ pub struct ShownProgram {
 pub trait PageBackend: HttpBackend {
     /// Reason why nothing can be ordered, if so.
     fn read_only(&self) -> Option<String>;
-    /// Where debuggers attach, if they may.
+    /// The hub that debuggers attach to, if they may.
     fn debuggers(&self) -> Option<&Arc<editor::dap::DebugHub>> {
         None
     }
@@ -105,7 +105,7 @@ pub trait PageBackend: HttpBackend {
     fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], String>;
     /// The programs, and where they are.
     fn tasks(&self) -> Option<(&TaskFolder, &Path)>;
-    /// Where texts are read, beside the ports.
+    /// The pool that compiles texts, shared with the ports.
     fn compile_pool(&self) -> &CompilePool;
     /// The recording that is shown, or being made.
     ///

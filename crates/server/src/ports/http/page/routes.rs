@@ -244,7 +244,7 @@ async fn describe(Path(name): Path<String>, uri: Uri) -> Response {
     }
 }
 
-/// When a condition held in the recording.
+/// Answers when a condition held in the recording.
 async fn find<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
     let question: search::SearchRequest = match body(request).await {
         Ok(question) => question,
@@ -263,7 +263,7 @@ enum ReachTarget {
     Joints([f64; 6]),
 }
 
-/// Where the arm would stand: the look before a move.
+/// Answers where the arm would stand after a move, which the page shows before it.
 async fn reach<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
     let place: ReachTarget = match body(request).await {
         Ok(place) => place,
