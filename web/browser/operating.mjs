@@ -424,6 +424,20 @@ export const scenarios = {
       check(about.y >= editor.y - 1 && about.y + about.height <= editor.y + editor.height + 1, `the text about it leaves the editor: ${JSON.stringify([about, editor])}`);
     }
   },
+  async "at the end of a long text completion stays in the editor, too"({ page }) {
+    await edit(page, `${"sync()\n".repeat(60)}`);
+    await page.id("editor").focus();
+    await page.keyboard.press("Control+End");
+    await page.keyboard.type("mov", { delay: 5 });
+    const info = page.locator(".cm-completionInfo");
+    await info.waitFor();
+    await sleep(300);
+    const editor = await page.locator(".cm-editor").boundingBox();
+    for (const shown of [page.locator(".cm-tooltip-autocomplete"), info]) {
+      const place = await shown.boundingBox();
+      check(place.y >= editor.y - 1 && place.y + place.height <= editor.y + editor.height + 1, `it leaves the editor: ${JSON.stringify([place, editor])}`);
+    }
+  },
   async "an alarm is told in the language of the page"({ page }) {
     await take(page);
     await edit(page, "def p():\n  sync()\n  movej(1)\nend\n");

@@ -210,14 +210,15 @@ function callWatcher(name: Name): Extension {
   return [watcher, Prec.highest(keymap.of([{ key: "Escape", run: escape }]))];
 }
 
-/** The text about a completion stands below the list or above it, so that it covers no button beside the editor. */
-function placeInfo(view: EditorView, list: { left: number; top: number; right: number; bottom: number }, _option: unknown, info: { top: number; bottom: number }, space: { bottom: number }): { style: string } {
-  const height = info.bottom - info.top;
-  const isBelow = space.bottom - list.bottom >= Math.min(height, 120);
+/** The text about a completion stands below the list or above it, where there is more room in the editor: it covers no button beside it. */
+function placeInfo(view: EditorView, list: { left: number; top: number; right: number; bottom: number }, _option: unknown, info: { top: number; bottom: number }, space: { top: number; bottom: number }): { style: string } {
+  const below = space.bottom - list.bottom - 6;
+  const above = space.top < list.top ? list.top - space.top - view.defaultLineHeight - 6 : 0;
+  const isBelow = below >= Math.min(info.bottom - info.top, 120) || below >= above;
   const width = `width: ${Math.round(list.right - list.left)}px; max-width: none;`;
-  const room = Math.round(isBelow ? space.bottom - list.bottom - 6 : list.top - view.defaultLineHeight - 6);
+  const room = Math.max(40, Math.min(Math.round(isBelow ? below : above), 260));
   const place = isBelow ? "top: 100%;" : `bottom: calc(100% + ${Math.round(view.defaultLineHeight)}px);`;
-  return { style: `left: 0; ${place} ${width} max-height: ${Math.max(80, Math.min(room, 260))}px; overflow: auto;` };
+  return { style: `left: 0; ${place} ${width} max-height: ${room}px; overflow: auto;` };
 }
 
 /** Everything that the editor is told while somebody writes. `name` is the program's. */

@@ -93,6 +93,7 @@ export class Points {
 
   private showNames(): void {
     const rows: HTMLElement[] = [];
+    for (const row of byId("io").querySelectorAll(".named-bits")) row.classList.remove("named-bits");
     for (const element of [...this.levels, ...this.analogs].map((one) => one.element)) {
       const name = element.dataset["testid"] ?? "";
       const words = this.wordsOf(name);
@@ -101,6 +102,7 @@ export class Points {
       element.setAttribute("aria-label", element.title);
       const caption = element.querySelector(".caption");
       if (caption) setText(caption, own ?? "");
+      if (own !== undefined) element.closest(".bits")?.classList.add("named-bits");
       if (words !== "") rows.push(make("li", { "data-point": name }, make("span", {}, name), make("b", {}, words)));
     }
     this.named.replaceChildren(...rows);
