@@ -303,7 +303,7 @@ fn counts(cell: &WorldDescription) -> Result<(), WorldError> {
         ("part", parts, MAX_PARTS),
         ("obstacle", cell.obstacles.len(), MAX_PARTS),
         ("friction", cell.frictions.len(), MAX_PARTS),
-        ("gripper", cell.grippers.len(), MAX_ENTRIES),
+        ("gripper", cell.grippers.len(), crate::input::MAX_GRIPPERS),
         ("conveyor", cell.conveyors.len(), MAX_ENTRIES),
         ("source", cell.sources.len(), MAX_ENTRIES),
         ("sink", cell.sinks.len(), MAX_ENTRIES),

@@ -9,7 +9,7 @@
 //! spin, because it goes through the corners one by one; eight passes leave 0.7 %.
 
 use crate::description::{Settings, Shape};
-use crate::materials::Materials;
+use crate::materials::{Materials, Owner};
 use kinematics::{Pose, Twist, Wrench};
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::dynamics::{
@@ -74,7 +74,7 @@ impl Clone for Engine {
 #[derive(Clone, Copy)]
 pub(crate) struct Material {
     /// Whose; see [`crate::materials`].
-    pub(crate) owner: crate::materials::Owner,
+    pub(crate) owner: Owner,
     /// Coefficient of friction.
     pub(crate) friction: f64,
     /// Coefficient of restitution.
@@ -109,6 +109,11 @@ impl Engine {
     pub(crate) fn substep(&self) -> f64 {
         let parameters = &self.physics.integration_parameters;
         parameters.dt / parameters.num_solver_iterations as f64
+    }
+
+    /// Free-fall acceleration, base frame, m/s².
+    pub(crate) fn gravity(&self) -> Vector3<f64> {
+        our_vector(self.physics.gravity)
     }
 
     pub(crate) fn step(&mut self) {
@@ -266,6 +271,33 @@ impl Engine {
         }
     }
 
+    /// Whose colliders were nearer to this one than a distance when the engine last looked, in a fixed order.
+    pub(crate) fn near(&self, collider: ColliderHandle, distance: f64) -> Vec<Owner> {
+        let mut owners = Vec::new();
+        for pair in self.physics.contact_pairs_with(collider) {
+            let points = pair
+                .manifolds()
+                .iter()
+                .flat_map(|manifold| &manifold.points);
+            if points.map(|point| point.dist).fold(f64::INFINITY, f64::min) < distance {
+                let other = if pair.collider1 == collider {
+                    pair.collider2
+                } else {
+                    pair.collider1
+                };
+                owners.extend(
+                    self.physics
+                        .colliders
+                        .get(other)
+                        .map(|c| Owner::from_number(c.user_data)),
+                );
+            }
+        }
+        owners.sort_by_key(|owner| owner.to_number());
+        owners.dedup();
+        owners
+    }
+
     /// What touched a collider in the last step: the others, and the force on this one with its point.
     pub(crate) fn contacts(&self, collider: ColliderHandle) -> Vec<Touch> {
         let mut touches = Vec::new();
@@ -275,11 +307,6 @@ impl Engine {
                 continue;
             }
             let is_first = pair.collider1 == collider;
-            let other = if is_first {
-                pair.collider2
-            } else {
-                pair.collider1
-            };
             let sign = if is_first { -1.0 } else { 1.0 };
             let mut force = Vector3::zeros();
             let mut moment = Vector3::zeros();
@@ -304,7 +331,6 @@ impl Engine {
                 }
             }
             touches.push(Touch {
-                other,
                 on_this: Wrench { force, moment },
             });
         }
@@ -312,10 +338,8 @@ impl Engine {
     }
 }
 
-/// Something that touches a collider, and what it does to it.
+/// What something that touches a collider does to it.
 pub(crate) struct Touch {
-    /// The other collider.
-    pub(crate) other: ColliderHandle,
     /// Force on this one and moment about the origin of the base, base axes.
     pub(crate) on_this: Wrench,
 }

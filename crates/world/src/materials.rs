@@ -61,12 +61,15 @@ impl Owner {
     }
 }
 
-/// How the top of a conveyor moves: velocity of the point at `center`, and turn about it, base frame.
+/// How a conveyor's surface moves beyond what its body does, base frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SurfaceMotion {
+    /// Velocity of a belt, m/s.
     pub(crate) linear: Vector3<f64>,
-    pub(crate) angular: Vector3<f64>,
+    /// Middle of a turntable, m.
     pub(crate) center: Vector3<f64>,
+    /// Speed towards the middle per distance from it, 1/s: the step goes along the tangent of the circle, and this brings parts back to it.
+    pub(crate) contraction: f64,
 }
 
 /// What the engine asks for the contacts of pairs.
@@ -145,7 +148,7 @@ impl PhysicsHooks for Materials {
             *manifold.friction = friction;
         }
         let normal = our_vector(*manifold.normal);
-        for (side, owner) in [(-1.0, a), (1.0, b)] {
+        for (side, owner) in [(1.0, a), (-1.0, b)] {
             let Owner::Conveyor(index) = owner else {
                 continue;
             };
@@ -154,8 +157,8 @@ impl PhysicsHooks for Materials {
             };
             for contact in manifold.solver_contacts.iter_mut() {
                 let at = our_vector((contact.anchor1 + contact.anchor2) * 0.5);
-                let velocity = motion.linear + motion.angular.cross(&(at - motion.center));
-                // Only what lies along the face moves; the sides of a belt stand still with its top's velocity across them.
+                let velocity = motion.linear - (at - motion.center) * motion.contraction;
+                // Only what lies along the face moves: the ends of a belt do not push.
                 let along = velocity - normal * velocity.dot(&normal);
                 contact.tangent_velocity += vector(along * side);
             }

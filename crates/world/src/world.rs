@@ -1,14 +1,23 @@
 //! One step of the world, in its order.
 
+use crate::actuator::{Actuator, is_moved};
 use crate::arm::{Arm, add_touches};
 use crate::check::check;
+use crate::conveyor::Conveyor;
 use crate::description::*;
+use crate::detector::{Detector, is_inside};
 use crate::engine::{Engine, Material, STILL};
 use crate::error::WorldError;
+use crate::fault::{self, Fault};
+use crate::gripper::{GripContext, Gripper};
 use crate::input::{Input, Output};
 use crate::levels::PointSet;
 use crate::materials::{Materials, Owner};
-use crate::parts::Parts;
+use crate::overlap::refuse_overlaps;
+use crate::part_faults::Absent;
+use crate::parts::{PartNumber, Parts};
+use crate::scatter::Scatter;
+use crate::source::Source;
 use crate::state::{PartState, WorldState};
 use kinematics::Pose;
 use rapier3d_f64::dynamics::RigidBodyHandle;
@@ -17,6 +26,8 @@ use rapier3d_f64::dynamics::RigidBodyHandle;
 const FLOOR_FRICTION: f64 = 0.5;
 /// Without a floor, parts are removed this far below the base, m.
 const LOST_BELOW: f64 = -10.0;
+/// Number of the random sequence of faults; sources have those from 0.
+const FAULT_STREAM: u64 = 1 << 32;
 
 /// What surrounds the arm. A clone is a copy of the whole state: it goes on exactly as the original does.
 #[derive(Clone)]
@@ -24,11 +35,32 @@ pub struct World {
     pub(crate) settings: Settings,
     pub(crate) engine: Engine,
     pub(crate) parts: Parts,
+    pub(crate) names: Names,
+    pub(crate) grippers: Vec<Gripper>,
+    pub(crate) faults: Vec<Fault>,
+    pub(crate) absent: Vec<Absent>,
+    pub(crate) scatter: Scatter,
+    pub(crate) state: WorldState,
+    pub(crate) driven: PointSet,
+    /// Parts that the faults of this cycle take out of their grippers.
+    pub(crate) drops: Vec<PartNumber>,
     arm: Arm,
     obstacles: Vec<RigidBodyHandle>,
-    driven: PointSet,
+    conveyors: Vec<Conveyor>,
+    actuators: Vec<Actuator>,
+    detectors: Vec<Detector>,
+    sources: Vec<Source>,
+    sinks: Vec<Sink>,
     output: Output,
-    state: WorldState,
+}
+
+/// Names in the order of the description.
+#[derive(Clone, Default)]
+pub(crate) struct Names {
+    pub(crate) obstacles: Vec<String>,
+    pub(crate) grippers: Vec<String>,
+    pub(crate) conveyors: Vec<String>,
+    pub(crate) actuators: Vec<String>,
 }
 
 impl World {
@@ -38,6 +70,12 @@ impl World {
     /// The first thing in the description that is impossible.
     pub fn new(cell: &WorldDescription) -> Result<Self, WorldError> {
         let driven = check(cell)?;
+        let Settings {
+            period,
+            seed,
+            floor,
+            ..
+        } = cell.settings;
         let mut engine = Engine::new(&cell.settings, Materials::new(cell));
         let still = |owner, friction| Material {
             owner,
@@ -45,7 +83,7 @@ impl World {
             restitution: 0.0,
             group: STILL,
         };
-        if let Some(height) = cell.settings.floor {
+        if let Some(height) = floor {
             let body = engine.add_still(&Pose::from_translation(0.0, 0.0, height));
             engine.attach(
                 body,
@@ -55,29 +93,71 @@ impl World {
                 still(Owner::Floor, FLOOR_FRICTION),
             );
         }
-        let obstacles = cell.obstacles.iter().enumerate().map(|(i, obstacle)| {
+        let mut obstacles = Vec::new();
+        for (i, obstacle) in cell.obstacles.iter().enumerate() {
             let body = engine.add_still(&obstacle.pose);
-            engine.attach(
-                body,
-                &obstacle.shape,
-                &Pose::IDENTITY,
-                0.0,
-                still(Owner::Obstacle(i as u32), obstacle.friction),
-            );
-            body
-        });
-        let obstacles = obstacles.collect();
-        let arm = Arm::new(&cell.arm, &mut engine, cell.settings.period);
+            if !is_moved(cell, &obstacle.name) {
+                engine.attach(
+                    body,
+                    &obstacle.shape,
+                    &Pose::IDENTITY,
+                    0.0,
+                    still(Owner::Obstacle(i as u32), obstacle.friction),
+                );
+            }
+            obstacles.push(body);
+        }
+        let conveyors = cell.conveyors.iter().enumerate();
+        let conveyors = conveyors
+            .map(|(i, plan)| Conveyor::new(plan, i, &mut engine))
+            .collect();
+        let actuators: Result<_, _> = cell
+            .actuators
+            .iter()
+            .map(|plan| Actuator::new(plan, cell, &mut engine))
+            .collect();
+        let arm = Arm::new(&cell.arm, &mut engine, period);
         let parts = Parts::new(cell, &mut engine);
+        refuse_overlaps(&engine, &parts)?;
+        let grippers = cell.grippers.iter().enumerate();
+        let grippers = grippers
+            .map(|(i, plan)| Gripper::new(plan, i, &mut engine, arm.tool))
+            .collect();
+        let sources = cell.sources.iter().enumerate();
         let mut world = Self {
             settings: cell.settings,
+            sources: sources
+                .map(|(i, plan)| Source::new(plan, &parts, seed, i))
+                .collect(),
             engine,
             parts,
+            names: Names {
+                obstacles: cell.obstacles.iter().map(|o| o.name.clone()).collect(),
+                grippers: cell.grippers.iter().map(|g| g.name.clone()).collect(),
+                conveyors: cell.conveyors.iter().map(|c| c.name.clone()).collect(),
+                actuators: cell.actuators.iter().map(|a| a.name.clone()).collect(),
+            },
             arm,
+            grippers,
             obstacles,
+            conveyors,
+            actuators: actuators?,
+            detectors: cell
+                .detectors
+                .iter()
+                .map(|plan| Detector::new(plan, period))
+                .collect(),
+            sinks: cell.sinks.clone(),
+            faults: cell.faults.iter().cloned().map(Fault::new).collect(),
+            absent: Vec::new(),
+            drops: Vec::new(),
+            scatter: Scatter::new(seed, FAULT_STREAM),
             driven,
             output: Output::default(),
-            state: WorldState::default(),
+            state: WorldState {
+                sinks: vec![0; cell.sinks.len()],
+                ..WorldState::default()
+            },
         };
         world.picture();
         Ok(world)
@@ -85,13 +165,64 @@ impl World {
 
     /// Moves the world by one period: with the arm where it is at the end of the cycle, and the outputs of the cycle.
     pub fn step(&mut self, input: &Input) -> &Output {
+        let time = self.time();
         self.state.cycle += 1;
+        let before = self.output.inputs;
+        self.advance_faults(&input.outputs, &before, time);
+        for (i, conveyor) in self.conveyors.iter_mut().enumerate() {
+            let impaired = fault::of_machine(&self.faults, &self.names.conveyors[i]);
+            conveyor.before_step(
+                i,
+                &mut self.engine,
+                &input.outputs,
+                time,
+                self.settings.period,
+                impaired,
+            );
+        }
+        for (i, actuator) in self.actuators.iter_mut().enumerate() {
+            let impaired = fault::of_machine(&self.faults, &self.names.actuators[i]);
+            actuator.before_step(
+                &mut self.engine,
+                &input.outputs,
+                self.settings.period,
+                impaired,
+            );
+        }
+        for source in &mut self.sources {
+            source.before_step(
+                &mut self.engine,
+                &mut self.parts,
+                &input.outputs,
+                &before,
+                time,
+            );
+        }
         self.arm.drive(&mut self.engine, input);
+        self.grip(input, Gripper::before_step);
         self.engine.step();
-        self.remove_lost_parts();
+        for actuator in &mut self.actuators {
+            actuator.after_step(&self.engine);
+        }
+        self.remove_parts();
+        self.grip(input, Gripper::after_step);
+        for detector in &mut self.detectors {
+            detector.look(&self.engine, &self.parts);
+        }
         self.output = self.border(input);
+        fault::impair(
+            &mut self.output.inputs,
+            &before,
+            &self.output.stuck,
+            &self.output.open,
+        );
         self.picture();
         &self.output
+    }
+
+    /// Simulated time since the start, s.
+    pub fn time(&self) -> f64 {
+        self.state.cycle as f64 * self.settings.period
     }
 
     /// The inputs that the world drives.
@@ -109,17 +240,53 @@ impl World {
         &self.state
     }
 
-    fn remove_lost_parts(&mut self) {
-        if self.settings.floor.is_some() {
-            return;
+    fn grip(&mut self, input: &Input, what: fn(&mut Gripper, GripContext<'_>)) {
+        for (number, gripper) in self.grippers.iter_mut().enumerate() {
+            let held = gripper.hold().map(|hold| hold.part);
+            what(
+                gripper,
+                GripContext {
+                    engine: &mut self.engine,
+                    parts: &mut self.parts,
+                    motion: &self.arm.motion,
+                    outputs: &input.outputs,
+                    gripper: number,
+                    touched_by: input.held_contacts[number],
+                    period: self.settings.period,
+                    cycle: self.state.cycle,
+                    leaks: fault::leaks(&self.faults, &self.names.grippers[number]),
+                    drops: held.is_some_and(|part| self.drops.contains(&part)),
+                },
+            );
         }
-        let lost: Vec<_> = (self.parts.bodies.iter())
-            .filter(|(_, part)| self.engine.pose(part.body).translation.z < LOST_BELOW)
-            .map(|(number, _)| *number)
-            .collect();
-        for number in lost {
-            if let Some(part) = self.parts.remove(&mut self.engine, number) {
-                self.state.lost_below.push(part.name);
+    }
+
+    /// Takes a part out of the world and out of its gripper.
+    pub(crate) fn take_out(&mut self, number: PartNumber) -> Option<crate::parts::PartBody> {
+        for gripper in &mut self.grippers {
+            gripper.forget(number);
+        }
+        self.parts.remove(&mut self.engine, number)
+    }
+
+    /// Removes what is in a sink or far below.
+    fn remove_parts(&mut self) {
+        let numbers: Vec<_> = self.parts.bodies.keys().copied().collect();
+        for number in numbers {
+            let Some(part) = self.parts.bodies.get(&number) else {
+                continue;
+            };
+            let pose = self.engine.pose(part.body);
+            let sink = self
+                .sinks
+                .iter()
+                .position(|sink| is_inside(&sink.pose, &sink.size, &pose));
+            if let Some(sink) = sink {
+                self.state.sinks[sink] += 1;
+                self.take_out(number);
+            } else if self.settings.floor.is_none() && pose.translation.z < LOST_BELOW {
+                let lost = self.take_out(number);
+                self.state.lost_below.extend(lost.map(|part| part.name));
             }
         }
     }
@@ -134,26 +301,82 @@ impl World {
                 about,
             );
         }
+        for (number, gripper) in self.grippers.iter().enumerate() {
+            gripper.add_to_border(
+                number,
+                &self.engine,
+                &self.parts,
+                &self.arm.motion,
+                &mut output,
+            );
+            gripper.report(&mut output.inputs);
+        }
+        for detector in &self.detectors {
+            detector.report(&mut output.inputs);
+        }
+        for actuator in &self.actuators {
+            actuator.report(&mut output.inputs);
+        }
+        for conveyor in &self.conveyors {
+            if let Some(travel) = conveyor
+                .plan
+                .encoder
+                .and_then(|e| output.encoder_travel.get_mut(usize::from(e)))
+            {
+                *travel = conveyor.state.travel;
+            }
+        }
         output.link_wrenches = self.arm.link_wrenches(&self.engine, input);
+        (output.stuck, output.open) = fault::of_inputs(&self.faults);
         output
     }
 
-    fn picture(&mut self) {
-        let engine = &self.engine;
-        self.state.parts.clear();
-        self.state
-            .parts
-            .extend(self.parts.bodies.values().map(|part| PartState {
+    /// Brings the picture of the state up to date.
+    pub(crate) fn picture(&mut self) {
+        let (engine, state) = (&self.engine, &mut self.state);
+        state.parts.clear();
+        state.parts.extend(self.parts.bodies.values().map(|part| {
+            PartState {
                 name: part.name.clone(),
                 template: part.template,
                 pose: engine.pose(part.body),
                 velocity: engine.velocity(part.body),
                 held_by: part.gripper,
-                touches_floor: false,
-            }));
-        self.state.obstacles.clear();
-        self.state
+                touches_floor: engine
+                    .near(part.collider, crate::orders::TOUCHING)
+                    .contains(&Owner::Floor),
+            }
+        }));
+        state.grippers.clear();
+        state.grippers.extend(
+            self.grippers
+                .iter()
+                .map(|gripper| gripper.state(&self.parts)),
+        );
+        state.conveyors.clear();
+        state
+            .conveyors
+            .extend(self.conveyors.iter().map(|conveyor| conveyor.state));
+        state.sources.clear();
+        state
+            .sources
+            .extend(self.sources.iter().map(|source| source.state));
+        state.detectors.clear();
+        state
+            .detectors
+            .extend(self.detectors.iter().map(|detector| detector.state));
+        state.actuators.clear();
+        state
+            .actuators
+            .extend(self.actuators.iter().map(|actuator| actuator.state));
+        state.obstacles.clear();
+        state
             .obstacles
             .extend(self.obstacles.iter().map(|body| engine.pose(*body)));
+        for actuator in &self.actuators {
+            for (number, pose) in actuator.obstacle_poses(engine) {
+                state.obstacles[number] = pose;
+            }
+        }
     }
 }

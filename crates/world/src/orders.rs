@@ -1,0 +1,196 @@
+//! Orders to a running world and questions about it: what tests, the page and buses ask for between two steps.
+
+use crate::check::{FLOOR, MAX_PARTS};
+use crate::description::{Fault, FaultKind, Shape, Trigger};
+use crate::error::OrderError;
+use crate::fingers::FingerOrder;
+use crate::gripper::Kind;
+use crate::materials::Owner;
+use crate::parts::PartNumber;
+use crate::state::PartState;
+use crate::world::World;
+use kinematics::{Pose, RigidBody};
+use std::sync::Arc;
+
+/// Two things nearer than this touch, m.
+pub(crate) const TOUCHING: f64 = 1e-3;
+
+impl World {
+    /// A part by name; `None` for one that was there and is not any more.
+    ///
+    /// # Errors
+    /// A name that no part has or had.
+    pub fn part(&self, name: &str) -> Result<Option<&PartState>, OrderError> {
+        let part = self.state.parts.iter().find(|part| &*part.name == name);
+        match part {
+            None if !self.parts.has_existed(name) => Err(unknown("part", name)),
+            found => Ok(found),
+        }
+    }
+
+    /// Names of what a part touches: parts, obstacles, conveyors, grippers, `floor`, `tool`, `link 1` to `link 6`.
+    ///
+    /// # Errors
+    /// A name that no part has.
+    pub fn touching(&self, name: &str) -> Result<Vec<String>, OrderError> {
+        let collider = self.parts.bodies[&self.number(name)?].collider;
+        Ok(self
+            .engine
+            .near(collider, TOUCHING)
+            .into_iter()
+            .map(|owner| self.name_of(owner))
+            .collect())
+    }
+
+    /// Puts a part somewhere, at rest. A gripper loses it.
+    ///
+    /// # Errors
+    /// A name that no part has, or a pose that is none.
+    pub fn place(&mut self, name: &str, pose: &Pose) -> Result<(), OrderError> {
+        check_pose(pose)?;
+        let number = self.number(name)?;
+        let Some(part) = self.take_out(number) else {
+            return Err(unknown("part", name));
+        };
+        self.parts
+            .add(&mut self.engine, part.template, part.name, pose);
+        self.picture();
+        Ok(())
+    }
+
+    /// Takes a part out of the world.
+    ///
+    /// # Errors
+    /// A name that no part has.
+    pub fn remove(&mut self, name: &str) -> Result<(), OrderError> {
+        let number = self.number(name)?;
+        self.take_out(number);
+        self.picture();
+        Ok(())
+    }
+
+    /// Puts another part of a template into the world, and says its name.
+    ///
+    /// # Errors
+    /// A name that no table of parts has, a pose that is none, or too many parts.
+    pub fn add(&mut self, template: &str, pose: &Pose) -> Result<Arc<str>, OrderError> {
+        check_pose(pose)?;
+        let of = self
+            .parts
+            .template(template)
+            .ok_or_else(|| unknown("part", template))?;
+        if self.parts.bodies.len() >= MAX_PARTS {
+            return Err(OrderError::TooManyParts {
+                given: MAX_PARTS + 1,
+                allowed: MAX_PARTS,
+            });
+        }
+        let number = self.parts.make(&mut self.engine, of, pose);
+        self.picture();
+        Ok(self.parts.bodies[&number].name.clone())
+    }
+
+    /// Lets something go wrong from the next step on, for `duration` seconds or for ever.
+    ///
+    /// # Errors
+    /// A name that nothing has, or a duration that is none.
+    pub fn fail(&mut self, what: FaultKind, duration: Option<f64>) -> Result<(), OrderError> {
+        if let Some(duration) = duration
+            && !(duration > 0.0 && duration <= 1e6)
+        {
+            return Err(OrderError::OutOfRange {
+                argument: "duration",
+                given: duration.to_string(),
+                allowed: "more than 0 s, up to 1e6 s",
+            });
+        }
+        let names = &self.names;
+        match &what {
+            FaultKind::Missing(name) | FaultKind::Turned(name) | FaultKind::Drop(name) => {
+                _ = self.number(name)?
+            }
+            FaultKind::Leak(name) if !names.grippers.contains(name) => {
+                return Err(unknown("gripper", name));
+            }
+            FaultKind::Blocked(name) | FaultKind::Slow(name)
+                if !names.actuators.contains(name) && !names.conveyors.contains(name) =>
+            {
+                return Err(unknown("actuator or conveyor", name));
+            }
+            _ => {}
+        }
+        self.add_fault(Fault {
+            when: Trigger::Time(0.0),
+            what,
+            duration,
+        });
+        Ok(())
+    }
+
+    /// Tells fingers that are on a bus where to go.
+    ///
+    /// # Errors
+    /// A gripper that has no fingers, or an order beyond what they can do.
+    pub fn order_fingers(&mut self, gripper: usize, order: &FingerOrder) -> Result<(), OrderError> {
+        match self.grippers.get_mut(gripper).map(|g| &mut g.kind) {
+            Some(Kind::Fingers(fingers)) => fingers.order(order),
+            _ => Err(unknown(
+                "gripper with fingers of number",
+                &gripper.to_string(),
+            )),
+        }
+    }
+
+    /// Shape of the parts of a template.
+    pub fn part_shape(&self, template: usize) -> Option<Shape> {
+        self.parts.templates.get(template).map(|t| t.shape)
+    }
+
+    /// Mass properties of the parts of a template, in the frame of the part.
+    pub fn part_mass(&self, template: usize) -> Option<RigidBody> {
+        self.parts.templates.get(template).map(|t| t.mass)
+    }
+
+    fn number(&self, name: &str) -> Result<PartNumber, OrderError> {
+        self.parts
+            .by_name(name)
+            .ok_or_else(|| unknown("part", name))
+    }
+
+    fn name_of(&self, owner: Owner) -> String {
+        let of = |names: &[String], i: u32| names.get(i as usize).cloned().unwrap_or_default();
+        match owner {
+            Owner::Floor => FLOOR.to_owned(),
+            Owner::Obstacle(i) => of(&self.names.obstacles, i),
+            Owner::Part(number, _) => self
+                .parts
+                .bodies
+                .get(&number)
+                .map(|p| p.name.to_string())
+                .unwrap_or_default(),
+            Owner::Link(i) => format!("link {}", i + 1),
+            Owner::Tool => "tool".to_owned(),
+            Owner::Gripper(i) => of(&self.names.grippers, i),
+            Owner::Conveyor(i) => of(&self.names.conveyors, i),
+        }
+    }
+}
+
+fn unknown(what: &'static str, name: &str) -> OrderError {
+    OrderError::UnknownName {
+        what,
+        name: name.to_owned(),
+    }
+}
+
+fn check_pose(pose: &Pose) -> Result<(), OrderError> {
+    let numbers = pose.to_rpy().to_array();
+    match numbers.iter().all(|x| x.abs() <= 1e3) {
+        true => Ok(()),
+        false => Err(OrderError::OutOfRange {
+            argument: "pose",
+            given: format!("{numbers:?}"),
+            allowed: "numbers between -1000 and 1000",
+        }),
+    }
+}

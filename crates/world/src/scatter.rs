@@ -1,0 +1,61 @@
+//! Random numbers of the world: a seed gives the same ones on every machine.
+
+use kinematics::elementary;
+
+/// A sequence of random numbers (SplitMix64, Steele and others, 2014).
+#[derive(Clone, Debug)]
+pub(crate) struct Scatter {
+    state: u64,
+}
+
+impl Scatter {
+    /// A sequence of its own for each `stream` of a seed.
+    pub(crate) fn new(seed: u64, stream: u64) -> Self {
+        let mut scatter = Self {
+            state: seed ^ stream.wrapping_mul(0xa076_1d64_78bd_642f),
+        };
+        scatter.next();
+        scatter
+    }
+
+    fn next(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.state;
+        x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ x >> 31
+    }
+
+    /// Evenly from 0 (not 0 itself) to 1.
+    pub(crate) fn unit(&mut self) -> f64 {
+        ((self.next() >> 11) + 1) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Normally distributed with a standard deviation of 1 (Box and Muller, 1958).
+    pub(crate) fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * elementary::ln(self.unit())).sqrt();
+        radius * elementary::cos(core::f64::consts::TAU * self.unit())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seed_gives_one_sequence_with_the_deviation_of_one() {
+        let numbers = |seed| {
+            let mut scatter = Scatter::new(seed, 3);
+            (0..10_000).map(|_| scatter.normal()).collect::<Vec<_>>()
+        };
+        assert_eq!(numbers(7), numbers(7));
+        assert_ne!(numbers(7), numbers(8));
+        let of = numbers(7);
+        let mean = of.iter().sum::<f64>() / 1e4;
+        let variance = of.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / 1e4;
+        assert!(
+            mean.abs() < 0.03 && (variance - 1.0).abs() < 0.05,
+            "{mean} {variance}"
+        );
+    }
+}
