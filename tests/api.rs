@@ -479,3 +479,74 @@ fn a_page_is_only_looked_at() {
         }
     }
 }
+
+#[test]
+fn outputs_are_set_by_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let token = token_of(&server);
+    let order = |values: Value| {
+        let body = json!({"do": "outputs", "values": values}).to_string();
+        post(&server, "/api/v1/orders", &token, &body)
+    };
+    let values = json!({"standard_digital_out[3]": true, "configurable_digital_out[1]": true,
+        "standard_analog_out[0]": 2.5, "output_integer_register[7]": -4});
+    assert_eq!(order(values.clone()).0, 200);
+    let began = Instant::now();
+    loop {
+        let io: Value = serde_json::from_str(&server.page("/api/io").1).unwrap();
+        let mut points = values.as_object().unwrap().iter();
+        if points.all(|(name, value)| io["points"][name] == *value) {
+            break;
+        }
+        assert!(began.elapsed() < PATIENCE, "{io}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    // All or none, and nothing that is no output.
+    let both = json!({"standard_digital_out[3]": false, "standard_digital_in[0]": true});
+    let (status, refused) = order(both);
+    assert_eq!(status, 409);
+    let sentence = "standard_digital_in[0] is an input; only outputs can be set here";
+    assert_eq!(refused["error"], sentence);
+    let io: Value = serde_json::from_str(&server.page("/api/io").1).unwrap();
+    assert_eq!(io["points"]["standard_digital_out[3]"], true);
+}
+
+#[test]
+fn alarms_are_told_in_both_languages_with_the_names_of_the_cell() {
+    let folder = tempfile::tempdir().unwrap();
+    let cell = folder.path().join("cell.toml");
+    let fence = "[[safety_plane]]\nname = 'fence'\npoint = [0, 0, 0.3]\nnormal = [0, 0, 1]\n\
+        [names]\n'standard_digital_out[1]' = 'vacuum'\n";
+    std::fs::write(&cell, fence).unwrap();
+    let server = Server::start(folder.path(), &["--cell", cell.to_str().unwrap()]);
+    let token = token_of(&server);
+    let scene: Value = serde_json::from_str(&server.page("/api/v1/scene").1).unwrap();
+    assert_eq!(scene["names"]["standard_digital_out[1]"], "vacuum");
+    let text = "def p():\n  while True:\n    speedl([0, 0, -0.2, 0, 0, 0], 1, 0.1)\n  end\nend\n";
+    let run = json!({"do": "run", "name": "down.script", "text": text}).to_string();
+    assert_eq!(post(&server, "/api/v1/orders", &token, &run).0, 200);
+    let began = Instant::now();
+    let alarm = loop {
+        let events = server.page("/api/v1/events?level=4").1;
+        let events: Vec<Value> = serde_json::from_str(&events).unwrap();
+        if let Some(alarm) = events.into_iter().find(|one| one["event"] == "alarm") {
+            break alarm;
+        }
+        assert!(began.elapsed() < PATIENCE, "no alarm");
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    assert_eq!((&alarm["program"], &alarm["line"]), (&json!(1), &json!(3)));
+    let (english, chinese) = (&alarm["texts"]["en"], &alarm["texts"]["zh"]);
+    assert_eq!(*english, alarm["text"]);
+    let english = english.as_str().unwrap();
+    assert!(
+        english.contains("about to cross safety plane \"fence\""),
+        "{english}"
+    );
+    let chinese = chinese.as_str().unwrap();
+    assert!(
+        chinese.contains("越过单元的安全平面 \"fence\""),
+        "{chinese}"
+    );
+}

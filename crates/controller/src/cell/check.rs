@@ -305,10 +305,12 @@ fn names(cell: &Tables) -> ValidationResult {
             && chars <= NAME_CHARS_MAX
             && !name.chars().any(char::is_control);
         if !is_good {
-            let given: String = name.chars().take(NAME_CHARS_MAX).collect();
-            let allowed = format!(
-                "1 to {NAME_CHARS_MAX} characters of one line are needed, these are {chars}"
-            );
+            let mut given: String = name.chars().take(NAME_CHARS_MAX).collect();
+            if chars > NAME_CHARS_MAX {
+                given.push('…');
+            }
+            let allowed =
+                format!("a text of 1 to {NAME_CHARS_MAX} characters in one line is needed");
             return Err(table.wrong("name", format_args!("{given:?}"), allowed));
         }
         let twin = cell.names.iter().find(|(other, called)| {
