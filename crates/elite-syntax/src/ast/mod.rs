@@ -13,6 +13,7 @@ use num_bigint::BigInt;
 pub use stmt::{ClassDef, FunctionDef, Handler, ImportAlias, Stmt, StmtKind, WithItem};
 
 use crate::source::Span;
+use visit::Part;
 
 /// A name with its place. Private names (`__x` inside a class) are already mangled by the parser.
 #[derive(Clone, Debug, PartialEq)]
@@ -175,74 +176,18 @@ pub enum ExprKind {
 impl ExprKind {
     /// The greatest depth among the expressions it consists of.
     fn depth_of_parts(&self) -> u16 {
-        fn all<'e>(exprs: impl IntoIterator<Item = &'e Expr>) -> u16 {
-            exprs.into_iter().map(|expr| expr.depth).max().unwrap_or(0)
-        }
-        fn parts(format: &[FStringPart]) -> u16 {
-            let part = |part: &FStringPart| match part {
-                FStringPart::Text(_) => 0,
-                FStringPart::Value { value, format, .. } => {
-                    value.depth.max(format.as_deref().map_or(0, parts))
-                }
-            };
-            format.iter().map(part).max().unwrap_or(0)
-        }
+        let mut depth = 0;
+        visit::expression_parts(self, &mut |part| {
+            if let Part::Expr(expr) | Part::ClauseTarget(expr) = part {
+                depth = expr.depth.max(depth);
+            }
+        });
         match self {
-            ExprKind::Constant(_) | ExprKind::Name(_) => 0,
-            ExprKind::And(items)
-            | ExprKind::Or(items)
-            | ExprKind::List(items)
-            | ExprKind::Tuple(items)
-            | ExprKind::Set(items) => all(items),
-            ExprKind::Binary { left, right, .. } => left.depth.max(right.depth),
-            ExprKind::Unary { operand, .. } => operand.depth,
-            ExprKind::Compare { left, rest } => left.depth.max(all(rest.iter().map(|(_, e)| e))),
-            ExprKind::Call { function, args } => {
-                function.depth.max(all(args.iter().map(|arg| match arg {
-                    Arg::Positional(e) | Arg::Star(e) | Arg::Keyword(_, e) | Arg::DoubleStar(e) => {
-                        e
-                    }
-                })))
-            }
-            ExprKind::Attribute { value, .. } => value.depth,
-            ExprKind::Subscript { value, index } => value.depth.max(index.depth),
-            ExprKind::Slice { lower, upper, step } => {
-                all([lower, upper, step].into_iter().flatten().map(|e| &**e))
-            }
-            ExprKind::Dict(items) => items
-                .iter()
-                .map(|item| match item {
-                    DictItem::Pair(key, value) => key.depth.max(value.depth),
-                    DictItem::Unpack(mapping) => mapping.depth,
-                })
-                .max()
-                .unwrap_or(0),
+            // Each clause is a level of its own.
             ExprKind::Comprehension(comprehension) => {
-                let element = match &comprehension.kind {
-                    ComprehensionKind::Dict(key, value) => key.depth.max(value.depth),
-                    ComprehensionKind::List(e)
-                    | ComprehensionKind::Set(e)
-                    | ComprehensionKind::Generator(e) => e.depth,
-                };
-                let clause = |clause: &ComprehensionClause| {
-                    let heads = clause.target.depth.max(clause.iterable.depth);
-                    heads.max(all(&clause.conditions))
-                };
-                let clauses = comprehension.clauses.iter().map(clause);
-                element
-                    .max(clauses.max().unwrap_or(0))
-                    .saturating_add(comprehension.clauses.len() as u16)
+                depth.saturating_add(comprehension.clauses.len() as u16)
             }
-            ExprKind::Lambda(lambda) => {
-                let defaults = lambda.parameters.iter().filter_map(|p| p.default.as_ref());
-                lambda.body.depth.max(all(defaults))
-            }
-            ExprKind::IfElse { test, body, orelse } => test.depth.max(body.depth).max(orelse.depth),
-            ExprKind::Named { value, .. }
-            | ExprKind::Starred(value)
-            | ExprKind::YieldFrom(value) => value.depth,
-            ExprKind::Yield(value) => value.as_ref().map_or(0, |value| value.depth),
-            ExprKind::FString(format) => parts(format),
+            _ => depth,
         }
     }
 }

@@ -1,190 +1,349 @@
-//! Walking a tree: the blocks of a statement, the expressions of a statement, the parts of an expression.
+//! The one walk of the tree: what a statement or an expression consists of.
+//!
+//! Every kind of statement and expression is named here and nowhere else without a wildcard, so that a new kind cannot
+//! be forgotten. Whoever relocates a tree, drops it, measures it or looks for something walks it through this file.
 
 use crate::ast::{
-    Arg, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart, Parameters, Stmt, StmtKind,
+    Arg, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart, Ident, Parameters, ScopeId,
+    Stmt, StmtKind,
 };
+use crate::source::Span;
 
-/// The blocks within a statement; those of functions and classes too.
-pub fn blocks(statement: &Stmt) -> Vec<&[Stmt]> {
-    match &statement.kind {
-        StmtKind::If { branches, orelse } => {
-            let bodies = branches.iter().map(|(_, body)| &body[..]);
-            bodies.chain([&orelse[..]]).collect()
-        }
-        StmtKind::While { body, orelse, .. } | StmtKind::For { body, orelse, .. } => {
-            vec![body, orelse]
-        }
-        StmtKind::With { body, .. } => vec![body],
-        StmtKind::Try {
-            body,
-            handlers,
-            orelse,
-            finally,
-        } => {
-            let caught = handlers.iter().map(|handler| &handler.body[..]);
-            let first: [&[Stmt]; 1] = [body];
-            first
-                .into_iter()
-                .chain(caught)
-                .chain([&orelse[..], &finally[..]])
-                .collect()
-        }
-        StmtKind::Function(def) => vec![&def.body],
-        StmtKind::Class(def) => vec![&def.body],
-        _ => Vec::new(),
-    }
+/// A part of a statement or an expression.
+pub enum Part<'t> {
+    /// An expression, target of an assignment included.
+    Expr(&'t Expr),
+    /// The target of a clause of a comprehension.
+    ClauseTarget(&'t Expr),
+    /// An annotation of a variable, a parameter or a result.
+    Annotation(&'t Expr),
+    /// A name that is no expression.
+    Name(&'t Ident),
+    /// A block of a statement.
+    Block(&'t [Stmt]),
+    /// The number of the scope that the node opens.
+    Scope(&'t ScopeId),
+    /// Where the node, or a clause of it, is written.
+    Span(&'t Span),
 }
 
-/// Calls `visit` with the expressions written in a statement itself, not in its blocks.
-pub fn own_expressions<'t>(statement: &'t Stmt, visit: &mut dyn FnMut(&'t Expr)) {
-    match &statement.kind {
-        StmtKind::Expr(value) => visit(value),
-        StmtKind::Print { values, .. } | StmtKind::Delete(values) => values.iter().for_each(visit),
-        StmtKind::Assign { targets, value } => {
-            targets.iter().for_each(&mut *visit);
-            visit(value);
-        }
-        StmtKind::AugAssign { target, value, .. } => {
-            visit(target);
-            visit(value);
-        }
-        StmtKind::AnnAssign { target, value, .. } => {
-            visit(target);
-            value.iter().for_each(visit);
-        }
-        StmtKind::Return(value) => value.iter().for_each(visit),
-        StmtKind::Raise { exception, cause } => exception.iter().chain(cause).for_each(visit),
-        StmtKind::Assert { test, message } => {
-            visit(test);
-            message.iter().for_each(visit);
-        }
-        StmtKind::If { branches, .. } => branches.iter().for_each(|(test, _)| visit(test)),
-        StmtKind::While { test, .. } => visit(test),
-        StmtKind::For {
-            target, iterable, ..
-        } => {
-            visit(target);
-            visit(iterable);
-        }
-        StmtKind::With { items, .. } => items.iter().for_each(|item| {
-            visit(&item.context);
-            item.target.iter().for_each(&mut *visit);
-        }),
-        StmtKind::Try { handlers, .. } => handlers
-            .iter()
-            .filter_map(|handler| handler.exception.as_ref())
-            .for_each(visit),
-        StmtKind::Function(def) => {
-            def.decorators.iter().for_each(&mut *visit);
-            defaults(&def.parameters, visit);
-        }
-        StmtKind::Class(def) => {
-            def.decorators.iter().for_each(&mut *visit);
-            arguments(&def.args, visit);
-        }
-        StmtKind::Pass
-        | StmtKind::Break
-        | StmtKind::Continue
-        | StmtKind::Global(_)
-        | StmtKind::Nonlocal(_)
-        | StmtKind::Import(_)
-        | StmtKind::ImportFrom { .. } => {}
-    }
+/// A part of a statement or an expression, to be changed.
+pub(crate) enum PartMut<'t> {
+    Expr(&'t mut Expr),
+    ClauseTarget(&'t mut Expr),
+    Annotation(&'t mut Expr),
+    Name(&'t mut Ident),
+    Block(&'t mut Vec<Stmt>),
+    Scope(&'t mut ScopeId),
+    Span(&'t mut Span),
 }
 
-/// Calls `visit` with the parts of an expression.
-pub fn parts<'t>(expr: &'t Expr, visit: &mut dyn FnMut(&'t Expr)) {
-    match &expr.kind {
-        ExprKind::Constant(_) | ExprKind::Name(_) => {}
-        ExprKind::And(items)
-        | ExprKind::Or(items)
-        | ExprKind::List(items)
-        | ExprKind::Tuple(items)
-        | ExprKind::Set(items) => items.iter().for_each(visit),
-        ExprKind::Binary { left, right, .. } => {
-            visit(left);
-            visit(right);
-        }
-        ExprKind::Unary { operand: inner, .. }
-        | ExprKind::Attribute { value: inner, .. }
-        | ExprKind::Named { value: inner, .. }
-        | ExprKind::Starred(inner)
-        | ExprKind::YieldFrom(inner) => visit(inner),
-        ExprKind::Compare { left, rest } => {
-            visit(left);
-            rest.iter().for_each(|(_, right)| visit(right));
-        }
-        ExprKind::Call { function, args } => {
-            visit(function);
-            arguments(args, visit);
-        }
-        ExprKind::Subscript { value, index } => {
-            visit(value);
-            visit(index);
-        }
-        ExprKind::Slice { lower, upper, step } => {
-            let bounds = [lower, upper, step].into_iter().flatten();
-            bounds.for_each(|bound| visit(bound));
-        }
-        ExprKind::Dict(items) => items.iter().for_each(|item| match item {
-            DictItem::Pair(key, value) => {
-                visit(key);
-                visit(value);
+/// The walk, once for reading and once for changing a tree (`mut`).
+macro_rules! walk {
+    (
+        $visibility:vis, $part:ident, $statement:ident, $expression:ident, $arguments:ident, $items:ident, $format:ident,
+        $parameters:ident, $($mutable:tt)?
+    ) => {
+        /// Calls `visit` with the parts of a statement.
+        $visibility fn $statement<'t>(
+            statement: &'t $($mutable)? Stmt,
+            visit: &mut impl FnMut($part<'t>),
+        ) {
+            visit($part::Span(&$($mutable)? statement.span));
+            match &$($mutable)? statement.kind {
+                StmtKind::Expr(value) => visit($part::Expr(value)),
+                StmtKind::Print { values, .. } | StmtKind::Delete(values) => {
+                    values.into_iter().for_each(|value| visit($part::Expr(value)));
+                }
+                StmtKind::Assign { targets, value } => {
+                    targets.into_iter().for_each(|target| visit($part::Expr(target)));
+                    visit($part::Expr(value));
+                }
+                StmtKind::AugAssign { target, value, .. } => {
+                    visit($part::Expr(target));
+                    visit($part::Expr(value));
+                }
+                StmtKind::AnnAssign { target, annotation, value } => {
+                    visit($part::Expr(target));
+                    visit($part::Annotation(annotation));
+                    value.into_iter().for_each(|value| visit($part::Expr(value)));
+                }
+                StmtKind::Return(value) => value.into_iter().for_each(|value| visit($part::Expr(value))),
+                StmtKind::Raise { exception, cause } => {
+                    exception.into_iter().chain(cause).for_each(|value| visit($part::Expr(value)));
+                }
+                StmtKind::Assert { test, message } => {
+                    visit($part::Expr(test));
+                    message.into_iter().for_each(|message| visit($part::Expr(message)));
+                }
+                StmtKind::Global(names) | StmtKind::Nonlocal(names) => {
+                    names.into_iter().for_each(|name| visit($part::Name(name)));
+                }
+                StmtKind::Import(names) => {
+                    for alias in names {
+                        visit($part::Name(&$($mutable)? alias.name));
+                        (&$($mutable)? alias.alias).into_iter().for_each(|name| visit($part::Name(name)));
+                    }
+                }
+                StmtKind::ImportFrom { module, names, .. } => {
+                    visit($part::Name(module));
+                    for alias in names {
+                        visit($part::Name(&$($mutable)? alias.name));
+                        (&$($mutable)? alias.alias).into_iter().for_each(|name| visit($part::Name(name)));
+                    }
+                }
+                StmtKind::If { branches, orelse } => {
+                    for (test, body) in branches {
+                        visit($part::Expr(test));
+                        visit($part::Block(body));
+                    }
+                    visit($part::Block(orelse));
+                }
+                StmtKind::While { test, body, orelse } => {
+                    visit($part::Expr(test));
+                    visit($part::Block(body));
+                    visit($part::Block(orelse));
+                }
+                StmtKind::For { target, iterable, body, orelse } => {
+                    visit($part::Expr(target));
+                    visit($part::Expr(iterable));
+                    visit($part::Block(body));
+                    visit($part::Block(orelse));
+                }
+                StmtKind::With { items, body } => {
+                    for item in items {
+                        visit($part::Expr(&$($mutable)? item.context));
+                        (&$($mutable)? item.target).into_iter().for_each(|target| visit($part::Expr(target)));
+                    }
+                    visit($part::Block(body));
+                }
+                StmtKind::Try { body, handlers, orelse, finally } => {
+                    visit($part::Block(body));
+                    for handler in handlers {
+                        visit($part::Span(&$($mutable)? handler.span));
+                        (&$($mutable)? handler.exception)
+                            .into_iter()
+                            .for_each(|exception| visit($part::Expr(exception)));
+                        (&$($mutable)? handler.name).into_iter().for_each(|name| visit($part::Name(name)));
+                        visit($part::Block(&$($mutable)? handler.body));
+                    }
+                    visit($part::Block(orelse));
+                    visit($part::Block(finally));
+                }
+                StmtKind::Function(def) => {
+                    let def = &$($mutable)? **def;
+                    visit($part::Name(&$($mutable)? def.name));
+                    (&$($mutable)? def.decorators).into_iter().for_each(|value| visit($part::Expr(value)));
+                    $parameters(&$($mutable)? def.parameters, visit);
+                    (&$($mutable)? def.returns).into_iter().for_each(|value| visit($part::Annotation(value)));
+                    visit($part::Block(&$($mutable)? def.body));
+                    visit($part::Scope(&$($mutable)? def.scope));
+                }
+                StmtKind::Class(def) => {
+                    let def = &$($mutable)? **def;
+                    visit($part::Name(&$($mutable)? def.name));
+                    (&$($mutable)? def.decorators).into_iter().for_each(|value| visit($part::Expr(value)));
+                    $arguments(&$($mutable)? def.args, visit);
+                    visit($part::Block(&$($mutable)? def.body));
+                    visit($part::Scope(&$($mutable)? def.scope));
+                }
+                StmtKind::Pass | StmtKind::Break | StmtKind::Continue => {}
             }
-            DictItem::Unpack(mapping) => visit(mapping),
-        }),
-        ExprKind::Comprehension(comprehension) => {
-            for clause in &comprehension.clauses {
-                visit(&clause.iterable);
-                clause.conditions.iter().for_each(&mut *visit);
+        }
+
+        /// Calls `visit` with the parts of an expression.
+        $visibility fn $expression<'t>(
+            kind: &'t $($mutable)? ExprKind,
+            visit: &mut impl FnMut($part<'t>),
+        ) {
+            match kind {
+                ExprKind::Constant(_) | ExprKind::Name(_) => {}
+                ExprKind::And(items)
+                | ExprKind::Or(items)
+                | ExprKind::List(items)
+                | ExprKind::Tuple(items)
+                | ExprKind::Set(items) => items.into_iter().for_each(|item| visit($part::Expr(item))),
+                ExprKind::Binary { left, right, .. } => {
+                    visit($part::Expr(left));
+                    visit($part::Expr(right));
+                }
+                ExprKind::Unary { operand: inner, .. }
+                | ExprKind::Starred(inner)
+                | ExprKind::YieldFrom(inner) => visit($part::Expr(inner)),
+                ExprKind::Attribute { value, name } => {
+                    visit($part::Expr(value));
+                    visit($part::Name(name));
+                }
+                ExprKind::Named { target, value } => {
+                    visit($part::Name(target));
+                    visit($part::Expr(value));
+                }
+                ExprKind::Compare { left, rest } => {
+                    visit($part::Expr(left));
+                    rest.into_iter().for_each(|(_, right)| visit($part::Expr(right)));
+                }
+                ExprKind::Call { function, args } => {
+                    visit($part::Expr(function));
+                    $arguments(args, visit);
+                }
+                ExprKind::Subscript { value, index } => {
+                    visit($part::Expr(value));
+                    visit($part::Expr(index));
+                }
+                ExprKind::Slice { lower, upper, step } => {
+                    let bounds = [lower, upper, step].into_iter().flatten();
+                    bounds.for_each(|bound| visit($part::Expr(bound)));
+                }
+                ExprKind::Dict(items) => $items(items, visit),
+                ExprKind::Comprehension(comprehension) => {
+                    let comprehension = &$($mutable)? **comprehension;
+                    for clause in &$($mutable)? comprehension.clauses {
+                        visit($part::ClauseTarget(&$($mutable)? clause.target));
+                        visit($part::Expr(&$($mutable)? clause.iterable));
+                        (&$($mutable)? clause.conditions)
+                            .into_iter()
+                            .for_each(|condition| visit($part::Expr(condition)));
+                    }
+                    match &$($mutable)? comprehension.kind {
+                        ComprehensionKind::List(item)
+                        | ComprehensionKind::Set(item)
+                        | ComprehensionKind::Generator(item) => visit($part::Expr(item)),
+                        ComprehensionKind::Dict(key, value) => {
+                            visit($part::Expr(key));
+                            visit($part::Expr(value));
+                        }
+                    }
+                    visit($part::Scope(&$($mutable)? comprehension.scope));
+                }
+                ExprKind::Lambda(lambda) => {
+                    let lambda = &$($mutable)? **lambda;
+                    $parameters(&$($mutable)? lambda.parameters, visit);
+                    visit($part::Expr(&$($mutable)? lambda.body));
+                    visit($part::Scope(&$($mutable)? lambda.scope));
+                }
+                ExprKind::IfElse { test, body, orelse } => {
+                    visit($part::Expr(test));
+                    visit($part::Expr(body));
+                    visit($part::Expr(orelse));
+                }
+                ExprKind::Yield(value) => value.into_iter().for_each(|value| visit($part::Expr(value))),
+                ExprKind::FString(format) => $format(format, visit),
             }
-            match &comprehension.kind {
-                ComprehensionKind::List(item)
-                | ComprehensionKind::Set(item)
-                | ComprehensionKind::Generator(item) => visit(item),
-                ComprehensionKind::Dict(key, value) => {
-                    visit(key);
-                    visit(value);
+        }
+
+        /// Calls `visit` with the parts of arguments.
+        $visibility fn $arguments<'t>(
+            args: &'t $($mutable)? [Arg],
+            visit: &mut impl FnMut($part<'t>),
+        ) {
+            for arg in args {
+                match arg {
+                    Arg::Positional(value) | Arg::Star(value) | Arg::DoubleStar(value) => {
+                        visit($part::Expr(value));
+                    }
+                    Arg::Keyword(name, value) => {
+                        visit($part::Name(name));
+                        visit($part::Expr(value));
+                    }
                 }
             }
         }
-        ExprKind::Lambda(lambda) => {
-            defaults(&lambda.parameters, visit);
-            visit(&lambda.body);
+
+        /// Calls `visit` with the parts of the items of a dictionary display.
+        $visibility fn $items<'t>(
+            items: &'t $($mutable)? [DictItem],
+            visit: &mut impl FnMut($part<'t>),
+        ) {
+            for item in items {
+                match item {
+                    DictItem::Pair(key, value) => {
+                        visit($part::Expr(key));
+                        visit($part::Expr(value));
+                    }
+                    DictItem::Unpack(mapping) => visit($part::Expr(mapping)),
+                }
+            }
         }
-        ExprKind::IfElse { test, body, orelse } => {
-            visit(test);
-            visit(body);
-            visit(orelse);
+
+        /// Calls `visit` with the parts of an f-string, those of nested formats included.
+        $visibility fn $format<'t>(
+            format: &'t $($mutable)? [FStringPart],
+            visit: &mut impl FnMut($part<'t>),
+        ) {
+            for part in format {
+                if let FStringPart::Value { value, format, .. } = part {
+                    visit($part::Expr(value));
+                    if let Some(format) = format {
+                        $format(format, visit);
+                    }
+                }
+            }
         }
-        ExprKind::Yield(value) => value.iter().for_each(|value| visit(value)),
-        ExprKind::FString(format) => format_parts(format, visit),
-    }
+
+        fn $parameters<'t>(
+            parameters: &'t $($mutable)? Parameters,
+            visit: &mut impl FnMut($part<'t>),
+        ) {
+            let by_position = (&$($mutable)? parameters.positional_only)
+                .into_iter()
+                .chain(&$($mutable)? parameters.positional)
+                .chain(&$($mutable)? parameters.keyword_only);
+            for parameter in by_position
+                .chain(&$($mutable)? parameters.star)
+                .chain(&$($mutable)? parameters.double_star)
+            {
+                visit($part::Name(&$($mutable)? parameter.name));
+                (&$($mutable)? parameter.annotation)
+                    .into_iter()
+                    .for_each(|value| visit($part::Annotation(value)));
+                (&$($mutable)? parameter.default)
+                    .into_iter()
+                    .for_each(|value| visit($part::Expr(value)));
+            }
+        }
+    };
 }
 
-fn format_parts<'t>(format: &'t [FStringPart], visit: &mut dyn FnMut(&'t Expr)) {
-    for part in format {
-        if let FStringPart::Value { value, format, .. } = part {
-            visit(value);
-            format.iter().for_each(|format| format_parts(format, visit));
+walk!(
+    pub,
+    Part,
+    statement_parts,
+    expression_parts,
+    argument_parts,
+    dict_item_parts,
+    format_parts,
+    parameter_parts,
+);
+walk!(
+    pub(crate), PartMut, statement_parts_mut, expression_parts_mut, argument_parts_mut, dict_item_parts_mut,
+    format_parts_mut, parameter_parts_mut, mut
+);
+
+/// The blocks within a statement; those of functions and classes too.
+pub fn blocks(statement: &Stmt) -> Vec<&[Stmt]> {
+    let mut blocks = Vec::new();
+    statement_parts(statement, &mut |part| {
+        if let Part::Block(block) = part {
+            blocks.push(block);
         }
-    }
+    });
+    blocks
 }
 
-fn arguments<'t>(args: &'t [Arg], visit: &mut dyn FnMut(&'t Expr)) {
-    for arg in args {
-        match arg {
-            Arg::Positional(value)
-            | Arg::Star(value)
-            | Arg::Keyword(_, value)
-            | Arg::DoubleStar(value) => visit(value),
+/// Calls `visit` with the expressions written in a statement itself, not in its blocks; annotations are left out.
+pub fn own_expressions<'t>(statement: &'t Stmt, visit: &mut dyn FnMut(&'t Expr)) {
+    statement_parts(statement, &mut |part| {
+        if let Part::Expr(expr) = part {
+            visit(expr);
         }
-    }
+    });
 }
 
-fn defaults<'t>(parameters: &'t Parameters, visit: &mut dyn FnMut(&'t Expr)) {
-    let values = parameters
-        .iter()
-        .filter_map(|parameter| parameter.default.as_ref());
-    values.for_each(visit);
+/// Calls `visit` with the expressions that an expression consists of; targets of comprehensions are left out.
+pub fn parts<'t>(expr: &'t Expr, visit: &mut dyn FnMut(&'t Expr)) {
+    expression_parts(&expr.kind, &mut |part| {
+        if let Part::Expr(expr) = part {
+            visit(expr);
+        }
+    });
 }
