@@ -21,9 +21,10 @@ use crate::eval::node::{NodeChange, NodeCursor};
 use crate::eval::{Evaluator, InterpreterState};
 use crate::host::{Host, ThreadId};
 use crate::limits::Limits;
+use crate::limits::deferred_drop;
 use crate::limits::overflow::{Exit, Watch};
 use crate::native::{NativeFunction, WaitToken};
-use crate::value::{Function, R, Raised, Value, trash};
+use crate::value::{Function, R, Raised, Value};
 
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
 pub struct Interpreter {
@@ -247,7 +248,7 @@ impl Drop for Interpreter {
             return;
         }
         self.core.update_memory_peak();
-        while trash::run_deferred_drops() {}
+        while deferred_drop::run_deferred_drops() {}
         self.core.break_all_cycles();
         let are_large = self.core.memory_was_large();
         self.leftovers.are_large.set(are_large);
@@ -382,8 +383,8 @@ impl ScriptThread {
         let outer = core.switch_to(self.state);
         core.set_fuel(self.fuel_kept.take().unwrap_or(fuel));
         core.arm_memory_alarm();
-        let outer_puts_off = trash::set_deferring(true);
-        trash::run_deferred_drops();
+        let outer_puts_off = deferred_drop::set_deferring(true);
+        deferred_drop::run_deferred_drops();
         let watch = Watch::begin(&self.exit);
         let result = coroutine.resume(resume);
         if let CoroutineResult::Yield(SuspendRequest::Overflow) = result {
@@ -392,7 +393,7 @@ impl ScriptThread {
             self.overflowed();
         }
         drop(watch);
-        trash::set_deferring(outer_puts_off);
+        deferred_drop::set_deferring(outer_puts_off);
         self.state = core.switch_to(outer);
         let debugger = core.debugger.borrow().clone();
         if let Some(debugger) = debugger {

@@ -192,7 +192,7 @@ impl Evaluator<'_> {
         let mut seen = std::collections::HashSet::new();
         let mut of_script = None;
         while let Some(class) = left.pop() {
-            self.charge(crate::eval::pace::WORK_PER_VALUE)?;
+            self.charge(crate::limits::yielding::WORK_PER_VALUE)?;
             if !seen.insert(Rc::as_ptr(&class)) {
                 continue;
             }

@@ -7,8 +7,8 @@ use elite_syntax::ast::CompareOp;
 use super::{Args, Builtin};
 use crate::errors::ExceptionKind;
 use crate::eval::generator::{GeneratorInput, StepResult};
-use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{Evaluator, InterpreterState};
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::symbol::{TempSymbol, known};
 use crate::value::{Class, Iter, R, Symbol, Value};
 

@@ -23,8 +23,9 @@ pub use signature::{Signature, is_slot};
 use elite_syntax::ast::BinaryOp;
 
 use crate::eval::{Evaluator, Frame, InterpreterState};
+use crate::limits::deferred_drop;
 use crate::native::NativeFunction;
-use crate::value::{R, Symbol, Value, trash};
+use crate::value::{R, Symbol, Value};
 
 /// A function written in Rust.
 pub struct Builtin {
@@ -207,7 +208,7 @@ impl Builtin {
 impl Drop for Builtin {
     fn drop(&mut self) {
         if let BuiltinBody::Closure { held, .. } = &mut self.body {
-            trash::drop_values(held);
+            deferred_drop::drop_values(held);
         }
     }
 }

@@ -258,9 +258,7 @@ fn add(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     match set.find(hash, item) {
         KeySearch::At(_) => Some(Value::None),
         KeySearch::Nowhere
-            if (set.noted.get() || !item.can_hold_values())
-                && set.growth(1) == 0
-                && !set.needs_incremental_rehash() =>
+            if (set.noted.get() || !item.can_hold_values()) && set.growth(1) == 0 =>
         {
             set.append(hash, (*item).clone());
             Some(Value::None)

@@ -8,8 +8,8 @@ use elite_syntax::surrogate::may_have_surrogates;
 
 use super::{Builtin, runs};
 use crate::eval::Evaluator;
-use crate::eval::bulk::{BULK_CHUNK, bulk_work};
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::chunked::{BULK_CHUNK, bulk_work};
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Symbol, Value, ValueVec};

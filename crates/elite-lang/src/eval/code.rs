@@ -13,9 +13,9 @@ use super::steps::GeneratorStep;
 use super::stmt::handle::ProtectedRange;
 use super::words::PairOf;
 use super::{BoxExpr, DynStmt, Evaluator, Flow, Frame, StmtNode};
+use crate::limits::deferred_drop::{self, NodeList};
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
-use crate::value::trash::{self, NodeList};
 use crate::value::{CellVar, Dict, R, Raised, ScriptCell, Symbol, Value};
 
 /// How calling a function with this code goes.
@@ -178,7 +178,7 @@ impl CodeRefs {
 
 impl Drop for CodeRefs {
     fn drop(&mut self) {
-        trash::drop_or_defer_nodes(&mut self.codes);
+        deferred_drop::drop_or_defer_nodes(&mut self.codes);
     }
 }
 
@@ -259,7 +259,7 @@ fn drop_within(mut codes: Vec<Rc<Code>>) {
     }
     let _outermost = CodeDropGuard;
     loop {
-        trash::drop_or_defer_nodes(&mut codes);
+        deferred_drop::drop_or_defer_nodes(&mut codes);
         drop(codes);
         match WITHIN.try_with(|within| within.borrow_mut().pop()) {
             Ok(Some(next)) => codes = next,

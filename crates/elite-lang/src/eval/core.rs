@@ -7,7 +7,6 @@ use std::rc::Rc;
 use super::code::{Code, SourceSymbols};
 use super::coroutine::{StackPool, StopState, ThreadState};
 use super::count::CoverageCounters;
-use super::cycles::CycleCollector;
 use super::expr::attribute::LookupCache;
 use super::generator::PendingFinalizers;
 use super::node::TaskNodes;
@@ -16,6 +15,7 @@ use crate::debug::Debugger;
 use crate::host::{Host, ThreadId};
 use crate::interpreter_mode::InjectedNames;
 use crate::limits::Limits;
+use crate::limits::gc::CycleCollector;
 use crate::ops::repr::ReprStack;
 use crate::stdlib::ModuleState;
 use crate::value::module::Namespace;
@@ -24,7 +24,7 @@ use crate::value::weak::WeakList;
 use crate::value::{CellVar, Dict, Function, Instance, Module, R, ScriptCell, Value};
 
 /// Safepoints between two looks at the memory in use.
-pub(super) const FUEL_SLICE: u32 = 4096;
+pub const FUEL_SLICE: u32 = 4096;
 /// From this size on a task has held so much that what it has left in the free lists is given back when it ends.
 const LARGE: usize = 1 << 20;
 /// How much a task has to let go of before its free lists are cleared.
@@ -407,7 +407,7 @@ impl InterpreterState {
     /// Leaves everything as it is, for ever.
     pub fn leave(self: &Rc<Self>) {
         self.is_left.set(true);
-        crate::value::trash::leave_all();
+        crate::limits::deferred_drop::leave_all();
         std::mem::forget(self.clone());
     }
 
@@ -437,7 +437,7 @@ impl InterpreterState {
 }
 
 /// Work to look at a value that holds others.
-const LEVEL: usize = 4 * super::pace::WORK_PER_VALUE;
+const LEVEL: usize = 4 * crate::limits::yielding::WORK_PER_VALUE;
 
 impl super::Evaluator<'_> {
     /// Runs a native operation that may come back to itself through a script's data (comparison, `repr`, looking for a

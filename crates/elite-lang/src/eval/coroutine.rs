@@ -12,8 +12,9 @@ use super::Evaluator;
 use super::generator::{GeneratorInput, GeneratorOutput};
 use super::node::NodeCursor;
 use crate::host::{CleanupLimit, ThreadId};
+use crate::limits::deferred_drop;
 use crate::native::WaitToken;
-use crate::value::{R, Raised, trash};
+use crate::value::{R, Raised};
 
 /// Debug builds use several times the stack of release builds.
 const SCALE: usize = if cfg!(debug_assertions) { 6 } else { 1 };
@@ -217,8 +218,8 @@ impl Evaluator<'_> {
 
     /// What is due from time to time: the look at the memory, last acts, a search for circles. Whether more memory is
     /// held than before, and not the fuel has run out.
-    pub(super) fn run_safepoint_duties(&self) -> R<bool> {
-        trash::run_deferred_drops();
+    pub(crate) fn run_safepoint_duties(&self) -> R<bool> {
+        deferred_drop::run_deferred_drops();
         self.core.update_memory_peak();
         self.sweep_names_if_due()?;
         self.core.pending_finalizers.run_pending(&self.core);

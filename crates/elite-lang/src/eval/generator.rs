@@ -11,9 +11,10 @@ use super::coroutine::{RequestSink, Resume, StackKind, StopState, SuspendRequest
 use super::steps::{GeneratorFrame, GeneratorStep};
 use super::{Evaluator, Frame, InterpreterState};
 use crate::errors::ExceptionKind;
+use crate::limits::deferred_drop;
 use crate::value::held::assert_no_borrows;
 use crate::value::symbol::known;
-use crate::value::{Function, R, Raised, ScriptCell, Value, trash};
+use crate::value::{Function, R, Raised, ScriptCell, Value};
 
 /// What a generator is resumed with.
 pub enum GeneratorInput {
@@ -76,7 +77,7 @@ struct InitialSlots(Vec<Value>);
 
 impl Drop for InitialSlots {
     fn drop(&mut self) {
-        trash::drop_values(&mut self.0);
+        deferred_drop::drop_values(&mut self.0);
     }
 }
 

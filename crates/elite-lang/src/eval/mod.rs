@@ -5,19 +5,13 @@
 //! waits can suspend the whole thread from any depth of native calls.
 
 mod as_c;
-pub mod beside;
-pub mod bulk;
 pub mod code;
 pub mod core;
 pub mod coroutine;
 pub mod count;
-pub mod cycles;
 pub mod expr;
 pub mod generator;
-pub mod names;
 pub mod node;
-pub mod pace;
-pub mod room;
 pub mod run;
 pub mod steps;
 pub mod stmt;

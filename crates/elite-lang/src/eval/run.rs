@@ -6,9 +6,9 @@ use std::rc::Rc;
 use super::as_c::ArgumentMismatch;
 use super::code::{Code, CodeKind};
 use super::generator::Generator;
-use super::pace::WORK_PER_VALUE;
 use super::words::PairOf;
 use super::{Evaluator, Frame};
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::held::assert_no_borrows;
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
 

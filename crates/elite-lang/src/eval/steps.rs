@@ -15,7 +15,8 @@ use super::stmt::target::Target;
 use super::walk::LoopCursor;
 use super::{BoxExpr, DynStmt, Evaluator, Flow, Frame, TraceExt};
 use crate::errors::ExceptionKind;
-use crate::value::{Function, R, Raised, Value, trash};
+use crate::limits::deferred_drop;
+use crate::value::{Function, R, Raised, Value};
 
 /// Index of a step.
 pub type StepIndex = u32;
@@ -138,7 +139,7 @@ impl Drop for GeneratorFrame {
             LoopCursor::Iterator(iterator) => Some(iterator),
             _ => None,
         }));
-        trash::drop_values(&mut values);
+        deferred_drop::drop_values(&mut values);
     }
 }
 

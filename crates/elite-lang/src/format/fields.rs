@@ -5,7 +5,7 @@ use elite_syntax::surrogate::code_of;
 
 use crate::builtins::Args;
 use crate::eval::Evaluator;
-use crate::eval::bulk::WORK_PER_BYTE;
+use crate::limits::chunked::WORK_PER_BYTE;
 use crate::ops::unicode::decimal;
 use crate::value::{R, Symbol, Value};
 

@@ -3,7 +3,7 @@
 use super::float::FloatText;
 use super::{Spec, float, pad, unknown_kind};
 use crate::eval::Evaluator;
-use crate::eval::bulk::WORK_PER_BYTE;
+use crate::limits::chunked::WORK_PER_BYTE;
 use crate::value::R;
 use crate::value::int::Int;
 

@@ -7,7 +7,7 @@ use elite_syntax::surrogate::code_of;
 use super::{Spec, integer, real, text};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{WORK_PER_BYTE, pieces};
+use crate::limits::chunked::{WORK_PER_BYTE, pieces};
 use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{Bytes, Instance, R, Raised, Value};

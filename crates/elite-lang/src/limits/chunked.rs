@@ -6,8 +6,8 @@
 
 use std::rc::Rc;
 
-use super::Evaluator;
-use super::pace::YIELD_BUDGET;
+use crate::eval::Evaluator;
+use crate::limits::yielding::YIELD_BUDGET;
 use crate::value::{R, Str, Value};
 
 /// Work for a byte or a character that is looked at by itself.

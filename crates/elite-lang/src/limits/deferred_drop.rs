@@ -10,8 +10,8 @@ use std::cell::{Cell, RefCell};
 
 use elite_syntax::work_on_tree;
 
-use super::Value;
-use super::values::DropItem;
+use crate::limits::value_vec::DropItem;
+use crate::value::Value;
 
 /// Levels that are dropped by plain recursion; deeper ones are put aside and dropped one after the other. So few that
 /// they fit what a native keeps free of its stack.
@@ -440,7 +440,7 @@ pub fn drop_value(value: &mut Value) {
 /// Drops the parts of a container: `now` drops them in place, `later` hands them over to be dropped when the native
 /// stack is shallow again.
 pub fn drop_with_depth(now: impl FnOnce(), later: impl FnOnce(&mut Vec<Value>)) {
-    super::held::assert_no_borrows();
+    crate::value::held::assert_no_borrows();
     let depth = DEPTH.with(Cell::get);
     if depth >= DROP_DEPTH_MAX {
         if depth == LEFT {

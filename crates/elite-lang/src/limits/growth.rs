@@ -6,11 +6,12 @@
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::bulk::{BULK_CHUNK, bulk_work};
-use super::pace::YIELD_BUDGET;
-use super::{Evaluator, InterpreterState};
+use crate::eval::{Evaluator, InterpreterState};
+use crate::limits::chunked::{BULK_CHUNK, bulk_work};
+use crate::limits::deferred_drop;
+use crate::limits::yielding::YIELD_BUDGET;
 use crate::value::bytes::BytesRef;
-use crate::value::{ByteArray, List, R, Raised, ScriptCell, trash};
+use crate::value::{ByteArray, List, R, Raised, ScriptCell};
 
 /// What a short text costs with its place in a list, and while the list grows.
 const TEXT_ITEM_BYTES: usize = 112;
@@ -232,7 +233,7 @@ impl Evaluator<'_> {
     /// Raises `MemoryError` if `bytes` more would be too much. Values that wait to be dropped go first, bit by bit, so
     /// that other threads may have their turn.
     pub fn check_after_deferred_drops(&self, bytes: usize) -> R<()> {
-        while !self.core.fits_memory(bytes) && trash::run_deferred_drops() {
+        while !self.core.fits_memory(bytes) && deferred_drop::run_deferred_drops() {
             self.charge(YIELD_BUDGET)?;
         }
         self.check_allocation(bytes)
@@ -243,7 +244,7 @@ impl Evaluator<'_> {
     #[inline(never)]
     fn reclaim_for(&self, bytes: usize) -> R<()> {
         self.core.note_memory_refusal();
-        while !self.core.fits_memory(bytes) && trash::run_deferred_drops() {}
+        while !self.core.fits_memory(bytes) && deferred_drop::run_deferred_drops() {}
         if self.core.fits_memory(bytes) {
             return Ok(());
         }

@@ -7,9 +7,9 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::bulk::WORK_PER_BYTE;
-use super::code::SourceSymbols;
-use super::{Evaluator, InterpreterState};
+use crate::eval::code::SourceSymbols;
+use crate::eval::{Evaluator, InterpreterState};
+use crate::limits::chunked::WORK_PER_BYTE;
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
 use crate::value::symbol::TempSymbol;

@@ -5,7 +5,8 @@
 
 use std::ops::{Deref, DerefMut};
 
-use super::{Symbol, Value, trash};
+use crate::limits::deferred_drop;
+use crate::value::{Symbol, Value};
 
 /// What a native holds many of: values, or values with what belongs to each.
 pub trait DropItem: Sized + 'static {
@@ -23,14 +24,14 @@ pub trait DropItem: Sized + 'static {
 
     /// Drops many of them, or leaves them to be dropped bit by bit.
     fn drop_all(parts: &mut Vec<Self>) {
-        trash::defer_if_large(parts, Self::may_run_script);
+        deferred_drop::defer_if_large(parts, Self::may_run_script);
         drop(std::mem::take(parts));
     }
 }
 
 impl DropItem for Value {
     fn may_run_script(&self) -> bool {
-        trash::may_run_script(self)
+        deferred_drop::may_run_script(self)
     }
 
     #[inline(always)]
@@ -45,7 +46,7 @@ impl DropItem for Value {
 
     #[inline]
     fn drop_all(parts: &mut Vec<Self>) {
-        trash::drop_values(parts);
+        deferred_drop::drop_values(parts);
     }
 }
 
@@ -191,7 +192,7 @@ impl<T: DropItem> Drop for ValuesIntoIter<T> {
     #[inline]
     fn drop(&mut self) {
         if self.0.len() > 0 {
-            trash::defer_rest_if_large(std::mem::take(&mut self.0), T::may_run_script);
+            deferred_drop::defer_rest_if_large(std::mem::take(&mut self.0), T::may_run_script);
         }
     }
 }

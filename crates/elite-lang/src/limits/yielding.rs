@@ -4,8 +4,8 @@
 //! it does with [`Evaluator::charge`]. Both may run other script threads, so nothing is borrowed across them. Work is
 //! counted, never measured: the same program gives way at the same places every time.
 
-use super::Evaluator;
-use super::coroutine::StopState;
+use crate::eval::Evaluator;
+use crate::eval::coroutine::StopState;
 use crate::value::{List, R, Value, ValueVec};
 
 /// Work after which a native gives way, in units of about a nanosecond of optimised code on data that is at hand. On

@@ -4,7 +4,7 @@ use elite_syntax::Span;
 use elite_syntax::ast::{self, Constant, ExprKind, Stmt, StmtKind};
 use elite_syntax::resolve::{FrameLayout, Storage};
 
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 use std::rc::Rc;
 
 use super::{FrameInfo, Lower, WORK_PER_NODE};

@@ -34,8 +34,8 @@ use crate::eval::expr::names::{
 use crate::eval::expr::operand::Operand;
 use crate::eval::expr::whole::IsolatedExpr;
 use crate::eval::expr::yields::{Yield, YieldFrom};
+use crate::limits::deferred_drop::NodeList;
 use crate::value::symbol::known;
-use crate::value::trash::NodeList;
 use crate::value::{CellVar, Symbol, Value};
 
 impl Lower<'_> {

@@ -7,7 +7,7 @@ use crate::eval::DynStmt;
 use crate::eval::code::Block;
 use crate::eval::stmt::handle::{ExceptClause, Finally, ProtectedRange};
 use crate::eval::stmt::handle_star::TryStar;
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 
 /// What a block is made of.
 #[derive(Default)]

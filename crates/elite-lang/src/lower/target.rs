@@ -12,8 +12,8 @@ use crate::eval::stmt::target::{
     AttributeTarget, CellRef, ItemTarget, LocalOrTarget, MappingTarget, SharedTarget, SlotTarget,
     Target, Unpack,
 };
+use crate::limits::deferred_drop::NodeList;
 use crate::value::Value;
-use crate::value::trash::NodeList;
 
 impl Lower<'_> {
     pub(super) fn target(&mut self, target: &ast::Expr) -> Box<dyn Target> {

@@ -8,8 +8,8 @@ use elite_syntax::surrogate::{code_of, may_have_surrogates};
 
 use super::hash::{Equality, QUICK_MAX, int_float_order, quick_equal};
 use crate::eval::Evaluator;
-use crate::eval::bulk::BULK_CHUNK;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::chunked::BULK_CHUNK;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{LongRange, R, Str, Symbol, Value};

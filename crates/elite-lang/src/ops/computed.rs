@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::attrs::AttrMap;
 use crate::value::exception::ExceptionState;
 use crate::value::instance::InstancePayload;

@@ -7,8 +7,8 @@ use elite_syntax::ast::CompareOp;
 use super::hash::{QUICK_MAX, TupleHash, address_hash, quick_hash};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::BULK_CHUNK;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::chunked::BULK_CHUNK;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::dict::{KeySearch, REHASH_CHUNK, ScanResult};
 use crate::value::module::Namespace;
 use crate::value::string::ByteHasher;
@@ -231,43 +231,32 @@ impl Evaluator<'_> {
     pub fn dict_set_hashed(&self, dict: &Dict, hash: u64, key: Value, value: Value) -> R<()> {
         match self.dict_find_hashed(dict, hash, &key)? {
             Some(index) => dict.set_value_at(index, value),
-            None if self.grow_dict(dict)? => {
-                // Another thread may have added the key meanwhile.
-                return self.dict_set_hashed(dict, hash, key, value);
+            None => {
+                self.grow_dict(dict)?;
+                dict.append(hash, key, value);
             }
-            None => dict.append(hash, key, value),
         }
         Ok(())
     }
 
-    /// Makes room for one more key; whether that took so long that others had their turn.
+    /// Asks for the memory of one more key.
     #[inline]
-    pub fn grow_dict(&self, dict: &Dict) -> R<bool> {
+    pub fn grow_dict(&self, dict: &Dict) -> R<()> {
         let bytes = dict.growth(1);
         if bytes == 0 {
-            return Ok(false);
+            return Ok(());
         }
-        self.check_allocation(bytes)?;
-        let far = dict.needs_incremental_rehash();
-        if far {
-            dict.rehash_incrementally(&mut |entries| self.charge(entries * WORK_PER_VALUE))?;
-        }
-        Ok(far && !dict.needs_incremental_rehash())
+        self.check_allocation(bytes)
     }
 
-    /// Makes room for one more element of a set; whether that took so long that others had their turn.
+    /// Asks for the memory of one more element.
     #[inline]
-    fn grow_set(&self, set: &Set) -> R<bool> {
+    fn grow_set(&self, set: &Set) -> R<()> {
         let bytes = set.growth(1);
         if bytes == 0 {
-            return Ok(false);
+            return Ok(());
         }
-        self.check_allocation(bytes)?;
-        let far = set.needs_incremental_rehash();
-        if far {
-            set.rehash_incrementally(&mut |entries| self.charge(entries * WORK_PER_VALUE))?;
-        }
-        Ok(far && !set.needs_incremental_rehash())
+        self.check_allocation(bytes)
     }
 
     /// All keys with their hashes and values, in order.
@@ -295,50 +284,30 @@ impl Evaluator<'_> {
     /// A copy of a dictionary.
     pub fn copy_dict(&self, dict: &Dict) -> R<Dict> {
         self.check_after_deferred_drops(dict.bytes())?;
-        // What was deleted is passed, too.
-        let most = dict.bytes() / WORK_PER_VALUE;
-        dict.copy(&mut |entries| self.charge(entries.min(most) * WORK_PER_VALUE))
+        let copy = dict.copy();
+        self.charge(copy.len() * WORK_PER_VALUE)?;
+        Ok(copy)
     }
 
     /// A copy of a set.
     pub fn copy_set(&self, set: &Set) -> R<Set> {
         self.check_after_deferred_drops(set.bytes())?;
-        let most = set.bytes() / WORK_PER_VALUE;
-        set.copy(&mut |entries| self.charge(entries.min(most) * WORK_PER_VALUE))
+        let copy = set.copy();
+        self.charge(copy.len() * WORK_PER_VALUE)?;
+        Ok(copy)
     }
 
     fn reserve(&self, set: &Set, more: usize) -> R<()> {
         self.check_after_deferred_drops(set.growth(more))?;
-        let most = (set.len() + more) * 4;
-        set.reserve(more, &mut |entries| {
-            self.charge(entries.min(most) * WORK_PER_VALUE)
-        })
+        set.reserve(more);
+        Ok(())
     }
 
     /// `dict.pop(key)`.
     pub fn dict_remove(&self, dict: &Dict, key: &Value) -> R<Option<Value>> {
         match self.dict_find(dict, key)? {
-            Some(index) => Ok(Some(self.dict_take(dict, index)?.1)),
+            Some(index) => Ok(Some(dict.delete_at(index).1)),
             None => Ok(None),
-        }
-    }
-
-    /// Takes the entry at an index out: its key and value.
-    #[inline]
-    pub fn dict_take(&self, dict: &Dict, index: usize) -> R<(Value, Value)> {
-        let taken = dict.delete_at(index);
-        self.shrink_dict(dict)?;
-        Ok(taken)
-    }
-
-    /// Makes a table anew that has become nearly empty.
-    #[inline]
-    pub fn shrink_dict(&self, dict: &Dict) -> R<()> {
-        match dict.is_sparse() {
-            true => {
-                dict.rebuild_incrementally(0, &mut |entries| self.charge(entries * WORK_PER_VALUE))
-            }
-            false => Ok(()),
         }
     }
 
@@ -430,17 +399,6 @@ impl Evaluator<'_> {
                 None => return Ok(()),
             },
         };
-        if let Some(front) = dict.front_capacity_needed() {
-            dict.rebuild_incrementally(front, &mut |entries| {
-                self.charge(entries * WORK_PER_VALUE)
-            })?;
-            // Another thread may have taken it out meanwhile.
-            let Some(index) = self.dict_find_hashed(dict, hash, key)? else {
-                return Ok(());
-            };
-            dict.move_to_front(index);
-            return Ok(());
-        }
         dict.move_to_front(index);
         Ok(())
     }
@@ -596,10 +554,7 @@ impl Evaluator<'_> {
     pub fn set_add_hashed(&self, set: &Set, hash: u64, key: Value) -> R<()> {
         // An equal one that was there counts, as in CPython, also if it has left while it was compared.
         if self.set_search(set, hash, &key, &|_, _| true)?.is_none() {
-            if self.grow_set(set)? {
-                // Another thread may have added it meanwhile.
-                return self.set_add_hashed(set, hash, key);
-            }
+            self.grow_set(set)?;
             set.append(hash, key);
         }
         Ok(())

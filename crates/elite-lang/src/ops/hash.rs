@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use num_bigint::{BigInt, Sign};
 
-use crate::eval::bulk::BULK_CHUNK;
+use crate::limits::chunked::BULK_CHUNK;
 use crate::value::Value;
 use crate::value::int::Int;
 use crate::value::string::hash_bytes;

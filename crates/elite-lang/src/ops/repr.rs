@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::rc::Rc;
 
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
 use crate::format::float;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
 use crate::value::{Dict, Instance, Iter, R, Value, ValueVec};
@@ -118,7 +118,7 @@ impl Evaluator<'_> {
             // Methods show their receiver, which may be a method, and iterators of the library what they hold.
             other => out.push_str(&self.with_native_depth(|| self.object_repr(other))?),
         }
-        self.charge(crate::eval::pace::WORK_PER_VALUE)?;
+        self.charge(crate::limits::yielding::WORK_PER_VALUE)?;
         self.check_allocation(out.len())
     }
 

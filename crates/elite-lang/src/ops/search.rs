@@ -1,15 +1,15 @@
 //! Finding bytes in bytes, and so text in text, in pieces with a safepoint after each. Single bytes are by far the
 //! commonest separators.
 //!
-//! Most parts are found by `memchr`'s algorithms, window by window; for very long parts, whose tables alone would take
-//! milliseconds, there is a search of our own that needs none (Crochemore and Perrin 1991, two-way string matching).
+//! `memchr` searches window by window. A window has room for at least one more occurrence, however long the part is, so
+//! that a search takes time in proportion to the data.
 
 use std::ops::Range;
 
 use memchr::{memchr, memmem, memrchr};
 
 use crate::eval::Evaluator;
-use crate::eval::bulk::{BULK_CHUNK, bulk_work};
+use crate::limits::chunked::{BULK_CHUNK, bulk_work};
 use crate::value::R;
 
 /// Work for an occurrence, beside that for the bytes on the way to it.
@@ -29,7 +29,6 @@ enum Finder<'d> {
     Byte(u8),
     Forward(Box<memmem::Finder<'d>>),
     Backward(Box<memmem::FinderRev<'d>>),
-    Long,
 }
 
 impl<'d> Occurrences<'d> {
@@ -37,7 +36,6 @@ impl<'d> Occurrences<'d> {
     pub fn new(data: &'d [u8], part: &'d [u8]) -> Self {
         let finder = match part {
             [byte] => Finder::Byte(*byte),
-            part if part.len() > BULK_CHUNK => Finder::Long,
             part => Finder::Forward(Box::new(memmem::Finder::new(part))),
         };
         Self::with(data, part, finder)
@@ -47,7 +45,6 @@ impl<'d> Occurrences<'d> {
     pub fn from_end(data: &'d [u8], part: &'d [u8]) -> Self {
         let finder = match part {
             [byte] => Finder::Byte(*byte),
-            part if part.len() > BULK_CHUNK => Finder::Long,
             part => Finder::Backward(Box::new(memmem::FinderRev::new(part))),
         };
         Self::with(data, part, finder)
@@ -68,16 +65,14 @@ impl<'d> Occurrences<'d> {
         let length = self.part.len();
         while self.to - self.from >= length {
             let begin = self.from;
-            let end = self.to.min(begin.saturating_add(BULK_CHUNK + length - 1));
+            let end = self
+                .to
+                .min(begin.saturating_add(BULK_CHUNK.max(length) + length - 1));
             let window = &self.data[begin..end];
             let found = match &self.finder {
                 Finder::Byte(byte) => memchr(*byte, window),
                 Finder::Forward(finder) => finder.find(window),
-                Finder::Long | Finder::Backward(_) => {
-                    let found = find_long(ev, self.part, &self.data[begin..self.to], false)?;
-                    self.from = found.map_or(self.to, |at| begin + at + length);
-                    return Ok(found.map(|at| begin + at));
-                }
+                Finder::Backward(_) => memmem::find(window, self.part),
             };
             if let Some(at) = found {
                 self.from = begin + at + length;
@@ -95,16 +90,14 @@ impl<'d> Occurrences<'d> {
         let length = self.part.len();
         while self.to - self.from >= length {
             let end = self.to;
-            let begin = self.from.max(end.saturating_sub(BULK_CHUNK + length - 1));
+            let begin = self
+                .from
+                .max(end.saturating_sub(BULK_CHUNK.max(length) + length - 1));
             let window = &self.data[begin..end];
             let found = match &self.finder {
                 Finder::Byte(byte) => memrchr(*byte, window),
                 Finder::Backward(finder) => finder.rfind(window),
-                Finder::Long | Finder::Forward(_) => {
-                    let found = find_long(ev, self.part, &self.data[self.from..end], true)?;
-                    self.to = found.map_or(self.from, |at| self.from + at);
-                    return Ok(found.map(|at| self.from + at));
-                }
+                Finder::Forward(_) => memmem::rfind(window, self.part),
             };
             if let Some(at) = found {
                 self.to = begin + at;
@@ -184,116 +177,6 @@ impl Evaluator<'_> {
     }
 }
 
-/// Counts the steps of a search.
-struct StepCounter<'s, 'y> {
-    ev: &'s Evaluator<'y>,
-    steps: usize,
-}
-
-impl StepCounter<'_, '_> {
-    #[inline]
-    fn step(&mut self) -> R<()> {
-        self.steps += 1;
-        if self.steps.is_multiple_of(1024) {
-            self.ev.charge(1024 * 2)?;
-        }
-        Ok(())
-    }
-}
-
-/// The first or the last occurrence of a long part.
-fn find_long(ev: &Evaluator<'_>, part: &[u8], data: &[u8], last: bool) -> R<Option<usize>> {
-    let steps = StepCounter { ev, steps: 0 };
-    let (m, n) = (part.len(), data.len());
-    if last {
-        let found = two_way(steps, (m, |i| part[m - 1 - i]), (n, |i| data[n - 1 - i]))?;
-        return Ok(found.map(|at| n - at - m));
-    }
-    two_way(steps, (m, |i| part[i]), (n, |i| data[i]))
-}
-
-/// Where the greatest suffix of the part begins, in the order of bytes or the opposite one, and its period.
-fn greatest_suffix(
-    steps: &mut StepCounter<'_, '_>,
-    length: usize,
-    part: &impl Fn(usize) -> u8,
-    opposite: bool,
-) -> R<(usize, usize)> {
-    let (mut suffix, mut at, mut ahead, mut period) = (0, 1, 0, 1);
-    while at + ahead < length {
-        steps.step()?;
-        let (new, old) = (part(at + ahead), part(suffix + ahead));
-        if new == old {
-            ahead += 1;
-            if ahead == period {
-                at += period;
-                ahead = 0;
-            }
-        } else if (new < old) != opposite {
-            at += ahead + 1;
-            ahead = 0;
-            period = at - suffix;
-        } else {
-            suffix = at;
-            at += 1;
-            ahead = 0;
-            period = 1;
-        }
-    }
-    Ok((suffix, period))
-}
-
-fn two_way(
-    mut steps: StepCounter<'_, '_>,
-    (m, part): (usize, impl Fn(usize) -> u8),
-    (n, data): (usize, impl Fn(usize) -> u8),
-) -> R<Option<usize>> {
-    if m > n {
-        return Ok(None);
-    }
-    let one = greatest_suffix(&mut steps, m, &part, false)?;
-    let other = greatest_suffix(&mut steps, m, &part, true)?;
-    let (cut, period) = if one.0 > other.0 { one } else { other };
-    let mut repeats = period + cut <= m;
-    let mut index = 0;
-    while repeats && index < cut {
-        steps.step()?;
-        repeats = part(index) == part(index + period);
-        index += 1;
-    }
-    let period = if repeats {
-        period
-    } else {
-        cut.max(m - cut) + 1
-    };
-    // How much of the part is known to fit already.
-    let (mut at, mut known) = (0, 0);
-    while at <= n - m {
-        let mut right = cut.max(known);
-        while right < m && part(right) == data(at + right) {
-            steps.step()?;
-            right += 1;
-        }
-        steps.step()?;
-        if right < m {
-            at += right - cut + 1;
-            known = 0;
-            continue;
-        }
-        let mut left = cut;
-        while left > known && part(left - 1) == data(at + left - 1) {
-            steps.step()?;
-            left -= 1;
-        }
-        if left <= known {
-            return Ok(Some(at));
-        }
-        at += period;
-        known = if repeats { m - period } else { 0 };
-    }
-    Ok(None)
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)] // a test
@@ -319,8 +202,6 @@ mod tests {
                     let (data, bytes) = (text.as_bytes(), part.as_bytes());
                     assert_eq!(ev.find_bytes(data, bytes)?, text.find(part));
                     assert_eq!(ev.rfind_bytes(data, bytes)?, text.rfind(part));
-                    assert_eq!(find_long(ev, bytes, data, false)?, text.find(part));
-                    assert_eq!(find_long(ev, bytes, data, true)?, text.rfind(part));
                     let mut all = Vec::new();
                     let mut found = Occurrences::new(data, bytes);
                     while let Some(at) = found.next(ev)? {
@@ -357,39 +238,6 @@ mod tests {
                     let other = [&part[..], b"!"].concat();
                     assert_eq!(ev.find_bytes(&data, &other)?, None);
                     assert_eq!(ev.rfind_bytes(&data, &other)?, None);
-                }
-            }
-            Ok(())
-        });
-    }
-
-    #[test]
-    fn long_parts_are_found_in_texts_of_few_letters() {
-        evaluate(|ev| {
-            // All texts of two letters up to some length, so that every kind of period occurs.
-            let texts = |longest: u32| {
-                (1..=longest).flat_map(|length| {
-                    (0..1u32 << length).map(move |bits| {
-                        (0..length).map(|i| b'a' + (bits >> i & 1) as u8).collect()
-                    })
-                })
-            };
-            let datas: Vec<Vec<u8>> = texts(9).step_by(3).collect();
-            for part in texts(6) {
-                let part: Vec<u8> = part;
-                for data in &datas {
-                    let found = data.windows(part.len()).position(|window| window == part);
-                    assert_eq!(
-                        find_long(ev, &part, data, false)?,
-                        found,
-                        "{part:?} {data:?}"
-                    );
-                    let found = data.windows(part.len()).rposition(|window| window == part);
-                    assert_eq!(
-                        find_long(ev, &part, data, true)?,
-                        found,
-                        "{part:?} {data:?}"
-                    );
                 }
             }
             Ok(())

@@ -7,7 +7,7 @@ use elite_syntax::ast::BinaryOp;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::BULK_CHUNK;
+use crate::limits::chunked::BULK_CHUNK;
 use crate::value::bytes::BytesRef;
 use crate::value::{ByteArray, Bytes, R, Set, Str, Value, ValueVec};
 
@@ -235,7 +235,7 @@ impl Evaluator<'_> {
                 let mut items = ValueVec::default();
                 self.copy_list(list, &mut items)?;
                 let items = self.repeat_values(items, count)?;
-                self.drop_values(list.replace_all(items.into()));
+                drop(ValueVec::from(list.replace_all(items.into())));
             }
             (BinaryOp::Mul, Value::ByteArray(bytes)) => {
                 let Some(count) = self.count_of(b)? else {

@@ -7,8 +7,8 @@ use elite_syntax::ast::Conversion;
 use elite_syntax::surrogate::code_of;
 
 use crate::eval::Evaluator;
-use crate::eval::bulk::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::format::Spec;
+use crate::limits::chunked::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Raised, Str, Value};
 

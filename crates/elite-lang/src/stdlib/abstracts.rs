@@ -11,7 +11,7 @@ use super::define::{ModuleBuilder, instance};
 use crate::builtins::{Args, Builtin};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::data::no_values;
 use crate::value::function::WrappedFunction;
 use crate::value::symbol::known;

@@ -9,7 +9,7 @@ use super::define::{ModuleBuilder, native_class};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{BULK_CHUNK, WORK_PER_BYTE, bulk_work};
+use crate::limits::chunked::{BULK_CHUNK, WORK_PER_BYTE, bulk_work};
 use crate::value::int::Int;
 use crate::value::{Bytes, R, Raised, Value};
 

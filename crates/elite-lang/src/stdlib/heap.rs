@@ -12,7 +12,7 @@ use elite_syntax::surrogate::may_have_surrogates;
 use super::define::ModuleBuilder;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::ops::compare::fast;
 use crate::ops::hash::{Equality, quick_equal};
 use crate::value::{List, R, Value};

@@ -6,7 +6,7 @@ use super::define::{MethodDef, ModuleBuilder};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Value};

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::define::{ModuleBuilder, native_class, with_data};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::data::{Contents, NativeData};
 use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;

@@ -10,6 +10,7 @@ mod circles;
 mod counts;
 mod holding;
 mod likeness;
+mod long_chains;
 mod mutation;
 mod shape;
 mod threads;

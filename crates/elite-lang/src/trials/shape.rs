@@ -15,7 +15,7 @@ const WITH_CELLS: &[(&str, &str)] = &[
         "private to the table, whose methods give back what leaves",
     ),
     (
-        "value/trash.rs",
+        "limits/deferred_drop.rs",
         "the queue; nothing is dropped while it is borrowed",
     ),
     (

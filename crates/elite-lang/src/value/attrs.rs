@@ -24,7 +24,7 @@ impl AttrMap {
         if self.keys.len() <= SCAN_MAX {
             return self.keys.iter().position(|other| *other == key);
         }
-        self.index.get(key).map(|index| *index as usize)
+        self.index.get(&key).map(|index| *index as usize)
     }
 
     /// The value of `key`.

@@ -11,7 +11,8 @@ use super::by_symbol::{SymbolMap, SymbolSet};
 use super::held::ScriptRef;
 use super::symbol::known;
 use super::weak::WeakList;
-use super::{Function, ScriptCell, Symbol, Value, trash};
+use super::{Function, ScriptCell, Symbol, Value};
+use crate::limits::deferred_drop;
 
 /// How instances of a class are laid out: which builtin type they extend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,7 +87,7 @@ impl InstanceLayout {
         if self.names.len() <= 8 {
             return self.names.iter().position(|other| *other == name);
         }
-        self.index.get(name).map(|index| *index as usize)
+        self.index.get(&name).map(|index| *index as usize)
     }
 
     /// Attribute names in slot order.
@@ -727,6 +728,6 @@ fn is_plain(value: &Value) -> bool {
 impl Drop for Class {
     fn drop(&mut self) {
         let mut values = self.attrs.get_mut().take_values();
-        trash::drop_values(&mut values);
+        deferred_drop::drop_values(&mut values);
     }
 }

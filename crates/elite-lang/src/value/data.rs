@@ -6,7 +6,8 @@
 use std::any::{Any, TypeId};
 use std::rc::Rc;
 
-use super::{Value, trash};
+use super::Value;
+use crate::limits::deferred_drop;
 
 /// Data of some type.
 pub struct NativeData(Box<TypedBox<dyn Contents>>);
@@ -69,7 +70,7 @@ impl Drop for NativeData {
     fn drop(&mut self) {
         let mut held = Vec::new();
         self.0.data.take(&mut held);
-        trash::drop_values(&mut held);
+        deferred_drop::drop_values(&mut held);
     }
 }
 
@@ -83,7 +84,7 @@ impl NativeData {
     pub fn clear(&self) {
         let mut held = Vec::new();
         self.0.data.clear(&mut held);
-        trash::drop_values(&mut held);
+        deferred_drop::drop_values(&mut held);
     }
 
     /// Takes data of type `T`.

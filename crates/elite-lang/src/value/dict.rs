@@ -10,9 +10,10 @@ mod variables;
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::values::DropItem as _;
-use super::{ScriptCell, Value, trash};
-use table::{DictTable, EMPTY, INLINE_REHASH_MAX, SCAN_MAX, place, slots_for};
+use super::{ScriptCell, Value};
+use crate::limits::deferred_drop;
+use crate::limits::value_vec::DropItem as _;
+use table::DictTable;
 pub use table::{Entry, KeySearch};
 
 /// A dictionary.
@@ -35,13 +36,8 @@ pub enum ScanResult<T> {
     End,
 }
 
-/// What is called between pieces of work on a table, with the number of entries done; others may change the table then.
-pub type YieldHook<'b, E> = &'b mut dyn FnMut(usize) -> Result<(), E>;
 /// Entries that are worked on at once.
 pub const REHASH_CHUNK: usize = 4096;
-/// Times a piece of work starts over because the table has been changed meanwhile; after that it is done at once.
-const RETRIES_MAX: usize = 3;
-
 impl Dict {
     /// An empty dictionary.
     pub fn new() -> Self {
@@ -344,175 +340,24 @@ impl Dict {
     }
 
     /// A shallow copy.
-    pub fn copy<E>(&self, between: YieldHook<'_, E>) -> Result<Dict, E> {
-        let mut tries = 0;
-        loop {
-            let generation = self.generation();
-            let mut entries = Vec::with_capacity(self.len());
-            let mut at = 0;
-            let whole = loop {
-                let end = {
-                    let table = self.table.borrow();
-                    let end = table.entries.len().min(at + REHASH_CHUNK);
-                    let some = table.entries.get(at..end).unwrap_or_default();
-                    entries.extend(some.iter().filter_map(|entry| {
-                        let value = entry.read(table.of_variables())?;
-                        let (hash, key) = (entry.hash, entry.key.clone());
-                        Some(Entry { hash, key, value })
-                    }));
-                    end
-                };
-                if end <= at {
-                    break true;
-                }
-                at = end;
-                if tries < RETRIES_MAX {
-                    between(REHASH_CHUNK)?;
-                    if self.generation() != generation {
-                        break false;
-                    }
-                }
-            };
-            if whole {
-                let slots = match entries.len() {
-                    0..=SCAN_MAX => Vec::new(),
-                    length => new_slots(slots_for(length), &entries, length, between)?,
-                };
-                let copy = Dict::new();
-                copy.table.with_mut(|table| {
-                    table.live = entries.len();
-                    table.tail.set(entries.len());
-                    table.entries = entries;
-                    table.slots = slots;
-                });
-                return Ok(copy);
-            }
-            tries += 1;
-            drop_entries(entries);
-        }
-    }
-
-    /// Whether the next new key makes a big table grow, which is better done in pieces (`rehash_incrementally`).
-    #[inline]
-    pub fn needs_incremental_rehash(&self) -> bool {
+    pub fn copy(&self) -> Dict {
         let table = self.table.borrow();
-        let length = table.entries.len();
-        length > INLINE_REHASH_MAX && (length + 1) * 3 > table.slots.len() * 2
-    }
-
-    /// Makes the table greater before a new key does.
-    pub fn rehash_incrementally<E>(&self, between: YieldHook<'_, E>) -> Result<(), E> {
-        for _ in 0..RETRIES_MAX {
-            let generation = self.generation();
-            let (length, live) = {
-                let table = self.table.borrow();
-                (table.entries.len(), table.live)
-            };
-            if live < length / 2 {
-                // With so many deleted entries the table rather shrinks.
-                return self.rebuild_incrementally(0, between);
-            }
-            let mut slots = empty_slots(slots_for(length + 1), between)?;
-            let mut at = 0;
-            while at < length && self.generation() == generation {
-                let end = length.min(at + REHASH_CHUNK);
-                {
-                    let table = self.table.borrow();
-                    for (entry, index) in table.entries[at..end].iter().zip(at as u32..) {
-                        if !entry.key.is_unbound() {
-                            place(&mut slots, entry.hash, index);
-                        }
-                    }
-                }
-                at = end;
-                between(REHASH_CHUNK)?;
-            }
-            if self.generation() == generation {
-                drop(self.table.with_mut(|table| {
-                    table.moves = 0;
-                    std::mem::replace(&mut table.slots, slots)
-                }));
-                return Ok(());
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether a big table has become so empty that it is better made anew (`rebuild_incrementally`).
-    #[inline]
-    pub fn is_sparse(&self) -> bool {
-        let table = self.table.borrow();
-        table.entries.len() > INLINE_REHASH_MAX && table.is_sparse()
-    }
-
-    /// Whether a big table has to be made anew, with so much room in front, before an entry can move there.
-    pub fn front_capacity_needed(&self) -> Option<usize> {
-        let table = self.table.borrow();
-        let head = table.head.get();
-        let is_first = table.entries.get(head).is_some_and(|e| !e.key.is_unbound());
-        let lacks = table.entries.len() > INLINE_REHASH_MAX
-            && (head == 0 && is_first || table.moves > table.slots.len() / 16);
-        lacks.then_some(table.live)
-    }
-
-    /// Makes a big table anew without deleted entries, with room for `front` entries in front of the others and as many
-    /// behind them; not if others keep changing it meanwhile.
-    pub fn rebuild_incrementally<E>(
-        &self,
-        front: usize,
-        between: YieldHook<'_, E>,
-    ) -> Result<(), E> {
-        for _ in 0..RETRIES_MAX {
-            let generation = self.generation();
-            let live = {
-                let table = self.table.borrow();
-                if table.of_variables() {
-                    return Ok(());
-                }
-                table.live
-            };
-            let mut entries = Vec::with_capacity(2 * front + live + 1);
-            while entries.len() < front {
-                entries.resize_with(front.min(entries.len() + REHASH_CHUNK), Entry::default);
-                between(REHASH_CHUNK)?;
-            }
-            let mut at = 0;
-            while self.generation() == generation {
-                let end = {
-                    let table = self.table.borrow();
-                    let end = table.entries.len().min(at + REHASH_CHUNK);
-                    let some = table.entries.get(at..end).unwrap_or_default();
-                    let there = some.iter().filter(|entry| !entry.key.is_unbound());
-                    entries.extend(there.cloned());
-                    end
-                };
-                if end == at {
-                    break;
-                }
-                at = end;
-                between(REHASH_CHUNK)?;
-            }
-            let length = entries.len();
-            let slots = match self.generation() == generation {
-                true => new_slots(slots_for(length + 1), &entries, length, between)?,
-                false => Vec::new(),
-            };
-            if self.generation() == generation {
-                let old = self.table.with_mut(|table| {
-                    table.moves = 0;
-                    table.head.set(front);
-                    table.tail.set(length);
-                    drop(std::mem::replace(&mut table.slots, slots));
-                    // Positions are other ones now.
-                    table.generation += 1;
-                    std::mem::replace(&mut table.entries, entries)
-                });
-                drop_entries(old);
-                return Ok(());
-            }
-            drop_entries(entries);
-        }
-        Ok(())
+        let is_of_variables = table.of_variables();
+        let read = |entry: &Entry| {
+            let value = entry.read(is_of_variables)?;
+            let (hash, key) = (entry.hash, entry.key.clone());
+            Some(Entry { hash, key, value })
+        };
+        let mut entries = Vec::with_capacity(table.live);
+        entries.extend(table.entries.iter().filter_map(read));
+        let copy = Dict::new();
+        copy.table.with_mut(|table| {
+            table.live = entries.len();
+            table.tail.set(entries.len());
+            table.entries = entries;
+            table.rebuild();
+        });
+        copy
     }
 
     /// The value of a string key. For embedders and the library; scripts go through `ops::dict`.
@@ -541,41 +386,10 @@ impl Dict {
     }
 }
 
-fn empty_slots<E>(size: usize, between: YieldHook<'_, E>) -> Result<Vec<u32>, E> {
-    let mut slots = Vec::with_capacity(size);
-    while slots.len() < size {
-        slots.resize(size.min(slots.len() + 16 * REHASH_CHUNK), EMPTY);
-        between(REHASH_CHUNK)?;
-    }
-    Ok(slots)
-}
-
-/// Slots in which the first `length` entries are entered.
-fn new_slots<E>(
-    size: usize,
-    entries: &[Entry],
-    length: usize,
-    between: YieldHook<'_, E>,
-) -> Result<Vec<u32>, E> {
-    let mut slots = empty_slots(size, between)?;
-    for (some, first) in entries[..length]
-        .chunks(REHASH_CHUNK)
-        .zip((0..).step_by(REHASH_CHUNK))
-    {
-        for (entry, index) in some.iter().zip(first..) {
-            if !entry.key.is_unbound() {
-                place(&mut slots, entry.hash, index);
-            }
-        }
-        between(REHASH_CHUNK)?;
-    }
-    Ok(slots)
-}
-
 fn drop_entries(mut entries: Vec<Entry>) {
-    trash::defer_if_large(&mut entries, Entry::may_run_script);
+    deferred_drop::defer_if_large(&mut entries, Entry::may_run_script);
     let cell = Cell::new(entries);
-    trash::drop_with_depth(
+    deferred_drop::drop_with_depth(
         || drop(cell.take()),
         |deferred| {
             deferred.extend(

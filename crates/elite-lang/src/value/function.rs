@@ -5,8 +5,9 @@ use std::rc::Rc;
 
 use super::attrs::AttrMap;
 use super::symbol::known;
-use super::{CellVar, Class, ScriptCell, Value, trash};
+use super::{CellVar, Class, ScriptCell, Value};
 use crate::eval::code::Code;
+use crate::limits::deferred_drop;
 
 /// A function: code, defaults and the variables it shares with functions around it.
 pub struct Function {
@@ -64,16 +65,16 @@ impl Function {
 impl Drop for Function {
     fn drop(&mut self) {
         if let Some(attrs) = self.attrs.get_mut() {
-            trash::drop_values(&mut attrs.take_values());
+            deferred_drop::drop_values(&mut attrs.take_values());
         }
         // Shared ones are dropped by the last who has them.
         if let Some(defaults) = Rc::get_mut(self.defaults.get_mut()) {
-            trash::drop_slice(defaults);
+            deferred_drop::drop_slice(defaults);
         }
-        trash::drop_slice(&mut self.keyword_defaults);
+        deferred_drop::drop_slice(&mut self.keyword_defaults);
         for held in [&mut self.keyword_defaults_dict, &mut self.annotations] {
             if let Some(value) = held.get_mut() {
-                trash::drop_value(value);
+                deferred_drop::drop_value(value);
             }
         }
     }
@@ -97,7 +98,7 @@ impl BoundMethod {
 
 impl Drop for BoundMethod {
     fn drop(&mut self) {
-        trash::drop_each([&mut self.receiver, &mut self.function]);
+        deferred_drop::drop_each([&mut self.receiver, &mut self.function]);
     }
 }
 
@@ -128,9 +129,9 @@ impl std::ops::Deref for WrappedFunction {
 impl Drop for WrappedFunction {
     fn drop(&mut self) {
         // Methods may be wrapped again and again, so a chain of them is taken apart without recursion.
-        trash::drop_value(&mut self.function);
+        deferred_drop::drop_value(&mut self.function);
         if let Some(attrs) = self.attrs.get_mut() {
-            trash::drop_value(attrs);
+            deferred_drop::drop_value(attrs);
         }
     }
 }
@@ -172,7 +173,7 @@ impl Property {
 
 impl Drop for Property {
     fn drop(&mut self) {
-        trash::drop_each([
+        deferred_drop::drop_each([
             &mut self.get,
             &mut self.set,
             &mut self.delete,
@@ -193,6 +194,6 @@ pub struct Super {
 
 impl Drop for Super {
     fn drop(&mut self) {
-        trash::drop_value(&mut self.receiver);
+        deferred_drop::drop_value(&mut self.receiver);
     }
 }

@@ -8,7 +8,8 @@ use smallvec::SmallVec;
 use super::data::NativeData;
 use super::exception::ExceptionState;
 use super::order::SlotOrder;
-use super::{Class, Dict, ScriptCell, Symbol, Value, trash};
+use super::{Class, Dict, ScriptCell, Symbol, Value};
+use crate::limits::deferred_drop;
 
 /// An object with a class.
 pub struct Instance {
@@ -82,7 +83,7 @@ impl Instance {
         let attrs = self.attrs.replace(AttrStorage::Slots(InlineSlots::new()));
         self.order.take();
         match attrs {
-            AttrStorage::Slots(mut slots) => trash::drop_slice(&mut slots),
+            AttrStorage::Slots(mut slots) => deferred_drop::drop_slice(&mut slots),
             AttrStorage::Dict(dict, hidden) => {
                 dict.clear();
                 hidden.iter().for_each(|hidden| hidden.clear());
@@ -386,14 +387,14 @@ impl Instance {
 impl Drop for Instance {
     fn drop(&mut self) {
         if let AttrStorage::Slots(slots) = self.attrs.get_mut() {
-            trash::drop_slice(slots);
+            deferred_drop::drop_slice(slots);
         }
         match &mut self.payload {
             InstancePayload::Exception(state) => {
                 let mut values = state.take_values();
-                trash::drop_values(&mut values);
+                deferred_drop::drop_values(&mut values);
             }
-            InstancePayload::Value(value) => trash::drop_value(value.get_mut()),
+            InstancePayload::Value(value) => deferred_drop::drop_value(value.get_mut()),
             // Data takes itself apart.
             InstancePayload::None | InstancePayload::Object(_) => {}
         }

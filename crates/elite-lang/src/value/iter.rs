@@ -4,8 +4,9 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use super::dict::ViewKind;
-use super::{Bytes, Class, Dict, List, R, ScriptCell, Set, Str, Tuple, Value, trash};
+use super::{Bytes, Class, Dict, List, R, ScriptCell, Set, Str, Tuple, Value};
 use crate::eval::Evaluator;
+use crate::limits::deferred_drop;
 
 /// An iterator. What can run script code while stepping keeps nothing borrowed meanwhile.
 pub enum Iter {
@@ -229,21 +230,21 @@ impl Drop for Iter {
             | Iter::Dict { .. }
             | Iter::Set { .. }
             | Iter::ListReversed { .. } => {}
-            Iter::Sequence { object, .. } => trash::drop_value(object),
+            Iter::Sequence { object, .. } => deferred_drop::drop_value(object),
             Iter::Callable {
                 function, sentinel, ..
-            } => trash::drop_each([function, sentinel]),
+            } => deferred_drop::drop_each([function, sentinel]),
             Iter::Map { function, sources } => {
-                trash::drop_value(function);
-                trash::drop_values(sources);
+                deferred_drop::drop_value(function);
+                deferred_drop::drop_values(sources);
             }
-            Iter::Filter { function, source } => trash::drop_each([function, source]),
-            Iter::Zip { sources, .. } => trash::drop_values(sources),
-            Iter::Enumerate { source, .. } => trash::drop_value(source),
+            Iter::Filter { function, source } => deferred_drop::drop_each([function, source]),
+            Iter::Zip { sources, .. } => deferred_drop::drop_values(sources),
+            Iter::Enumerate { source, .. } => deferred_drop::drop_value(source),
             Iter::Native(native) => {
                 let mut held = Vec::new();
                 native.steps.clear(&mut held);
-                trash::drop_values(&mut held);
+                deferred_drop::drop_values(&mut held);
             }
         }
     }

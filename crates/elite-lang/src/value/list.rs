@@ -3,7 +3,8 @@
 use std::cell::Cell;
 
 use super::held::ScriptRef;
-use super::{ScriptCell, Value, trash};
+use super::{ScriptCell, Value};
+use crate::limits::deferred_drop;
 use crate::ops::item::place_of;
 
 /// A list. Nothing may hold a borrow of the items while it runs script code.
@@ -54,11 +55,6 @@ impl List {
     #[inline(always)]
     fn count_change(&self) {
         self.changes.set(self.changes.get().wrapping_add(1));
-    }
-
-    /// A number that is another one after a change.
-    pub fn change_count(&self) -> u32 {
-        self.changes.get()
     }
 
     /// Puts other items in the place of all there were, which are given back.
@@ -158,7 +154,7 @@ impl List {
 
 impl Drop for List {
     fn drop(&mut self) {
-        trash::drop_values(self.items.get_mut());
+        deferred_drop::drop_values(self.items.get_mut());
     }
 }
 
@@ -235,9 +231,9 @@ impl Tuple {
 impl Drop for Tuple {
     fn drop(&mut self) {
         match &mut self.items {
-            TupleItems::Two(items) => trash::drop_slice(items),
-            TupleItems::Three(items) => trash::drop_slice(items),
-            TupleItems::Many(items) => trash::drop_values(items),
+            TupleItems::Two(items) => deferred_drop::drop_slice(items),
+            TupleItems::Three(items) => deferred_drop::drop_slice(items),
+            TupleItems::Many(items) => deferred_drop::drop_values(items),
         }
     }
 }

@@ -24,8 +24,6 @@ pub mod range;
 pub mod set;
 pub mod string;
 pub mod symbol;
-pub mod trash;
-pub mod values;
 pub mod weak;
 
 use std::cell::Cell;
@@ -34,6 +32,7 @@ use std::rc::Rc;
 use compact_str::CompactString;
 use num_bigint::BigInt;
 
+pub use crate::limits::value_vec::ValueVec;
 pub use bytes::{ByteArray, Bytes};
 pub use class::Class;
 pub use dict::{Dict, DictView};
@@ -47,7 +46,6 @@ pub use range::{LongRange, Range, Slice};
 pub use set::Set;
 pub use string::Str;
 pub use symbol::Symbol;
-pub use values::ValueVec;
 
 use crate::builtins::Builtin;
 use crate::eval::code::Code;
@@ -175,7 +173,7 @@ pub fn bindings() -> u64 {
 
 impl Drop for CellVar {
     fn drop(&mut self) {
-        trash::drop_value(self.value.get_mut());
+        crate::limits::deferred_drop::drop_value(self.value.get_mut());
     }
 }
 

@@ -75,7 +75,7 @@ impl Namespace {
     pub fn attach_dict(&self, dict: Rc<Dict>, symbols: &Rc<Symbols>) {
         dict.hold_variables();
         for name in &*self.order.borrow() {
-            if let Some(variable) = self.cells.borrow().get(*name) {
+            if let Some(variable) = self.cells.borrow().get(name) {
                 dict.enter_variable(&symbols.to_value(*name), variable.clone());
             }
         }
@@ -145,7 +145,7 @@ impl Namespace {
 
     /// Whether the name has been mentioned as one of this very namespace, bound or not.
     pub fn has_name(&self, name: Symbol) -> bool {
-        self.cells.borrow().contains(name)
+        self.cells.borrow().contains_key(&name)
             || self
                 .shown
                 .get()
@@ -165,7 +165,7 @@ impl Namespace {
 
     /// The cell of a name in this very namespace, made if need be.
     pub fn own_cell(&self, name: Symbol) -> Rc<CellVar> {
-        if let Some(cell) = self.cells.borrow().get(name) {
+        if let Some(cell) = self.cells.borrow().get(&name) {
             return cell.clone();
         }
         self.forget_unused_if_many();
@@ -200,12 +200,12 @@ impl Namespace {
         let mut kept = from;
         for at in from..end {
             let name = order[at];
-            let is_unused = cells.get(name).is_none_or(|cell| {
+            let is_unused = cells.get(&name).is_none_or(|cell| {
                 Rc::strong_count(cell) <= own && cell.value.borrow().is_unbound()
             });
             if is_unused {
                 // An unbound variable holds no value, so no code runs.
-                cells.remove(name);
+                cells.remove(&name);
             } else {
                 order[kept] = name;
                 kept += 1;
@@ -222,7 +222,8 @@ impl Namespace {
         }
         let mut cells = self.cells.borrow_mut();
         self.limit.set(cells.len() * 2);
-        cells.shrink();
+        let room = cells.len() * 2;
+        cells.shrink_to(room);
     }
 
     /// Adds up to `count` of its names to a set, from number `from` on; whether there are more.
@@ -249,14 +250,14 @@ impl Namespace {
 
     /// The cell of a name of this very namespace, if it is bound.
     pub fn bound_cell(&self, name: Symbol) -> Option<Rc<CellVar>> {
-        let cell = self.cells.borrow().get(name)?.clone();
+        let cell = self.cells.borrow().get(&name)?.clone();
         let bound = !cell.value.borrow().is_unbound();
         bound.then_some(cell)
     }
 
     /// The value of a name, if it is bound.
     pub fn get(&self, name: Symbol) -> Option<Value> {
-        let value = match self.cells.borrow().get(name) {
+        let value = match self.cells.borrow().get(&name) {
             Some(cell) => cell.value.borrow().clone(),
             None => self.shown.get()?.get(name)?,
         };

@@ -211,6 +211,6 @@ pub struct Slice {
 
 impl Drop for Slice {
     fn drop(&mut self) {
-        super::trash::drop_each([&mut self.start, &mut self.stop, &mut self.step]);
+        crate::limits::deferred_drop::drop_each([&mut self.start, &mut self.stop, &mut self.step]);
     }
 }

@@ -5,17 +5,15 @@
 
 use std::cell::Cell;
 
-use super::dict::{KeySearch, REHASH_CHUNK, ScanResult, YieldHook};
-use super::values::DropItem;
-use super::{ScriptCell, Value, trash};
+use super::dict::{KeySearch, REHASH_CHUNK, ScanResult};
+use super::{ScriptCell, Value};
+use crate::limits::deferred_drop;
+use crate::limits::value_vec::DropItem;
 use crate::ops::hash::{Equality, quick_equal};
 
 const SIZE_MIN: usize = 8;
 const LINEAR_PROBES: usize = 9;
 const PERTURB_SHIFT: u32 = 5;
-/// Times a piece of work starts over because the set has been changed meanwhile; after that it is done at once.
-const RETRIES_MAX: usize = 3;
-
 /// A set. Frozen sets are the same behind another tag.
 pub struct Set {
     table: ScriptCell<SetTable>,
@@ -329,93 +327,12 @@ impl Set {
     }
 
     /// Makes room for the elements of another set, as CPython does before it merges one in (`set_merge`).
-    pub fn reserve<E>(&self, more: usize, between: YieldHook<'_, E>) -> Result<(), E> {
-        let wanted = {
-            let table = self.table.borrow();
-            table.is_full_with(more).then_some((table.used + more) * 2)
-        };
-        match wanted {
-            Some(wanted) => self.resize(wanted, between),
-            None => Ok(()),
-        }
-    }
-
-    /// Makes a big table greater before a new element does (`needs_incremental_rehash`).
-    pub fn rehash_incrementally<E>(&self, between: YieldHook<'_, E>) -> Result<(), E> {
-        let used = self.len();
-        self.resize(if used > 50_000 { used * 2 } else { used * 4 }, between)
-    }
-
-    /// Whether the next new element makes a big table grow.
-    #[inline]
-    pub fn needs_incremental_rehash(&self) -> bool {
-        let table = self.table.borrow();
-        table.slots.len() > 4 * REHASH_CHUNK && table.is_full_with(1)
-    }
-
-    fn resize<E>(&self, wanted: usize, between: YieldHook<'_, E>) -> Result<(), E> {
-        let old = match self.copied_to(size_above(wanted), between)? {
-            Some(mut table) => {
-                table.generation = self.generation();
-                table.pop_hint = self.table.borrow().pop_hint;
-                self.table.replace(table)
+    pub fn reserve(&self, more: usize) {
+        self.table.with_mut(|table| {
+            if table.is_full_with(more) {
+                table.resize((table.used + more) * 2);
             }
-            // The set changed during every attempt to copy it, so it is resized at once.
-            None => {
-                self.table.with_mut(|table| table.resize(wanted));
-                return Ok(());
-            }
-        };
-        let mut slots = old.slots;
-        // The elements live on in the new table.
-        trash::defer_if_large(&mut slots, |_| false);
-        drop(slots);
-        Ok(())
-    }
-
-    /// The elements in a table of another size, in order; None if they keep changing meanwhile.
-    fn copied_to<E>(&self, size: usize, between: YieldHook<'_, E>) -> Result<Option<SetTable>, E> {
-        for _ in 0..RETRIES_MAX {
-            let generation = self.generation();
-            let mut new = SetTable {
-                slots: Vec::with_capacity(size),
-                ..SetTable::with_size(SIZE_MIN)
-            };
-            while new.slots.len() < size {
-                let more = size.min(new.slots.len() + REHASH_CHUNK);
-                new.slots.resize(more, SetSlot::default());
-                between(REHASH_CHUNK)?;
-            }
-            let mut at = 0;
-            while self.generation() == generation {
-                let end = {
-                    let table = self.table.borrow();
-                    let end = table.slots.len().min(at + REHASH_CHUNK);
-                    let same_size = size == table.slots.len() && table.filled == table.used;
-                    for index in at..end {
-                        let slot = &table.slots[index];
-                        if !slot.is_used() {
-                            continue;
-                        }
-                        if same_size {
-                            new.slots[index] = slot.clone();
-                        } else {
-                            new.insert_clean(slot.hash, slot.key.clone());
-                        }
-                    }
-                    if same_size {
-                        (new.used, new.filled) = (table.used, table.filled);
-                    }
-                    end
-                };
-                if end == at {
-                    return Ok(Some(new));
-                }
-                at = end;
-                between(REHASH_CHUNK)?;
-            }
-        }
-        Ok(None)
+        });
     }
 
     /// Takes over the elements of `other`.
@@ -476,37 +393,40 @@ impl Set {
             std::mem::replace(table, empty)
         });
         let mut slots = old.slots;
-        trash::defer_if_large(&mut slots, SetSlot::may_run_script);
+        deferred_drop::defer_if_large(&mut slots, SetSlot::may_run_script);
         drop(slots);
     }
 
     /// A copy, in the order in which CPython would have it: elements are inserted into a fresh table.
-    pub fn copy<E>(&self, between: YieldHook<'_, E>) -> Result<Set, E> {
+    pub fn copy(&self) -> Set {
         let used = self.len();
         let size = if used * 5 >= (SIZE_MIN - 1) * 3 {
             size_above(used * 2)
         } else {
             SIZE_MIN
         };
-        let copy = Set::new();
-        match self.copied_to(size, between)? {
-            Some(table) => copy.table.put(table),
-            None => {
-                for (hash, key) in self.elements() {
-                    copy.append(hash, key);
-                }
+        let table = self.table.borrow();
+        let mut new = SetTable::with_size(size);
+        if size == table.slots.len() && table.filled == table.used {
+            new.slots.clone_from(&table.slots);
+            (new.used, new.filled) = (table.used, table.filled);
+        } else {
+            for slot in table.slots.iter().filter(|slot| slot.is_used()) {
+                new.insert_clean(slot.hash, slot.key.clone());
             }
         }
-        Ok(copy)
+        let copy = Set::new();
+        copy.table.put(new);
+        copy
     }
 }
 
 impl Drop for Set {
     fn drop(&mut self) {
         let mut slots = std::mem::take(&mut self.table.get_mut().slots);
-        trash::defer_if_large(&mut slots, SetSlot::may_run_script);
+        deferred_drop::defer_if_large(&mut slots, SetSlot::may_run_script);
         let cell = Cell::new(slots);
-        trash::drop_with_depth(
+        deferred_drop::drop_with_depth(
             || drop(cell.take()),
             |deferred| deferred.extend(cell.take().into_iter().map(|slot| slot.key)),
         );

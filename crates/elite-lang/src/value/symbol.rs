@@ -237,7 +237,7 @@ impl Symbols {
             }
             let weight = weight(&name.text);
             name.retention = match name.retention {
-                _ if used.contains(symbol) => Retention::Used,
+                _ if used.contains(&symbol) => Retention::Used,
                 Retention::Used => Retention::Unconfirmed,
                 _ if name.temp_refs > 0 => Retention::Temporary,
                 _ => {

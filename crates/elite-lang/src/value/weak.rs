@@ -1,30 +1,24 @@
 //! Lists of objects that do not keep them alive. The memory of a dead object stays while it is listed, so the dead ones
-//! leave whenever the list has doubled, a few with each object that is listed: a list of hundreds of thousands takes
-//! long to look through.
+//! leave whenever the list has doubled.
 
 use std::cell::{Cell, RefCell};
 use std::rc::{Rc, Weak};
 
 /// Entries up to which a list is not searched for dead ones.
-const LEAST: usize = 16;
-/// Entries that are looked at for each that is added.
-const STEP: usize = 8;
+const PRUNE_MIN: usize = 16;
 
 /// Weak references to objects of one kind.
 pub struct WeakList<T> {
     all: RefCell<Vec<Weak<T>>>,
+    /// At this length dead ones leave.
     limit: Cell<usize>,
-    /// While the list is searched for dead ones: how many have been looked at, and how many of those were alive. They
-    /// are the first ones; the places between both numbers are empty.
-    search: Cell<Option<(usize, usize)>>,
 }
 
 impl<T> Default for WeakList<T> {
     fn default() -> Self {
         WeakList {
             all: RefCell::default(),
-            limit: Cell::new(LEAST),
-            search: Cell::default(),
+            limit: Cell::new(PRUNE_MIN),
         }
     }
 }
@@ -33,24 +27,10 @@ impl<T> WeakList<T> {
     /// Lists one more.
     pub fn push(&self, object: &Rc<T>) {
         let mut all = self.all.borrow_mut();
-        if self.search.get().is_none() && all.len() >= self.limit.get() {
-            self.search.set(Some((0, 0)));
-        }
-        if let Some((mut seen, mut kept)) = self.search.get() {
-            for _ in 0..STEP.min(all.len() - seen) {
-                let object = std::mem::take(&mut all[seen]);
-                seen += 1;
-                if object.strong_count() > 0 {
-                    all[kept] = object;
-                    kept += 1;
-                }
-            }
-            self.search.set((seen < all.len()).then_some((seen, kept)));
-            if seen == all.len() {
-                all.truncate(kept);
-                self.limit.set((kept * 2).max(LEAST));
-                all.shrink_to(self.limit.get());
-            }
+        if all.len() >= self.limit.get() {
+            all.retain(|listed| listed.strong_count() > 0);
+            self.limit.set((all.len() * 2).max(PRUNE_MIN));
+            all.shrink_to(self.limit.get());
         }
         all.push(Rc::downgrade(object));
     }
@@ -92,7 +72,6 @@ impl<T> WeakList<T> {
 
     /// The objects that are alive; the list is empty then.
     pub fn take(&self) -> Vec<Rc<T>> {
-        self.search.set(None);
         let all = self.all.take();
         all.iter().filter_map(Weak::upgrade).collect()
     }
@@ -119,7 +98,7 @@ mod tests {
                 kept.push(object);
             }
             assert!(
-                list.len() <= 4 * kept.len() + 4 * LEAST,
+                list.len() <= 4 * kept.len() + 4 * PRUNE_MIN,
                 "{} of {number}",
                 list.len()
             );

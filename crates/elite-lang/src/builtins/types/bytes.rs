@@ -12,8 +12,8 @@ use super::bytes_search::{self, SearchEnd};
 use super::string::TitleCaseCheck;
 use super::{BoundFn, class_method, constructor, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
-use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
 use crate::eval::{Evaluator, InterpreterState};
+use crate::limits::chunked::{CHUNK, WORK_PER_BYTE};
 use crate::value::bytes::BytesRef;
 use crate::value::function::WrappedFunction;
 use crate::value::symbol::known;
@@ -344,11 +344,8 @@ fn install_mutable(core: &Rc<InterpreterState>, class: &Class) {
                 let index = ev.index(&args[1])?;
                 let byte = ev.byte(&args[2])?;
                 let place = |length| super::insertion_place(index, length);
-                let here = |length| Some(place(length)..place(length));
-                if !ev.try_splice_long_bytes(&bytes, here, &[byte])? {
-                    ev.grow_bytes(&bytes, 1)?;
-                    bytes.change(|data| data.insert(place(data.len()), byte));
-                }
+                ev.grow_bytes(&bytes, 1)?;
+                bytes.change(|data| data.insert(place(data.len()), byte));
                 Ok(Value::None)
             }),
             ("pop", "index? /", |ev, args| {
@@ -370,10 +367,7 @@ fn install_mutable(core: &Rc<InterpreterState>, class: &Class) {
                 ev.grow_bytes(&bytes, 0)?;
                 match place {
                     Some(index) => {
-                        let place = |length| (index < length).then_some(index..index + 1);
-                        if !ev.try_splice_long_bytes(&bytes, place, &[])? {
-                            bytes.change(|data| (index < data.len()).then(|| data.remove(index)));
-                        }
+                        bytes.change(|data| (index < data.len()).then(|| data.remove(index)));
                         Ok(Value::None)
                     }
                     None => Err(ev.value_error("value not found in bytearray")),
@@ -385,7 +379,8 @@ fn install_mutable(core: &Rc<InterpreterState>, class: &Class) {
             }),
             ("reverse", "", |ev, args| {
                 let bytes = mutable(ev, &args[0])?;
-                ev.reverse_bytes(&bytes)?;
+                ev.grow_bytes(&bytes, 0)?;
+                bytes.change(|data| data.reverse());
                 Ok(Value::None)
             }),
             ("copy", "", |ev, args| {

@@ -2,7 +2,7 @@
 
 use super::bytes::receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
+use crate::limits::chunked::{CHUNK, WORK_PER_BYTE};
 use crate::value::{R, Value};
 
 /// Appends bytes as hexadecimal digits.

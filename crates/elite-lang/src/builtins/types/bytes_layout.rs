@@ -3,7 +3,7 @@
 use super::bytes::{like, receiver};
 use super::bytes_parts::of_receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
+use crate::limits::chunked::{CHUNK, WORK_PER_BYTE};
 use crate::value::{R, Value};
 
 /// Where the bytes stand in their column.

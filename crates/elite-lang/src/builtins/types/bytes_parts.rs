@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::bytes::{SPACES, bytearray, not_bytes_like, receiver};
 use super::bytes_search::SearchEnd;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
+use crate::limits::chunked::{CHUNK, WORK_PER_BYTE};
 use crate::ops::search::Occurrences;
 use crate::value::bytes::BytesRef;
 use crate::value::{Bytes, R, Value, ValueVec};

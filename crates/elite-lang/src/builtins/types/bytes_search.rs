@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::bounds::SearchBounds;
 use super::wrong_receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::WORK_PER_BYTE;
+use crate::limits::chunked::WORK_PER_BYTE;
 use crate::ops::search::Occurrences;
 use crate::value::bytes::BytesRef;
 use crate::value::{R, Value};

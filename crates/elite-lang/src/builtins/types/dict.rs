@@ -5,8 +5,8 @@ use std::rc::Rc;
 use super::{class_method, methods, raw_constructor, raw_method, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
-use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{Evaluator, InterpreterState};
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::ops::iterate::dict_iter;
 use crate::value::dict::ViewKind;
 use crate::value::{Dict, DictView, R, Value, ValueVec};
@@ -211,7 +211,7 @@ fn popitem(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             vec![Value::str("popitem(): dictionary is empty")],
         ));
     };
-    let (key, value) = ev.dict_take(&dict, index)?;
+    let (key, value) = dict.delete_at(index);
     Ok(Value::pair(key, value))
 }
 

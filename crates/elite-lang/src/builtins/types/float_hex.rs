@@ -3,7 +3,7 @@
 use num_bigint::BigInt;
 
 use crate::eval::Evaluator;
-use crate::eval::bulk::WORK_PER_BYTE;
+use crate::limits::chunked::WORK_PER_BYTE;
 use crate::value::R;
 
 /// Python's `float.hex()`.

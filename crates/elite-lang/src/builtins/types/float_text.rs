@@ -5,7 +5,7 @@
 
 use super::number::to_ascii_digit;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{CHUNK, WORK_PER_BYTE, pieces};
+use crate::limits::chunked::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::value::R;
 
 /// Significant digits that are kept: no float lies nearer to the middle between two others than 768 digits can tell

@@ -4,8 +4,8 @@ use std::rc::Rc;
 
 use super::{constructor, insertion_place, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
-use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{Evaluator, InterpreterState};
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::{Iter, List, R, Value, ValueVec};
 
 pub(super) fn install(core: &Rc<InterpreterState>) {
@@ -72,7 +72,7 @@ fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<List>> {
 
 fn init(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    ev.drop_values(list.replace_all(Vec::new()));
+    drop(ValueVec::from(list.replace_all(Vec::new())));
     if let Some(iterable) = args[1].if_given() {
         ev.list_extend(&list, iterable)?;
     }
@@ -124,7 +124,25 @@ impl Evaluator<'_> {
             true => self.collect(&Value::List(list.clone()))?,
             false => self.collect(iterable)?,
         };
-        self.list_append_all(list, items.into())
+        if list.is_empty() {
+            drop(ValueVec::from(list.replace_all(items.into())));
+            return Ok(());
+        }
+        self.grow_list(list, items.len())?;
+        list.change(|old| old.extend(items));
+        Ok(())
+    }
+
+    /// Puts an item before number `index`, which may count from the end or lie outside.
+    pub fn list_insert(&self, list: &List, index: i64, item: Value) -> R<()> {
+        self.grow_list(list, 1)?;
+        list.change(|items| items.insert(super::insertion_place(index, items.len()), item));
+        Ok(())
+    }
+
+    /// Takes out item number `index`, which may count from the end; None if there is none.
+    pub fn list_remove(&self, list: &List, index: i64) -> Option<Value> {
+        list.change(|items| Some(items.remove(self.place(index, items.len())?)))
     }
 }
 
@@ -144,7 +162,7 @@ fn pop(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return last.map_or_else(|| error("pop from empty list"), Ok);
     };
     let index = ev.index(index)?;
-    match ev.list_remove(&list, index)? {
+    match ev.list_remove(&list, index) {
         Some(item) => Ok(item),
         None if list.is_empty() => error("pop from empty list"),
         None => error("pop index out of range"),
@@ -158,7 +176,7 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         ev.charge(WORK_PER_VALUE)?;
         if ev.equal(&item, &args[1])? {
             // The comparison may have changed the list.
-            drop(ev.list_remove(&list, index as i64)?);
+            drop(ev.list_remove(&list, index as i64));
             return Ok(Value::None);
         }
         index += 1;
@@ -168,7 +186,7 @@ fn remove(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn clear(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    ev.drop_values(list.replace_all(Vec::new()));
+    drop(ValueVec::from(list.replace_all(Vec::new())));
     Ok(Value::None)
 }
 
@@ -226,7 +244,7 @@ fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn reverse(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    ev.list_reverse(&list)?;
+    list.change(|items| items.reverse());
     Ok(Value::None)
 }
 
@@ -252,7 +270,7 @@ fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut items = list.change(std::mem::take);
     let result = ev.sort(&mut items, key.as_ref(), reverse);
     let changed = !list.is_empty();
-    ev.drop_values(list.replace_all(items));
+    drop(ValueVec::from(list.replace_all(items)));
     result?;
     match changed {
         true => Err(ev.value_error("list modified during sort")),

@@ -6,8 +6,8 @@ use num_bigint::BigInt;
 
 use super::{class_method, constructor, float_hex, float_text, methods};
 use crate::errors::ExceptionKind;
-use crate::eval::bulk::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::eval::{Evaluator, InterpreterState};
+use crate::limits::chunked::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
 use crate::value::{Bytes, R, Raised, Symbol, Value};

@@ -276,7 +276,7 @@ impl Evaluator<'_> {
         let slots = crate::value::Dict::new();
         for class in instance.class.mro() {
             for name in class.own_slots() {
-                self.charge(crate::eval::pace::WORK_PER_VALUE)?;
+                self.charge(crate::limits::yielding::WORK_PER_VALUE)?;
                 if let Some(found) = instance.get(name, &self.core.symbols) {
                     self.dict_set(&slots, self.core.symbols.to_value(name), found)?;
                 }

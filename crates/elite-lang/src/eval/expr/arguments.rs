@@ -6,10 +6,10 @@ use elite_syntax::Span;
 use smallvec::SmallVec;
 
 use crate::errors::ExceptionKind;
-use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
+use crate::limits::deferred_drop::NodeList;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::symbol::{TempSymbol, known};
-use crate::value::trash::NodeList;
 use crate::value::{Dict, R, Raised, Symbol, Value, ValueVec};
 
 /// An argument of a call with stars or keywords.

@@ -2,7 +2,7 @@
 
 use super::operand::Operand;
 use crate::eval::{Evaluator, ExprNode, Frame};
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 use crate::value::{R, Value};
 
 /// `a and b and c`

@@ -9,9 +9,9 @@ use super::operand::Operand;
 use crate::builtins::{Builtin, BuiltinBody, FastPath};
 use crate::eval::run::{StackSlots, with_slots};
 use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
+use crate::limits::deferred_drop::NodeList;
 use crate::value::class::ConstructPath;
 use crate::value::instance::InstancePayload;
-use crate::value::trash::NodeList;
 use crate::value::{Class, Function, Instance, R, Value};
 
 /// `function(a, b)` without stars and keywords.

@@ -9,8 +9,8 @@ use super::names::{Const, Readable};
 use super::operand::{Operand, two_operands};
 use crate::builtins::quick::contains;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
+use crate::limits::deferred_drop::NodeList;
 use crate::ops::compare::fast;
-use crate::value::trash::NodeList;
 use crate::value::{R, Value};
 
 /// An ordering operator as a type.

@@ -7,7 +7,7 @@ use elite_syntax::Span;
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::walk::LoopCursor;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 use crate::value::{CellVar, Dict, R, Set, Value};
 
 /// One `for target in iterable if …`.

@@ -7,8 +7,8 @@ use elite_syntax::Span;
 use super::operand::Operand;
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
+use crate::limits::deferred_drop::NodeList;
 use crate::ops::hash::quick_hash;
-use crate::value::trash::NodeList;
 use crate::value::{Dict, R, Raised, Set, Value};
 
 /// An item of a display.

@@ -3,9 +3,9 @@
 use elite_syntax::Span;
 use elite_syntax::ast::Conversion;
 
-use crate::eval::bulk::BULK_CHUNK;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
-use crate::value::trash::NodeList;
+use crate::limits::chunked::BULK_CHUNK;
+use crate::limits::deferred_drop::NodeList;
 use crate::value::{R, Value};
 
 /// A part of an f-string.

@@ -6,7 +6,7 @@ use elite_syntax::resolve::Storage;
 
 use crate::eval::code::Code;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame};
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 use crate::value::{CellVar, Dict, Function, R, Raised, Value};
 
 /// Makes a function with the variables of this frame.

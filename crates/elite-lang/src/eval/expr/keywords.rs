@@ -10,7 +10,7 @@ use super::operand::Operand;
 use crate::eval::code::Params;
 use crate::eval::run::with_slots;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 use crate::value::{Dict, Function, R, Symbol, Value};
 
 /// `function(a, b, name=c)` without stars.

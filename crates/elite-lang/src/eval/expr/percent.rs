@@ -7,7 +7,7 @@ use elite_syntax::Span;
 use super::operand::Operand;
 use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 use crate::value::{R, Str};
 
 /// `format % (a, b)`

@@ -1,7 +1,7 @@
 //! A big part of a big expression.
 
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame};
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 use crate::value::{R, Value};
 
 /// An expression of very many nodes, as a list of one: so it is dropped apart from what it stands in.

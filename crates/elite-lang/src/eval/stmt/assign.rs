@@ -15,8 +15,8 @@ use crate::eval::words::{PairOf, next_dropping};
 use crate::eval::{
     BoxExpr, DynStmt, Evaluator, ExprNode, Flow, Frame, StmtNode, TraceExt, attempt,
 };
+use crate::limits::deferred_drop::NodeList;
 use crate::ops::arith::fast;
-use crate::value::trash::NodeList;
 use crate::value::{List, R, Value};
 
 /// `name = value` for a local name, by what the value is.

@@ -3,8 +3,8 @@
 use crate::eval::code::Block;
 use crate::eval::expr::operand::{Operand, by_operand};
 use crate::eval::{BoxExpr, DynStmt, Evaluator, ExprNode, Flow, Frame, StmtNode, attempt};
+use crate::limits::deferred_drop::NodeList;
 use crate::value::Value;
-use crate::value::trash::NodeList;
 
 /// `if test: … elif test: … else: …`
 pub struct If {

@@ -13,10 +13,10 @@ use crate::eval::expr::arguments::{CallArg, gather};
 use crate::eval::expr::function::{MakeFunction, closure};
 use crate::eval::run::with_slots;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
+use crate::limits::deferred_drop::NodeList;
 use crate::value::class::BuiltinBase;
 use crate::value::function::WrappedFunction;
 use crate::value::symbol::known;
-use crate::value::trash::NodeList;
 use crate::value::{Class, Function, R, Raised, Symbol, Value, ValueVec};
 
 /// `def`

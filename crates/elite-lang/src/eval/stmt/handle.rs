@@ -9,9 +9,9 @@ use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Block;
 use crate::eval::coroutine::StopState;
-use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt};
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::{Instance, R, Raised, Value};
 
 /// An `except` clause.

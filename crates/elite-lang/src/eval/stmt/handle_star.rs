@@ -6,8 +6,8 @@ use super::handle::ExceptClause;
 use crate::builtins::types::group::{GroupSplit, Matcher, is_group};
 use crate::eval::code::Block;
 use crate::eval::{Evaluator, Flow, Frame, StmtNode, TraceExt};
+use crate::limits::deferred_drop::NodeList;
 use crate::value::exception::ExceptionState;
-use crate::value::trash::NodeList;
 use crate::value::{Instance, R, Raised, Value};
 
 /// `try: … except* …: … else: …`

@@ -7,11 +7,11 @@ use elite_syntax::Span;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
+use crate::limits::deferred_drop::NodeList;
 use crate::ops::dict::WORK_PER_NAME;
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::trash::NodeList;
 use crate::value::{CellVar, R, Raised, Symbol, Value, ValueVec};
 
 /// `import name as target`
@@ -149,7 +149,7 @@ fn public_names(ev: &Evaluator<'_>, namespace: &Namespace) -> R<Vec<Symbol>> {
     for at in 0..names.len() {
         let name = names[at];
         let is_public = match &all {
-            Some(all) => all.contains(name),
+            Some(all) => all.contains(&name),
             None => !ev.core.symbols.name(name).starts_with('_'),
         };
         names[kept] = name;

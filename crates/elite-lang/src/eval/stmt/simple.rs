@@ -8,7 +8,7 @@ use elite_syntax::surrogate::may_have_surrogates;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 use crate::value::{Instance, R, Raised, Value};
 
 /// An expression whose value is not used.

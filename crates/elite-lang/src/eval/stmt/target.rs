@@ -11,7 +11,7 @@ use crate::eval::expr::operand::Operand;
 use crate::eval::run::with_slots;
 use crate::eval::words::PairOf;
 use crate::eval::{Evaluator, Frame, TraceExt};
-use crate::value::trash::NodeList;
+use crate::limits::deferred_drop::NodeList;
 use crate::value::{CellVar, Instance, R, Raised, Symbol, Value};
 
 /// A place a value can be put.

@@ -15,22 +15,22 @@
 //! threads has its turn, so that a stop never waits for a search. What references what is in `graph`, the lists of what
 //! was noted are in `gc_tracked`. When a search begins depends on counts alone, so a program runs the same every time.
 
-mod graph;
-mod noted;
-mod search;
+mod candidates;
+mod run;
 #[cfg(test)]
 mod tests;
+mod traverse;
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use super::InterpreterState;
-use super::generator::Generator;
+use crate::eval::InterpreterState;
+use crate::eval::generator::Generator;
 use crate::value::module::Namespace;
 use crate::value::{CellVar, Class, Dict, Function, Instance, List, Set, Value};
-use graph::clear_references;
-use noted::GcCandidates;
-use search::GcRun;
+use candidates::GcCandidates;
+use run::GcRun;
+use traverse::clear_references;
 
 /// A search is not worth it for fewer new parts of cycles than this.
 const FRESH_MIN: usize = 10_000;
@@ -223,7 +223,7 @@ impl InterpreterState {
     fn begin_search(&self, all: bool) {
         if !self.cycles.searching.replace(true) {
             // The tables of a search may take an eighth of what the task may hold.
-            let most = self.limits.memory_bytes / 8 / search::BYTES_OF_NODE;
+            let most = self.limits.memory_bytes / 8 / run::BYTES_OF_NODE;
             *self.cycles.search.borrow_mut() = Some(Box::new(GcRun::new(all, most)));
         }
     }
@@ -292,7 +292,7 @@ impl InterpreterState {
             .cycles
             .slices
             .get()
-            .saturating_mul(super::core::FUEL_SLICE as usize);
+            .saturating_mul(crate::eval::core::FUEL_SLICE as usize);
         if !self.fits_memory(bytes) && work >= self.cycles.old.get() / 8 {
             self.search_at_once(true);
         }

@@ -7,8 +7,8 @@
 
 use hashbrown::HashTable;
 
-use super::graph::{age_of, clear_references, has_finalizer, is_leaf, references, visit};
-use super::noted::{GcCandidates, KINDS};
+use super::candidates::{GcCandidates, KINDS};
+use super::traverse::{age_of, clear_references, has_finalizer, is_leaf, references, visit};
 use crate::value::Value;
 
 /// What one object takes in the tables of a search, about.

@@ -413,10 +413,7 @@ impl Evaluator<'_> {
             return Ok(());
         }
         if instance.remove(name, &self.core.symbols) {
-            match instance.dict_if_any() {
-                Some(dict) => self.shrink_dict(&dict),
-                None => Ok(()),
-            }
+            Ok(())
         } else if instance.class.has_slot(name) {
             // A slot that is empty says no more than its name.
             let name = self.core.symbols.name(name);

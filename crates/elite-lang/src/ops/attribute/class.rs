@@ -5,8 +5,8 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
 use crate::eval::stmt::layout::best_base;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::dict::REHASH_CHUNK;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, R, Raised, Symbol, Value, ValueVec};

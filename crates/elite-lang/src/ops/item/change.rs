@@ -6,7 +6,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::ops::hash::quick_hash;
 use crate::value::symbol::known;
-use crate::value::{ByteArray, List, R, Raised, Slice, Value};
+use crate::value::{ByteArray, List, R, Raised, Slice, Value, ValueVec};
 
 impl Evaluator<'_> {
     /// `value[index] = item`
@@ -78,11 +78,6 @@ impl Evaluator<'_> {
                     if new.is_empty() {
                         // With a step as well: CPython takes the bytes out.
                         return self.delete_bytes(bytes, indices);
-                    }
-                    if self.try_splice_long_bytes(bytes, |length| plain(indices, length), &new)?
-                        || self.try_set_strided_bytes(bytes, indices, Some(&new))?
-                    {
-                        return Ok(());
                     }
                     self.grow_bytes(bytes, new.len())?;
                     let done =
@@ -198,9 +193,6 @@ impl Evaluator<'_> {
             Value::Instance(_) => self.collect_rest(&self.iter_or(item, refusal)?)?,
             _ => self.collect_or(item, refusal)?,
         };
-        if self.try_set_long_slice(list, indices, before, &new)? {
-            return Ok(());
-        }
         self.grow_list(list, new.len())?;
         let done = list.change(|items| {
             let bounds = match before.step {
@@ -211,7 +203,7 @@ impl Evaluator<'_> {
         });
         match done {
             Ok(old) => {
-                self.drop_values(old);
+                drop(ValueVec::from(old));
                 Ok(())
             }
             Err(refused) => Err(self.wrong_size(&refused, "sequence")),
@@ -236,15 +228,13 @@ impl Evaluator<'_> {
             Value::List(list) => {
                 if let Value::Slice(slice) = index {
                     let indices = self.slice_indices(slice)?;
-                    if !self.try_delete_long_slice(list, indices)? {
-                        let within = |length| indices.resolve(length);
-                        let old = list.change(|items| remove_slice(items, within(items.len())));
-                        self.drop_values(old);
-                    }
+                    let within = |length| indices.resolve(length);
+                    let old = list.change(|items| remove_slice(items, within(items.len())));
+                    drop(ValueVec::from(old));
                     return Ok(());
                 }
                 let at = self.sequence_index(index, "list")?;
-                match self.list_remove(list, at)? {
+                match self.list_remove(list, at) {
                     Some(removed) => {
                         drop(removed);
                         Ok(())
@@ -257,11 +247,6 @@ impl Evaluator<'_> {
                     return self.delete_bytes(bytes, self.slice_indices(slice)?);
                 }
                 let at = self.sequence_index(index, "bytearray")?;
-                let place = |length| self.place(at, length).map(|place| place..place + 1);
-                let is_first = self.place(at, bytes.len()) == Some(0);
-                if !is_first && self.try_splice_long_bytes(bytes, place, &[])? {
-                    return Ok(());
-                }
                 match bytes::remove_byte(bytes, |length| self.place(at, length)) {
                     Some(_) => Ok(()),
                     None => {
@@ -289,11 +274,6 @@ impl Evaluator<'_> {
         {
             self.grow_bytes(bytes, 0)?;
             bytes.cut_front(range.end);
-            return Ok(());
-        }
-        if self.try_splice_long_bytes(bytes, |length| plain(indices, length), &[])?
-            || self.try_set_strided_bytes(bytes, indices, None)?
-        {
             return Ok(());
         }
         self.grow_bytes(bytes, 0)?;

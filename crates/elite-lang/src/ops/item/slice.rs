@@ -4,8 +4,8 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{BULK_CHUNK, CHUNK, WORK_PER_BYTE};
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::chunked::{BULK_CHUNK, CHUNK, WORK_PER_BYTE};
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::{ByteArray, Bytes, LongRange, R, Range, Slice, Str, Value};
 
 /// A slice with the length of its sequence worked in (Python's `slice.indices`).

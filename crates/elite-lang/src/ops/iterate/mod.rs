@@ -9,7 +9,7 @@ use crate::builtins::types::range::long_range_iterator;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::generator::{GeneratorInput, StepResult};
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::ops::dict::WORK_PER_SLOT;
 use crate::value::dict::{REHASH_CHUNK, ScanResult, ViewKind};
 use crate::value::int::Int;

@@ -8,7 +8,7 @@ use super::{DictReceiver, call_class, is_a, is_builtin, new_instance};
 use crate::builtins::{Args, Builtin, RawFn};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::stdlib::define::{MethodDef, ModuleBuilder, native_class};
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, R, Value, ValueVec};

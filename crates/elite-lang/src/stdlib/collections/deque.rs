@@ -9,12 +9,13 @@ use elite_syntax::ast::CompareOp;
 use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::deferred_drop;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, native_class, with_data};
 use crate::value::data::Contents;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
-use crate::value::{Iter, R, Raised, ScriptCell, Value, ValueVec, trash};
+use crate::value::{Iter, R, Raised, ScriptCell, Value, ValueVec};
 
 /// Items that are copied between two safepoints.
 const COPY_CHUNK: usize = 4096;
@@ -136,7 +137,7 @@ impl Deque {
 impl Drop for Deque {
     fn drop(&mut self) {
         let mut items: Vec<Value> = std::mem::take(self.items.get_mut()).into();
-        trash::drop_values(&mut items);
+        deferred_drop::drop_values(&mut items);
     }
 }
 

@@ -8,7 +8,7 @@ use super::{DictReceiver, call_class, is_a, new_instance};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::stdlib::define::{MethodDef, ModuleBuilder, native_class};
 use crate::value::{Class, R, Value, ValueVec};
 
@@ -51,7 +51,7 @@ const ORDERED: &[MethodDef] = &[
             let text = vec![Value::str("dictionary is empty")];
             return Err(ev.raise_args(ExceptionKind::KeyError, text));
         };
-        let (key, value) = ev.dict_take(&own.dict, at)?;
+        let (key, value) = own.dict.delete_at(at);
         Ok(Value::pair(key, value))
     }),
     ("move_to_end", "key last?", |ev, args| {

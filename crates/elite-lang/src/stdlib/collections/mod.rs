@@ -15,7 +15,7 @@ use std::rc::Rc;
 use super::define::ModuleBuilder;
 use crate::builtins::{Builtin, BuiltinBody};
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, Instance, R, ScriptCell, Symbol, Value};

@@ -12,7 +12,7 @@ use super::method_with;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::stdlib::define::ModuleBuilder;
 use crate::value::function::Property;
 use crate::value::function::WrappedFunction;

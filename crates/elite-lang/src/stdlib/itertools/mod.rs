@@ -15,7 +15,7 @@ use elite_syntax::ast::BinaryOp;
 use super::define::{MethodDef, ModuleBuilder, native_class};
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::symbol::known;

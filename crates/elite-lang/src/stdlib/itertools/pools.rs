@@ -7,7 +7,7 @@ use std::rc::Rc;
 use super::{IterState, lazy};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::stdlib::define::MethodDef;
 use crate::value::{R, Value, ValueVec};
 

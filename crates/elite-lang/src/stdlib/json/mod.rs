@@ -11,8 +11,8 @@ use elite_syntax::surrogate::char_of;
 
 use super::define::ModuleBuilder;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{CHUNK, WORK_PER_BYTE};
-use crate::eval::pace::WORK_PER_VALUE;
+use crate::limits::chunked::{CHUNK, WORK_PER_BYTE};
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::{Dict, R, Raised, Value, ValueVec};
 
 pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {

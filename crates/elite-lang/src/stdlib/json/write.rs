@@ -4,9 +4,9 @@ use elite_syntax::surrogate::{code_of, is_surrogate};
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{WORK_PER_BYTE, pieces};
-use crate::eval::pace::WORK_PER_VALUE;
 use crate::format::float;
+use crate::limits::chunked::{WORK_PER_BYTE, pieces};
+use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::int::Int;
 use crate::value::{R, Raised, Value, ValueVec};
 

@@ -12,7 +12,7 @@ use elite_syntax::surrogate::code_of;
 use super::letters::{CaseFolding, Categories, key};
 use super::program::{Assert, Op, RegexProgram, Repeat};
 use crate::eval::Evaluator;
-use crate::eval::bulk::{bulk_work, pieces};
+use crate::limits::chunked::{bulk_work, pieces};
 use crate::value::Raised;
 
 /// Python's flags.

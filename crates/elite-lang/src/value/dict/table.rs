@@ -5,11 +5,11 @@
 
 use std::cell::Cell;
 
-use super::REHASH_CHUNK;
 use super::variables::VariableIndex;
+use crate::limits::deferred_drop;
+use crate::limits::value_vec::DropItem;
 use crate::ops::hash::{Equality, quick_equal};
-use crate::value::values::DropItem;
-use crate::value::{Value, trash};
+use crate::value::Value;
 
 /// A slot that leads nowhere.
 pub(super) const EMPTY: u32 = u32::MAX;
@@ -18,8 +18,8 @@ pub(super) const SCAN_MAX: usize = 8;
 
 /// From so many entries on a table that is scanned gets room for two more at a time.
 const GROWS_BY_TWO: usize = 4;
-/// Larger tables are moved in pieces by whoever can let others have their turn meanwhile (`Dict::remake`).
-pub(super) const INLINE_REHASH_MAX: usize = 4 * REHASH_CHUNK;
+/// A table with room for more entries than this gives room back when most of them have been deleted.
+const SHRINK_MIN: usize = 1 << 14;
 
 /// A key and its value, with the key's hash.
 #[derive(Clone, Default)]
@@ -236,7 +236,7 @@ impl DictTable {
 
     pub(super) fn push(&mut self, hash: u64, key: Value, value: Value) {
         let index = self.entries.len();
-        if index == self.entries.capacity() && self.live < index / 2 && index <= INLINE_REHASH_MAX {
+        if index == self.entries.capacity() && self.live < index / 2 {
             self.compact();
         }
         if index == self.entries.capacity() && (GROWS_BY_TWO..SCAN_MAX).contains(&index) {
@@ -280,6 +280,10 @@ impl DictTable {
     /// Throws deleted entries away and builds the slots anew.
     pub(super) fn compact(&mut self) {
         self.remove_deleted();
+        if self.entries.capacity() > SHRINK_MIN.max(4 * self.entries.len()) {
+            self.entries.shrink_to(2 * self.entries.len());
+            self.slots = Vec::new();
+        }
         self.rebuild();
     }
 
@@ -364,13 +368,13 @@ impl DictTable {
         self.generation += 1;
         if self.live == 0 {
             // The entries hold nothing any more.
-            trash::defer_if_large(&mut self.entries, |_| false);
+            deferred_drop::defer_if_large(&mut self.entries, |_| false);
             self.entries.clear();
             self.slots.clear();
             self.remove_deleted();
         } else if self.slots.is_empty() {
             self.remove_deleted();
-        } else if self.is_sparse() && self.entries.len() <= INLINE_REHASH_MAX {
+        } else if self.is_sparse() {
             self.compact();
         }
         removed

@@ -14,7 +14,7 @@ use std::rc::Rc;
 use super::string::text_argument;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{BULK_CHUNK, WORK_PER_BYTE, pieces};
+use crate::limits::chunked::{BULK_CHUNK, WORK_PER_BYTE, pieces};
 use crate::value::{R, Str, Value};
 
 /// An encoding.

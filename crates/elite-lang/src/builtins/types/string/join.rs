@@ -6,7 +6,7 @@ use compact_str::CompactString;
 
 use super::receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{BULK_CHUNK, WORK_PER_BYTE};
+use crate::limits::chunked::{BULK_CHUNK, WORK_PER_BYTE};
 use crate::value::{R, Str, Value};
 
 /// Texts and the separators between them that are joined without a safepoint.

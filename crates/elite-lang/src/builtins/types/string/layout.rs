@@ -2,7 +2,7 @@
 
 use super::receiver;
 use crate::eval::Evaluator;
-use crate::eval::bulk::{WORK_PER_BYTE, pieces};
+use crate::limits::chunked::{WORK_PER_BYTE, pieces};
 use crate::value::{R, Value};
 
 pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], align: char) -> R {

@@ -18,7 +18,7 @@ use super::search::{affix, begins, count, ends, find, named_text, replace};
 use super::table::{maketrans, translate};
 use crate::builtins::types::{methods, raw_method};
 use crate::eval::InterpreterState;
-use crate::eval::bulk::{WORK_PER_BYTE, pieces};
+use crate::limits::chunked::{WORK_PER_BYTE, pieces};
 use crate::ops::unicode;
 use crate::value::{Bytes, Value};
 

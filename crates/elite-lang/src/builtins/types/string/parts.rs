@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::case::is_space;
 use super::{receiver, text_argument};
 use crate::eval::Evaluator;
-use crate::eval::bulk::{BULK_CHUNK, WORK_PER_BYTE, bulk_work, pieces};
+use crate::limits::chunked::{BULK_CHUNK, WORK_PER_BYTE, bulk_work, pieces};
 use crate::value::{R, Str, Value, ValueVec};
 
 pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::{receiver, text_argument};
 use crate::builtins::types::bounds::SearchBounds;
 use crate::eval::Evaluator;
-use crate::eval::bulk::WORK_PER_BYTE;
+use crate::limits::chunked::WORK_PER_BYTE;
 use crate::ops::search::Occurrences;
 use crate::value::{R, Str, Value};
 

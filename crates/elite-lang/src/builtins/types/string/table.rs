@@ -7,7 +7,7 @@ use elite_syntax::surrogate::{char_of, code_of};
 use super::receiver;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::bulk::WORK_PER_BYTE;
+use crate::limits::chunked::WORK_PER_BYTE;
 use crate::value::int::Int;
 use crate::value::{R, Raised, Value};
 
