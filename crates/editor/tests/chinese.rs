@@ -18,9 +18,8 @@ const OF_TEXTS: &[&str] = &[
 
 /// Where those about the robot are, all of which people are told.
 const OF_ROBOT: &[&str] = &[
-    "elite-runtime/src/builtins/call.rs",
     "elite-runtime/src/builtins/call",
-    "elite-runtime/src/builtins/hints.rs",
+    "elite-runtime/src/builtins/hints/mod.rs",
     "elite-runtime/src/builtins/declare.rs",
     "elite-runtime/src/message.rs",
     "elite-runtime/src/task/report.rs",

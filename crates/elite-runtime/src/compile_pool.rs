@@ -30,12 +30,12 @@ pub enum CompilePoolError {
 /// Compiles texts beside the threads that answer ports.
 #[derive(Default)]
 pub struct CompilePool {
-    shared: Arc<PoolShared>,
+    shared: Arc<CompileQueue>,
     faults: ThreadSupervisor,
 }
 
 #[derive(Default)]
-struct PoolShared {
+struct CompileQueue {
     queue: Mutex<Queue>,
     /// Something waits, or the pool is given up.
     news: Condvar,
@@ -142,7 +142,7 @@ impl Drop for CompilePool {
     }
 }
 
-impl PoolShared {
+impl CompileQueue {
     fn queue(&self) -> MutexGuard<'_, Queue> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }

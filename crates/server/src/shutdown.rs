@@ -30,10 +30,10 @@ const STDERR_FLUSH_TIMEOUT: Duration = Duration::from_millis(100);
 /// How the process ends. Clones share it.
 #[derive(Clone)]
 pub struct Shutdown {
-    shared: Arc<ShutdownShared>,
+    shared: Arc<ShutdownSequence>,
 }
 
-struct ShutdownShared {
+struct ShutdownSequence {
     token: CancellationToken,
     begun: ShutdownLatch,
     closer: Mutex<Option<CloseHandle>>,
@@ -65,7 +65,7 @@ impl Shutdown {
     /// The operating system gives no threads or no signals.
     pub fn start_within(status: u8, orderly: Duration) -> io::Result<Self> {
         let shutdown = Self {
-            shared: Arc::new(ShutdownShared {
+            shared: Arc::new(ShutdownSequence {
                 token: CancellationToken::new(),
                 begun: ShutdownLatch::default(),
                 closer: Mutex::default(),

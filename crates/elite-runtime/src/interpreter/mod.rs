@@ -98,7 +98,7 @@ impl Drop for QuotaGuard {
 pub struct InterpreterMode {
     known: Arc<KnownNames>,
     pool: Arc<CompilePool>,
-    shared: Mutex<ModeShared>,
+    shared: Mutex<StatementAdmission>,
     /// Wakes the task's thread: a statement or the end of the mode.
     news: Arc<Notify>,
     /// Counts changes that can let a held statement in: a clear executed, a task begun or ended.
@@ -108,7 +108,7 @@ pub struct InterpreterMode {
 }
 
 #[derive(Default)]
-struct ModeShared {
+struct StatementAdmission {
     queue: StatementQueue<QueuedStatement>,
     phase: TaskPhase,
     /// Global variables of the task that statements may declare `global`.
@@ -395,12 +395,12 @@ impl InterpreterMode {
             .send_modify(|count| *count = count.wrapping_add(1));
     }
 
-    fn shared(&self) -> MutexGuard<'_, ModeShared> {
+    fn shared(&self) -> MutexGuard<'_, StatementAdmission> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl ModeShared {
+impl StatementAdmission {
     /// The reason for which the running program cannot take the statement; `None` when it can.
     fn refusal(&self, statement: &elite_syntax::Statement) -> Option<String> {
         let exists = |name: &str| {

@@ -108,10 +108,10 @@ pub enum SubmitError {
 /// Starts and stops programs on one robot. Clones share everything.
 #[derive(Clone)]
 pub struct Supervisor {
-    shared: Arc<SupervisorShared>,
+    shared: Arc<ProgramSlot>,
 }
 
-struct SupervisorShared {
+struct ProgramSlot {
     settings: TaskSettings,
     pool: Arc<CompilePool>,
     known: Arc<KnownNames>,
@@ -161,7 +161,7 @@ impl Supervisor {
         };
         let known = crate::builtins::all().map(|builtin| builtin.name);
         let known = KnownNames::new(known.chain(attendant.and_then(|attendant| attendant.object)));
-        let shared = SupervisorShared {
+        let shared = ProgramSlot {
             interpreter: Arc::new(InterpreterMode::new(news, pool.clone())),
             settings,
             pool,
@@ -600,7 +600,7 @@ impl Supervisor {
     }
 }
 
-impl SupervisorShared {
+impl ProgramSlot {
     fn run_task(
         &self,
         id: ProgramId,
@@ -675,7 +675,7 @@ impl SupervisorShared {
 
 /// The end of a task for everybody who waits for it, whatever ended it.
 struct TaskEndGuard<'a> {
-    shared: &'a SupervisorShared,
+    shared: &'a ProgramSlot,
     id: ProgramId,
     end: TaskEnd,
     braking: Option<HandoverStop>,

@@ -8,7 +8,8 @@ use elite_syntax::SourceFile;
 use motion_api::ThreadNumber;
 
 use super::controls::Control;
-use super::scheduler::{BlockReason, Task, TaskEnd};
+use super::scheduler::{Task, TaskEnd};
+use super::threads::BlockReason;
 use crate::external::{ExternalInputKind, TaskOrder};
 
 /// What should have happened since the turn before.
@@ -20,25 +21,45 @@ pub(super) enum TurnCause {
     Wait,
 }
 
+/// Where a task is among its turns: a run is repeated by cycle and slice, never by wall time.
+pub(super) struct TurnPosition {
+    /// The cycle that was seen in the latest turn.
+    pub cycle: u64,
+    /// Turns since a cycle has passed.
+    pub slices: u32,
+    /// The cycle in which watchdogs and variables were checked last.
+    pub checked_cycle: u64,
+}
+
+impl Default for TurnPosition {
+    fn default() -> Self {
+        Self {
+            cycle: 0,
+            slices: 0,
+            checked_cycle: u64::MAX,
+        }
+    }
+}
+
 impl Task {
     /// Looks round. What is seen from now on is that of the latest cycle.
     pub(super) fn look(&mut self, since: TurnCause) {
         let turn = self.context.next_turn();
         let program = self.context.program();
         let expected = match since {
-            TurnCause::Work => self.observed_cycle,
-            TurnCause::Wait => self.observed_cycle + 1,
+            TurnCause::Work => self.turn.cycle,
+            TurnCause::Wait => self.turn.cycle + 1,
         };
-        self.slices_since_cycle = match since {
-            TurnCause::Work => self.slices_since_cycle.saturating_add(1),
+        self.turn.slices = match since {
+            TurnCause::Work => self.turn.slices.saturating_add(1),
             TurnCause::Wait => 0,
         };
         let woken = if let Some(repeat) = self.context.repeat().cloned() {
             repeat.watch(
                 self.context.origin(0),
                 turn,
-                self.slices_since_cycle,
-                self.observed_cycle,
+                self.turn.slices,
+                self.turn.cycle,
             );
             let cycle = repeat.observed_cycle(program, turn).unwrap_or(expected);
             while self.context.robot().moment().cycle < cycle
@@ -60,9 +81,9 @@ impl Task {
             self.context.robot().look();
             self.host.take_woken_outside()
         };
-        self.observed_cycle = self.context.robot().moment().cycle;
-        if self.observed_cycle != expected {
-            self.slices_since_cycle = 0;
+        self.turn.cycle = self.context.robot().moment().cycle;
+        if self.turn.cycle != expected {
+            self.turn.slices = 0;
             self.context.note(ExternalInputKind::CycleObserved);
         }
         for thread in woken {
@@ -79,7 +100,11 @@ impl Task {
 
     /// Whether somebody waits for the outside world.
     pub(super) fn has_waits_outside(&self) -> bool {
-        let mut waiting = self.threads.values().filter_map(|entry| entry.waiting);
+        let mut waiting = self
+            .threads
+            .entries
+            .values()
+            .filter_map(|entry| entry.waiting);
         waiting.any(|waiting| match waiting {
             BlockReason::Token(token) => self.context.wait_of(token).is_external(),
             BlockReason::Parked { .. } => false,
@@ -89,6 +114,7 @@ impl Task {
     /// Carries out what was ordered up to this turn.
     pub(super) fn take_orders(&mut self) {
         while let Some(control) = self
+            .pacing
             .early_control
             .take()
             .or_else(|| self.controls.try_next())
@@ -130,7 +156,7 @@ impl Task {
     }
 
     fn repeat_secondary(&mut self, name: String, text: String) {
-        if self.end.is_some() {
+        if self.progress.end.is_some() {
             return;
         }
         let known = &self.known;
@@ -154,6 +180,7 @@ impl Task {
     pub(super) fn ready_woken(&mut self, id: ThreadId) {
         let woken = self
             .threads
+            .entries
             .iter_mut()
             .find(|(_, entry)| entry.script.id() == id);
         if let Some((number, entry)) = woken
@@ -161,7 +188,7 @@ impl Task {
         {
             entry.waiting = None;
             let number: ThreadNumber = *number;
-            self.ready.push_back(number);
+            self.threads.ready.push_back(number);
         }
     }
 }

@@ -20,11 +20,11 @@ pub(crate) struct JobId(u64);
 /// The jobs of one task. Clones share them.
 #[derive(Clone, Default)]
 pub(crate) struct JobSet {
-    shared: Rc<JobSetShared>,
+    shared: Rc<JobTable>,
 }
 
 #[derive(Default)]
-struct JobSetShared {
+struct JobTable {
     jobs: RefCell<Jobs>,
     news: Notify,
     /// A job has panicked; the task ends with it.

@@ -9,11 +9,20 @@ use super::scheduler::Task;
 use crate::debug::SuspendState;
 use crate::supervisor::TaskState;
 
+/// Whether a task is suspended, and by whom.
+#[derive(Default)]
+pub(super) struct Suspension {
+    /// No script thread runs.
+    pub is_active: bool,
+    /// An order suspends the task; a debugger may suspend it besides.
+    pub is_ordered: bool,
+}
+
 impl Task {
     /// Lets the task go on where it was held.
     pub(super) fn go_on(&mut self) {
-        if self.paused {
-            self.paused = false;
+        if self.suspension.is_active {
+            self.suspension.is_active = false;
             self.queue_command(CommandKind::Resume);
             self.program_is(ProgramState::Running);
             let now = self.context.robot().moment().time;
@@ -31,20 +40,20 @@ impl Task {
     /// Holds the task, or lets it go on, as a debugger wants; an order to hold it counts besides.
     pub(super) fn apply_suspend_state(&mut self) {
         match self.holds() {
-            SuspendState::Nothing if self.pause_ordered => {}
+            SuspendState::Nothing if self.suspension.is_ordered => {}
             SuspendState::Nothing => self.go_on(),
             SuspendState::Program | SuspendState::At(_) => self.halt(),
         }
     }
 
     pub(super) fn pause(&mut self) {
-        self.pause_ordered = true;
+        self.suspension.is_ordered = true;
         self.halt();
     }
 
     fn halt(&mut self) {
-        if !self.paused {
-            self.paused = true;
+        if !self.suspension.is_active {
+            self.suspension.is_active = true;
             self.queue_command(CommandKind::Pause);
             self.program_is(ProgramState::Paused);
             self.show(TaskState::Paused);

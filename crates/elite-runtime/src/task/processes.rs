@@ -177,7 +177,7 @@ fn finish(
         .id()
         .and_then(|id| i32::try_from(id).ok())
         .unwrap_or(-1);
-    let shared = Arc::new(ProcessShared {
+    let shared = Arc::new(ProcessPipes {
         state: Mutex::default(),
         room: Notify::new(),
         input: Notify::new(),
@@ -216,7 +216,7 @@ fn finish(
 
 /// What the futures of a process and its program share.
 #[derive(Debug)]
-struct ProcessShared {
+struct ProcessPipes {
     state: Mutex<ChildState>,
     /// The program has taken output.
     room: Notify,
@@ -243,7 +243,7 @@ struct Pipe {
     open: bool,
 }
 
-impl ProcessShared {
+impl ProcessPipes {
     fn lock(&self) -> MutexGuard<'_, ChildState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -263,7 +263,7 @@ impl ProcessShared {
 }
 
 /// Moves what a process writes into the buffer, as long as there is room.
-async fn drain(mut pipe: impl AsyncRead + Unpin, shared: Arc<ProcessShared>, which: usize) {
+async fn drain(mut pipe: impl AsyncRead + Unpin, shared: Arc<ProcessPipes>, which: usize) {
     let mut buffer = vec![0; 1 << 16];
     loop {
         let room = PIPE_BYTES.saturating_sub(shared.lock().pipes[which].data.len());
@@ -284,7 +284,7 @@ async fn drain(mut pipe: impl AsyncRead + Unpin, shared: Arc<ProcessShared>, whi
 }
 
 /// Moves what the program has written to the process.
-async fn feed(mut pipe: ChildStdin, shared: Arc<ProcessShared>) {
+async fn feed(mut pipe: ChildStdin, shared: Arc<ProcessPipes>) {
     loop {
         let (piece, ends) = {
             let mut state = shared.lock();
@@ -305,7 +305,7 @@ async fn feed(mut pipe: ChildStdin, shared: Arc<ProcessShared>) {
     }
 }
 
-async fn reap(mut child: Child, shared: Arc<ProcessShared>) {
+async fn reap(mut child: Child, shared: Arc<ProcessPipes>) {
     let code = child.wait().await.map_or(-1, processes::exit_code);
     shared.update_and_wake(|state| state.ended = Some(code));
 }
@@ -314,7 +314,7 @@ async fn reap(mut child: Child, shared: Arc<ProcessShared>) {
 #[derive(Debug)]
 struct ChildProcess {
     number: i32,
-    shared: Arc<ProcessShared>,
+    shared: Arc<ProcessPipes>,
     futures: Vec<AbortHandle>,
 }
 

@@ -7,7 +7,8 @@ use elite_syntax::{Diagnostic, SourceFile, TaskNode};
 use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::controls::Control;
-use super::scheduler::{BlockReason, Task, TaskEnd};
+use super::scheduler::{Task, TaskEnd};
+use super::threads::BlockReason;
 use crate::message::{Message, Severity};
 use crate::panel::{VARIABLE_PERIOD, VariableValue, WatchdogAction};
 use crate::value_text::repr_text;
@@ -44,6 +45,26 @@ impl ReportedPosition {
     }
 }
 
+/// The variables that the monitor shows, and when it shows them next.
+#[derive(Default)]
+pub(super) struct VariableMonitor {
+    /// Names declared `global`, in the order in which they were met.
+    pub global_names: Vec<String>,
+    /// Names that the top level of a program binds: in a program without `def` around it they are its variables.
+    pub top_level_names: Vec<String>,
+    /// The cycle of the next report.
+    pub due_cycle: u64,
+}
+
+/// The script threads whose lines are reported after a cycle.
+#[derive(Default)]
+pub(super) struct PositionReports {
+    /// Threads that may have come to other lines in the cycle.
+    pub pending: Vec<ThreadNumber>,
+    /// The cycle in which they were noted.
+    pub cycle: u64,
+}
+
 impl Task {
     pub(super) fn report_finding(&self, finding: &Diagnostic, file: &SourceFile, secondary: bool) {
         if secondary {
@@ -72,7 +93,7 @@ impl Task {
 
     /// Tells where a protective stop found the main program; the robot tells why.
     pub(super) fn report_protective_stop(&self) {
-        let Some(main) = self.threads.get(&ThreadNumber(0)) else {
+        let Some(main) = self.threads.entries.get(&ThreadNumber(0)) else {
             return;
         };
         let origin = Origin {
@@ -118,7 +139,7 @@ impl Task {
     /// After a slice of a thread: its nodes are told as it came to them, its line when the cycle is over.
     pub(super) fn report_nodes(&mut self, number: ThreadNumber) {
         let cycle = self.settings.robot.moment().cycle;
-        let Some(entry) = self.threads.get_mut(&number) else {
+        let Some(entry) = self.threads.entries.get_mut(&number) else {
             return;
         };
         let passages = entry.script.take_node_changes();
@@ -135,13 +156,13 @@ impl Task {
                 observer.line_changed(self.context.program(), number, passage.line, node);
             }
         }
-        if !self.threads_to_report.contains(&number) {
-            self.threads_to_report.push(number);
+        if !self.positions.pending.contains(&number) {
+            self.positions.pending.push(number);
         }
         // Under the real clock time passes while scripts compute; under the virtual one only when they all wait.
-        if cycle != self.moved_in && !self.settings.robot.timeline().is_virtual() {
+        if cycle != self.positions.cycle && !self.settings.robot.timeline().is_virtual() {
             self.report_lines();
-            self.moved_in = cycle;
+            self.positions.cycle = cycle;
         }
     }
 
@@ -149,8 +170,8 @@ impl Task {
     pub(super) fn report_lines(&mut self) {
         let cycle = self.settings.robot.moment().cycle;
         let mut later = Vec::new();
-        for number in std::mem::take(&mut self.threads_to_report) {
-            let Some(entry) = self.threads.get_mut(&number) else {
+        for number in std::mem::take(&mut self.positions.pending) {
+            let Some(entry) = self.threads.entries.get_mut(&number) else {
                 continue;
             };
             if entry.reported.cycle == Some(cycle) {
@@ -165,12 +186,12 @@ impl Task {
                 observer.line_changed(self.context.program(), number, line, node);
             }
         }
-        self.threads_to_report = later;
+        self.positions.pending = later;
     }
 
     /// Where a thread ended: in `line`, or where it stands.
     pub(super) fn report_last_line(&mut self, number: ThreadNumber, line: Option<u32>) {
-        let Some(entry) = self.threads.get_mut(&number) else {
+        let Some(entry) = self.threads.entries.get_mut(&number) else {
             return;
         };
         let line = line.unwrap_or_else(|| entry.script.current_line());
@@ -186,15 +207,20 @@ impl Task {
     /// more at the end of the task.
     pub(super) fn publish_variables(&mut self, at_the_end: bool) {
         let state = self.settings.robot.moment();
-        let is_empty = self.global_names.is_empty() && self.top_level_names.is_empty();
-        if is_empty || (state.cycle < self.variables_due && !at_the_end) {
+        let is_empty =
+            self.monitor.global_names.is_empty() && self.monitor.top_level_names.is_empty();
+        if is_empty || (state.cycle < self.monitor.due_cycle && !at_the_end) {
             return;
         }
         let step = Seconds::new(state.step_time).unwrap_or_default();
         let period = Seconds::new(VARIABLE_PERIOD).unwrap_or_default();
-        self.variables_due = state.cycle + period.cycles(step);
-        let declared = self.global_names.iter().map(|name| (name, true));
-        let top_level = self.top_level_names.iter().map(|name| (name, false));
+        self.monitor.due_cycle = state.cycle + period.cycles(step);
+        let declared = self.monitor.global_names.iter().map(|name| (name, true));
+        let top_level = self
+            .monitor
+            .top_level_names
+            .iter()
+            .map(|name| (name, false));
         for (name, is_declared) in declared.chain(top_level) {
             let Some(value) = self.interpreter.global(name) else {
                 continue; // declared, not bound yet
@@ -224,7 +250,7 @@ impl Task {
     /// Inputs that are set too rarely (manual 9.5.6). A task that is held is not watched.
     pub(super) fn check_watchdogs(&mut self) {
         // What watchdogs did is in the recording as an order.
-        if self.paused || self.context.repeat().is_some() {
+        if self.suspension.is_active || self.context.repeat().is_some() {
             return;
         }
         let state = self.context.robot().moment();
@@ -255,7 +281,7 @@ impl Task {
                 }
                 WatchdogAction::Stop => {
                     self.note_order(&Control::Stop);
-                    self.end = Some(TaskEnd::Stopped);
+                    self.progress.end = Some(TaskEnd::Stopped);
                 }
             }
         }
@@ -266,6 +292,7 @@ impl Task {
         let now = self.context.robot().moment().time;
         let late: Vec<ThreadNumber> = self
             .threads
+            .entries
             .iter()
             .filter(|(_, e)| matches!(e.waiting, Some(BlockReason::Parked { .. })))
             .filter(|(_, e)| e.secondary.is_some_and(|bounds| now > bounds.until))

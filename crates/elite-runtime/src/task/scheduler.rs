@@ -3,37 +3,36 @@
 //! Script threads are coroutines (see elite-lang); a slice ends when fuel runs out, at a wait, or at the end. Ready
 //! threads run round robin; threads whose wait ends in the same cycle go on in the order of their numbers. So a run is
 //! the same every time under the virtual clock. The scheduler is a future on the task's own single-threaded tokio
-//! runtime. How a program gets there is in `beginning`, what holds it in `holding`, what passes time in `time`, what is
-//! told to people in `report`.
+//! runtime. A program gets there by `startup`; `pause` suspends it, `time` makes time pass, `report` informs people.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 use std::rc::Rc;
 use std::sync::Arc;
 
-use elite_lang::{
-    FreeListPurge, Interpreter, Limits, Resume, ResumeOutcome, ScriptThread, WaitToken,
-};
+use elite_lang::{FreeListPurge, Interpreter, Limits, Resume, ResumeOutcome, ScriptThread};
 use elite_syntax::{KnownNames, Program, ProgramKind};
 use io_bus::{Fieldbus, ProgramState};
 use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
 use supervision::{CatchPanic, CaughtPanic, Fault, ThreadRole, ThreadSupervisor, catch, injection};
-use tokio::sync::{oneshot, watch};
-use tokio::time::Instant;
+use tokio::sync::watch;
 
 use super::context::{TaskContext, TaskRequest};
 use super::controls::{Control, ControlReceiver};
 use super::handover::HandoverStop;
 use super::host::{Permissions, TaskHost};
-use super::inputs::TurnCause;
+use super::inputs::{TurnCause, TurnPosition};
 use super::instrumentation::Instrumentation;
-use super::report::ReportedPosition;
+use super::pause::Suspension;
+use super::report::{PositionReports, ReportedPosition, VariableMonitor};
+use super::threads::{BlockReason, SecondaryBudget, ThreadEntry, ThreadTable};
+use super::time::WallPacing;
 use crate::builtins;
 use crate::debug::{DebuggedTask, SuspendState, TaskDebugger};
 use crate::external::{ExternalInputKind, InputMode};
 use crate::interpreter::InterpreterMode as StatementPort;
 use crate::message::{Message, Observer, UnmeteredObserver};
-use crate::panel::{Answer, Panel, Variables};
+use crate::panel::{Panel, Variables};
 use crate::preset::Preset;
 use crate::robot::Robot;
 use crate::supervisor::TaskStatus;
@@ -150,45 +149,45 @@ pub(crate) struct Task {
     pub(super) interpreter: Interpreter,
     pub(super) known: KnownNames,
     pub(super) presets: Arc<[Preset]>,
-    pub(super) threads: BTreeMap<ThreadNumber, ThreadEntry>,
-    pub(super) ready: VecDeque<ThreadNumber>,
+    pub(super) threads: ThreadTable,
     pub(super) controls: ControlReceiver,
     pub(super) status: watch::Sender<TaskStatus>,
-    pub(super) paused: bool,
-    /// Somebody else than a debugger has ordered the pause.
-    pub(super) pause_ordered: bool,
-    stops_at_start: u64,
-    pub(super) end: Option<TaskEnd>,
-    /// A fault of ours has left the language as it was: no script runs any more.
-    is_broken: bool,
-    secondaries: u32,
-    /// The main program has had its first turn.
-    has_begun: bool,
-    /// Who takes the place of the task, once it has begun.
-    pub(super) successor: Option<Arc<str>>,
-    /// Names declared `global`, in the order in which they were met.
-    pub(super) global_names: Vec<String>,
-    /// Names that the top level of a program binds: in a program without `def` around it they are its variables.
-    pub(super) top_level_names: Vec<String>,
-    /// Threads that may have come to other lines in the cycle after it.
-    pub(super) threads_to_report: Vec<ThreadNumber>,
-    pub(super) moved_in: u64,
-    /// The cycle of the latest look at watchdogs and variables.
-    pub(super) looked_at: u64,
-    /// The cycle of the next look at the variables.
-    pub(super) variables_due: u64,
-    /// When the next cycle is due while a virtual clock keeps wall pace.
-    pub(super) next_tick: Option<Instant>,
+    pub(super) progress: TaskProgress,
+    pub(super) suspension: Suspension,
+    pub(super) turn: TurnPosition,
+    pub(super) pacing: WallPacing,
+    pub(super) monitor: VariableMonitor,
+    pub(super) positions: PositionReports,
     /// The debugger of the task.
     pub(super) debugger: Option<Rc<dyn TaskDebugger>>,
-    /// The cycle that was seen in the latest turn.
-    pub(super) observed_cycle: u64,
-    /// Turns since a cycle has passed.
-    pub(super) slices_since_cycle: u32,
-    /// An order that came while the task waited.
-    pub(super) early_control: Option<Control>,
-    /// What the robot has to be told as soon as there is room for it.
+    /// Commands for the robot that wait for room in the ring.
     pub(super) pending_commands: VecDeque<CommandKind>,
+}
+
+/// How far a task has come, and why it is to end.
+pub(super) struct TaskProgress {
+    /// The main program has had its first turn.
+    pub has_begun: bool,
+    /// The reason for which the task ends, once there is one.
+    pub end: Option<TaskEnd>,
+    /// The program that takes the place of the task once it has begun.
+    pub successor: Option<Arc<str>>,
+    /// A fault of the interpreter has left the language as it was: no script runs any more.
+    pub is_broken: bool,
+    /// Protective stops of the robot before the task: one more ends it.
+    stops_at_start: u64,
+}
+
+impl TaskProgress {
+    const fn new(stops_at_start: u64) -> Self {
+        Self {
+            has_begun: false,
+            end: None,
+            successor: None,
+            is_broken: false,
+            stops_at_start,
+        }
+    }
 }
 
 /// The task makes time pass, until this is dropped.
@@ -206,36 +205,6 @@ impl Drop for DriveGuard {
         self.0.timeline().set_driven(false);
     }
 }
-
-pub(super) struct ThreadEntry {
-    pub script: ScriptThread,
-    pub waiting: Option<BlockReason>,
-    /// Only secondary programs have bounds.
-    pub secondary: Option<SecondaryBudget>,
-    /// The asker who waits for the value of the program.
-    pub answer: Option<oneshot::Sender<Answer>>,
-    pub reported: ReportedPosition,
-}
-
-/// What a secondary program may still use.
-#[derive(Clone, Copy)]
-pub(super) struct SecondaryBudget {
-    slices: u32,
-    /// Simulated time, s.
-    pub until: f64,
-}
-
-/// The reason for which a thread is not ready.
-#[derive(Clone, Copy)]
-pub(super) enum BlockReason {
-    /// A builtin waits for something in the wait table.
-    Token(WaitToken),
-    /// The language waits (a lock, a queue) until it is woken or this simulated time, s, has come.
-    Parked { until: Option<f64> },
-}
-
-/// Secondary programs have numbers from here on, so that they never meet those of `start_thread`.
-const FIRST_SECONDARY: u32 = 1 << 31;
 
 impl Task {
     pub fn new(
@@ -277,29 +246,16 @@ impl Task {
             interpreter,
             known,
             presets: Arc::default(),
-            threads: BTreeMap::new(),
-            ready: VecDeque::new(),
+            threads: ThreadTable::default(),
             controls,
             status,
-            paused: false,
-            pause_ordered: false,
-            stops_at_start,
-            end: None,
-            is_broken: false,
-            secondaries: 0,
-            has_begun: false,
-            successor: None,
-            global_names: Vec::new(),
-            threads_to_report: Vec::new(),
-            top_level_names: Vec::new(),
-            moved_in: 0,
-            looked_at: u64::MAX,
-            variables_due: 0,
-            next_tick: None,
+            progress: TaskProgress::new(stops_at_start),
+            suspension: Suspension::default(),
+            turn: TurnPosition::default(),
+            pacing: WallPacing::default(),
+            monitor: VariableMonitor::default(),
+            positions: PositionReports::default(),
             debugger: attached,
-            observed_cycle: 0,
-            slices_since_cycle: 0,
-            early_control: None,
             pending_commands: VecDeque::new(),
         }
     }
@@ -316,11 +272,11 @@ impl Task {
         self.context.robot().look();
         let ran = CatchPanic::new(self.run_program(program)).await;
         let mut end = ran.unwrap_or_else(|panicked| self.handle_panic(panicked));
-        if let Some(attached) = self.debugger.clone().filter(|_| !self.is_broken) {
+        if let Some(attached) = self.debugger.clone().filter(|_| !self.progress.is_broken) {
             self.interpreter
                 .halted(|halt| attached.before_end(halt, &end));
         }
-        if !self.is_broken {
+        if !self.progress.is_broken {
             let ended = catch(|| {
                 self.publish_variables(true);
                 self.stop_all_threads();
@@ -329,7 +285,7 @@ impl Task {
                 end = self.handle_panic(panicked);
             }
         }
-        if self.is_broken {
+        if self.progress.is_broken {
             self.give_up_threads();
         } else if self.settings.extras.line_counts.is_some() {
             let counted = self.interpreter.line_counts();
@@ -349,12 +305,12 @@ impl Task {
 
     /// Tells a fault as the error of the program. No script runs after it: what the language holds may be half changed.
     fn handle_panic(&mut self, panicked: CaughtPanic) -> TaskEnd {
-        self.is_broken = true;
+        self.progress.is_broken = true;
         let program = self.context.program();
         let fault = Fault::new(ThreadRole::Task, format!("program {}", program.0), panicked);
         self.settings.faults.tell(&fault);
         let number = self.context.origin(0).thread;
-        let line = catch(|| Some(self.threads.get(&number)?.script.current_line()));
+        let line = catch(|| Some(self.threads.entries.get(&number)?.script.current_line()));
         let line = line.ok().flatten().unwrap_or(1).max(1);
         let message = Message::internal_error(program, line, &fault.describe());
         self.settings.observer.message(&message);
@@ -363,8 +319,8 @@ impl Task {
 
     /// Drops what is left of the program after a fault, which may meet others: they are its consequences.
     fn give_up_threads(&mut self) {
-        self.ready.clear();
-        let threads = std::mem::take(&mut self.threads);
+        self.threads.ready.clear();
+        let threads = std::mem::take(&mut self.threads.entries);
         for entry in threads.into_values() {
             let _ = catch(move || drop(entry));
         }
@@ -381,7 +337,7 @@ impl Task {
         let script = self.interpreter.spawn_program(program);
         self.add_thread(number, script, bounds);
         if bounds.is_some()
-            && let Some(entry) = self.threads.get_mut(&number)
+            && let Some(entry) = self.threads.entries.get_mut(&number)
         {
             entry.answer = self.settings.panel.take_answer(program.file().name());
         }
@@ -392,14 +348,18 @@ impl Task {
             .interpreter()
             .add_globals(program.declared_globals());
         for name in program.declared_globals() {
-            if !self.global_names.iter().any(|known| known == name) {
-                self.global_names.push(name.to_owned());
+            if !self.monitor.global_names.iter().any(|known| known == name) {
+                self.monitor.global_names.push(name.to_owned());
             }
         }
         for name in program.global_names().take(TOP_LEVEL_NAMES_MAX) {
-            let mut known = self.global_names.iter().chain(&self.top_level_names);
+            let mut known = self
+                .monitor
+                .global_names
+                .iter()
+                .chain(&self.monitor.top_level_names);
             if !known.any(|known| known == name) {
-                self.top_level_names.push(name.to_owned());
+                self.monitor.top_level_names.push(name.to_owned());
             }
         }
     }
@@ -410,7 +370,7 @@ impl Task {
         script: ScriptThread,
         bounds: Option<SecondaryBudget>,
     ) {
-        self.threads.insert(
+        self.threads.entries.insert(
             number,
             ThreadEntry {
                 script,
@@ -420,7 +380,7 @@ impl Task {
                 reported: ReportedPosition::default(),
             },
         );
-        self.ready.push_back(number);
+        self.threads.ready.push_back(number);
     }
 
     /// Time passes by itself, or did when the run was recorded that is repeated.
@@ -437,7 +397,7 @@ impl Task {
             repeat.begins(self.context.program());
         }
         self.context.robot().look();
-        self.observed_cycle = self.context.robot().moment().cycle;
+        self.turn.cycle = self.context.robot().moment().cycle;
         if self.context.witness().is_some() {
             let presets = self.presets.iter().map(Preset::statement).collect();
             self.context.note(ExternalInputKind::Started { presets });
@@ -460,7 +420,7 @@ impl Task {
             self.apply_suspend_state();
             self.run_cycle_checks();
             self.end_for_successor();
-            if let Some(end) = self.end.clone() {
+            if let Some(end) = self.progress.end.clone() {
                 // A main program that ran to its end does not take the secondary ones with it: they are short.
                 match self.next_ready_secondary() {
                     Some(number) if end == TaskEnd::Finished => self.run_slice(number),
@@ -478,13 +438,13 @@ impl Task {
                 }
                 self.look(TurnCause::Work);
                 // Under the real clock the world goes on while scripts compute.
-                if !self.paused && (outside || self.is_real()) {
+                if !self.suspension.is_active && (outside || self.is_real()) {
                     self.end_waits();
                 }
                 continue;
             }
             self.report_lines();
-            if self.paused {
+            if self.suspension.is_active {
                 self.wait_while_paused().await;
                 self.look(TurnCause::Wait);
                 // A secondary program may wait for a command of its own; the others are ready when the task goes on.
@@ -504,10 +464,11 @@ impl Task {
     /// Ends the task for its successor, once the main program has had its first turn: whatever comes in is begun,
     /// however soon something else follows.
     fn end_for_successor(&mut self) {
-        let may_end = self.end.is_none() && (self.has_begun || self.paused);
-        if let Some(successor) = self.successor.as_ref().filter(|_| may_end) {
+        let may_end =
+            self.progress.end.is_none() && (self.progress.has_begun || self.suspension.is_active);
+        if let Some(successor) = self.progress.successor.as_ref().filter(|_| may_end) {
             self.report_replacement(successor);
-            self.end = Some(TaskEnd::Replaced);
+            self.progress.end = Some(TaskEnd::Replaced);
         }
     }
 
@@ -522,33 +483,35 @@ impl Task {
 
     /// The thread whose turn it is. While the task is held, secondary programs still run.
     fn next_ready(&mut self) -> Option<ThreadNumber> {
-        if self.paused {
+        if self.suspension.is_active {
             let held = match self.holds() {
-                SuspendState::At(held) => self.ready.iter().position(|number| *number == held),
+                SuspendState::At(held) => {
+                    self.threads.ready.iter().position(|number| *number == held)
+                }
                 SuspendState::Nothing | SuspendState::Program => None,
             };
             match held {
-                Some(position) => self.ready.remove(position),
+                Some(position) => self.threads.ready.remove(position),
                 None => self.next_ready_secondary(),
             }
         } else {
-            self.ready.pop_front()
+            self.threads.ready.pop_front()
         }
     }
 
     fn next_ready_secondary(&mut self) -> Option<ThreadNumber> {
-        let threads = &self.threads;
+        let threads = &self.threads.entries;
         let is_secondary = |n: &ThreadNumber| threads.get(n).is_some_and(|e| e.secondary.is_some());
-        let position = self.ready.iter().position(is_secondary)?;
-        self.ready.remove(position)
+        let position = self.threads.ready.iter().position(is_secondary)?;
+        self.threads.ready.remove(position)
     }
 
     /// What is looked at once a cycle, however often the loop comes round.
     fn run_cycle_checks(&mut self) {
         self.look_for_protective_stop();
         let cycle = self.context.robot().moment().cycle;
-        if cycle != self.looked_at {
-            self.looked_at = cycle;
+        if cycle != self.turn.checked_cycle {
+            self.turn.checked_cycle = cycle;
             self.flush_commands();
             self.check_watchdogs();
             self.publish_variables(false);
@@ -558,17 +521,17 @@ impl Task {
 
     pub(super) fn apply_control(&mut self, control: Control) {
         match control {
-            Control::Stop => self.end = Some(TaskEnd::Stopped),
-            Control::Replace(successor) => self.successor = Some(successor),
+            Control::Stop => self.progress.end = Some(TaskEnd::Stopped),
+            Control::Replace(successor) => self.progress.successor = Some(successor),
             Control::Pause => self.pause(),
             Control::Resume => {
-                self.pause_ordered = false;
+                self.suspension.is_ordered = false;
                 if self.holds() == SuspendState::Nothing {
                     self.go_on();
                 }
             }
             // Dropping the sender says that this task has ended.
-            Control::Secondary(..) if self.end.is_some() => {}
+            Control::Secondary(..) if self.progress.end.is_some() => {}
             Control::Secondary(program, taken) => {
                 // Whoever asked may have lost interest.
                 let _ = taken.send(());
@@ -580,7 +543,11 @@ impl Task {
     }
 
     pub(super) fn start_secondary(&mut self, program: &Program) {
-        let running = self.threads.values().filter(|e| e.secondary.is_some());
+        let running = self
+            .threads
+            .entries
+            .values()
+            .filter(|e| e.secondary.is_some());
         if running.count() >= SECONDARIES_MAX {
             let text = format!(
                 "RuntimeError: \"{}\" was refused: {SECONDARIES_MAX} secondary programs run already",
@@ -588,8 +555,7 @@ impl Task {
             );
             return self.warn_of_secondary(Origin::default(), &text);
         }
-        let number = ThreadNumber(FIRST_SECONDARY + self.secondaries);
-        self.secondaries = (self.secondaries + 1) % FIRST_SECONDARY;
+        let number = self.threads.next_secondary();
         self.start_program(number, program);
     }
 
@@ -598,19 +564,19 @@ impl Task {
             return;
         }
         let (stops, reason) = self.context.robot().protective_stops();
-        if stops != self.stops_at_start
+        if stops != self.progress.stops_at_start
             && let Some(reason) = reason
         {
-            if self.end.is_none() {
+            if self.progress.end.is_none() {
                 self.report_protective_stop();
             }
-            self.end = Some(TaskEnd::ProtectiveStop(reason));
+            self.progress.end = Some(TaskEnd::ProtectiveStop(reason));
         }
     }
 
     /// One slice of one thread, and what it asked for.
     fn run_slice(&mut self, number: ThreadNumber) {
-        let Some(entry) = self.threads.get_mut(&number) else {
+        let Some(entry) = self.threads.entries.get_mut(&number) else {
             return;
         };
         self.context
@@ -632,7 +598,7 @@ impl Task {
             ResumeOutcome::Failed(error) => self.thread_failed(number, &error),
         }
         if let Some(end) = self.context.take_end() {
-            self.end.get_or_insert(end);
+            self.progress.end.get_or_insert(end);
         }
         self.start_requested_threads();
         self.ready_woken_threads();
@@ -642,15 +608,15 @@ impl Task {
         for request in self.context.take_requests() {
             match request {
                 TaskRequest::Pause => self.pause(),
-                TaskRequest::Halt => drop(self.end.get_or_insert(TaskEnd::Finished)),
+                TaskRequest::Halt => drop(self.progress.end.get_or_insert(TaskEnd::Finished)),
             }
         }
     }
 
     /// Says once that the main program has had its first turn.
     fn note_first_turn(&mut self, number: ThreadNumber) {
-        if !self.has_begun && number == ThreadNumber(0) {
-            self.has_begun = true;
+        if !self.progress.has_begun && number == ThreadNumber(0) {
+            self.progress.has_begun = true;
             self.status.send_modify(|status| status.has_begun = true);
         }
     }
@@ -658,9 +624,9 @@ impl Task {
     fn out_of_fuel(&mut self, number: ThreadNumber) {
         if self.interpreter.is_gc_running() {
             // The thread has its next turn as soon as the garbage collector's search is over.
-            return self.ready.push_front(number);
+            return self.threads.ready.push_front(number);
         }
-        let bounds = self.threads.get_mut(&number);
+        let bounds = self.threads.entries.get_mut(&number);
         if let Some(bounds) = bounds.and_then(|entry| entry.secondary.as_mut()) {
             bounds.slices -= 1;
             if bounds.slices == 0 {
@@ -669,13 +635,14 @@ impl Task {
                 return self.end_secondary(number, text);
             }
         }
-        self.ready.push_back(number);
+        self.threads.ready.push_back(number);
     }
 
     /// Ends a secondary program that does not keep to its bounds.
     pub(super) fn end_secondary(&mut self, number: ThreadNumber, reason: &str) {
         let line = self
             .threads
+            .entries
             .get(&number)
             .map_or(0, |e| e.script.current_line());
         let origin = Origin {

@@ -25,7 +25,7 @@ impl Task {
                 let file = SourceFile::new(text.name, text.text);
                 match self.compile(&file).await {
                     Some(compiled) => compiled.map_err(|findings| (findings, file)),
-                    None => return self.end.clone().unwrap_or(TaskEnd::Stopped),
+                    None => return self.progress.end.clone().unwrap_or(TaskEnd::Stopped),
                 }
             }
         };
@@ -119,7 +119,7 @@ impl Task {
             };
             self.note_order(&order);
             self.apply_control(order);
-            if self.end.is_some() {
+            if self.progress.end.is_some() {
                 return None;
             }
         };

@@ -1,10 +1,14 @@
 //! How script threads of a task wait, wake, start and end.
 
-use elite_lang::{Resume, ResumeOutcome, ScriptError};
-use motion_api::{CommandKind, ThreadNumber};
+use std::collections::{BTreeMap, VecDeque};
 
-use super::report::line_in_program;
-use super::scheduler::{BlockReason, Task, TaskEnd};
+use elite_lang::{Resume, ResumeOutcome, ScriptError, ScriptThread, WaitToken};
+use motion_api::{CommandKind, ThreadNumber};
+use tokio::sync::oneshot;
+
+use super::report::{ReportedPosition, line_in_program};
+use super::scheduler::{Task, TaskEnd};
+
 use super::wait::Wait;
 use crate::debug::CONSOLE_THREAD;
 use crate::panel::Answer;
@@ -14,16 +18,64 @@ const FUEL_FOR_UNWINDING: u32 = 200_000;
 /// How often a thread is told to stop before it is dropped as it is.
 const STOPS_MAX: u32 = 3;
 
+/// The script threads of a task by number, and which of them are ready.
+#[derive(Default)]
+pub(super) struct ThreadTable {
+    pub entries: BTreeMap<ThreadNumber, ThreadEntry>,
+    pub ready: VecDeque<ThreadNumber>,
+    /// Secondary programs that have been started.
+    secondaries: u32,
+}
+
+impl ThreadTable {
+    /// The number of the next secondary program.
+    pub fn next_secondary(&mut self) -> ThreadNumber {
+        let number = ThreadNumber(FIRST_SECONDARY + self.secondaries);
+        self.secondaries = (self.secondaries + 1) % FIRST_SECONDARY;
+        number
+    }
+}
+
+pub(super) struct ThreadEntry {
+    pub script: ScriptThread,
+    pub waiting: Option<BlockReason>,
+    /// Only secondary programs have bounds.
+    pub secondary: Option<SecondaryBudget>,
+    /// The asker who waits for the value of the program.
+    pub answer: Option<oneshot::Sender<Answer>>,
+    pub reported: ReportedPosition,
+}
+
+/// What a secondary program may still use.
+#[derive(Clone, Copy)]
+pub(super) struct SecondaryBudget {
+    pub slices: u32,
+    /// Simulated time, s.
+    pub until: f64,
+}
+
+/// The reason for which a thread is not ready.
+#[derive(Clone, Copy)]
+pub(super) enum BlockReason {
+    /// A builtin waits for something in the wait table.
+    Token(WaitToken),
+    /// The language waits (a lock, a queue) until it is woken or this simulated time, s, has come.
+    Parked { until: Option<f64> },
+}
+
+/// Secondary programs have numbers from here on, so that they never meet those of `start_thread`.
+const FIRST_SECONDARY: u32 = 1 << 31;
+
 impl Task {
     pub(super) fn suspend(&mut self, number: ThreadNumber, waiting: BlockReason) {
         if let BlockReason::Token(token) = waiting
             && self.context.wait_of(token) == Wait::Turn
         {
             self.context.end_wait(token);
-            self.ready.push_back(number);
+            self.threads.ready.push_back(number);
             return;
         }
-        let Some(entry) = self.threads.get_mut(&number) else {
+        let Some(entry) = self.threads.entries.get_mut(&number) else {
             return;
         };
         entry.waiting = Some(waiting);
@@ -55,7 +107,7 @@ impl Task {
                 Err(error) => {
                     self.context.thread_ended(number);
                     self.report_script_error(&error);
-                    self.end = Some(TaskEnd::Failed);
+                    self.progress.end = Some(TaskEnd::Failed);
                 }
             }
         }
@@ -73,7 +125,9 @@ impl Task {
                 None => BlockReason::Parked { until: aside.until },
             };
             self.add_thread(CONSOLE_THREAD, aside.thread, None);
-            self.ready.retain(|number| *number != CONSOLE_THREAD);
+            self.threads
+                .ready
+                .retain(|number| *number != CONSOLE_THREAD);
             self.suspend(CONSOLE_THREAD, waiting);
         }
         None
@@ -92,17 +146,17 @@ impl Task {
             attached.thread_ended(number);
         }
         self.report_last_line(number, None);
-        self.threads_to_report.retain(|moved| *moved != number);
-        self.threads.remove(&number);
+        self.positions.pending.retain(|moved| *moved != number);
+        self.threads.entries.remove(&number);
         self.context.thread_ended(number);
         if number == ThreadNumber(0) {
-            self.end.get_or_insert(TaskEnd::Finished);
+            self.progress.end.get_or_insert(TaskEnd::Finished);
         }
     }
 
     /// Tells whoever waits for it what a secondary program is worth; false where nobody does.
     pub(super) fn answer(&mut self, number: ThreadNumber, answer: impl FnOnce() -> Answer) -> bool {
-        let entry = self.threads.get_mut(&number);
+        let entry = self.threads.entries.get_mut(&number);
         let Some(sender) = entry.and_then(|entry| entry.answer.take()) else {
             return false;
         };
@@ -113,14 +167,14 @@ impl Task {
 
     pub(super) fn thread_failed(&mut self, number: ThreadNumber, error: &ScriptError) {
         self.report_last_line(number, line_in_program(error));
-        let entry = self.threads.get(&number);
+        let entry = self.threads.entries.get(&number);
         if entry.is_some_and(|entry| entry.secondary.is_some()) {
             if !self.answer(number, || Err(error.headline())) {
                 self.report_secondary_error(number, error);
             }
         } else {
             self.report_script_error(error);
-            self.end = Some(TaskEnd::Failed);
+            self.progress.end = Some(TaskEnd::Failed);
         }
         self.thread_ended(number);
     }
@@ -143,7 +197,7 @@ impl Task {
         }
         // What it does while it unwinds is not told.
         self.report_last_line(number, None);
-        let Some(entry) = self.threads.get_mut(&number) else {
+        let Some(entry) = self.threads.entries.get_mut(&number) else {
             return;
         };
         self.context
@@ -160,13 +214,13 @@ impl Task {
             }
         }
         drop(entry.script.take_node_changes());
-        self.ready.retain(|n| *n != number);
+        self.threads.ready.retain(|n| *n != number);
         self.thread_ended(number);
     }
 
     pub(super) fn stop_all_threads(&mut self) {
         self.context.begin_unwinding();
-        while let Some(number) = self.threads.keys().next_back().copied() {
+        while let Some(number) = self.threads.entries.keys().next_back().copied() {
             self.stop_thread(number);
         }
         // Started while the others unwound: they never run.

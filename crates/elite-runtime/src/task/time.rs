@@ -10,7 +10,8 @@ use tokio::time::{Instant, sleep_until};
 
 use super::controls::Control;
 use super::handover::HandoverStop;
-use super::scheduler::{BlockReason, Task, TaskEnd};
+use super::scheduler::{Task, TaskEnd};
+use super::threads::BlockReason;
 use super::wait::Wait;
 use crate::test_task::TestTaskConfig;
 
@@ -27,6 +28,15 @@ const STANDSTILL_SPEED: f64 = 1e-3;
 /// A virtual clock that fell behind wall time by more than this does not catch up.
 const LAG_MAX: Duration = Duration::from_millis(100);
 
+/// The pace of a virtual clock that keeps to wall time while it idles.
+#[derive(Default)]
+pub(super) struct WallPacing {
+    /// The moment at which the next cycle is due.
+    pub next_tick: Option<Instant>,
+    /// An order that came while the task waited.
+    pub early_control: Option<Control>,
+}
+
 impl Task {
     /// Readies every thread whose wait is over, in the order of their numbers.
     pub(super) fn end_waits(&mut self) {
@@ -42,6 +52,7 @@ impl Task {
     fn end_waits_that(&mut self, concerned: impl Fn(Wait) -> bool) -> bool {
         let over: Vec<ThreadNumber> = self
             .threads
+            .entries
             .iter()
             .filter(|(_, entry)| entry.waiting.is_some_and(|w| self.is_over(w, &concerned)))
             .map(|(number, _)| *number)
@@ -49,7 +60,7 @@ impl Task {
         for number in &over {
             self.context.note_wait_over(*number);
             self.end_wait(*number);
-            self.ready.push_back(*number);
+            self.threads.ready.push_back(*number);
         }
         !over.is_empty()
     }
@@ -74,7 +85,7 @@ impl Task {
                     robot.moment().cycle >= wanted
                         || attendant.is_none_or(TestTaskConfig::program_is_inactive)
                 }
-                Wait::Thread(other) => !self.threads.contains_key(&other),
+                Wait::Thread(other) => !self.threads.entries.contains_key(&other),
                 Wait::Turn => true,
                 Wait::Job(job) => self.context.outside().is_done(job),
                 Wait::Popup(id) => !self.settings.panel.is_popup_open(id),
@@ -86,7 +97,7 @@ impl Task {
 
     /// Forgets what a thread waits for; gives back the wait's entry in the table.
     pub(super) fn end_wait(&mut self, number: ThreadNumber) -> Option<Wait> {
-        let waiting = self.threads.get_mut(&number)?.waiting.take()?;
+        let waiting = self.threads.entries.get_mut(&number)?.waiting.take()?;
         let BlockReason::Token(token) = waiting else {
             return None;
         };
@@ -110,7 +121,7 @@ impl Task {
         } else if !self.settings.robot.timeline().is_virtual() || self.waits_for_the_outside() {
             self.wait_at_wall_pace().await;
         } else {
-            self.next_tick = None;
+            self.pacing.next_tick = None;
             self.tick();
         }
     }
@@ -132,13 +143,17 @@ impl Task {
     /// The first cycle in which a thread may go on; the next one where that is not known.
     fn first_due(&self) -> u64 {
         let next = self.settings.robot.moment().cycle + 1;
-        let due = self.threads.values().map(|entry| match entry.waiting {
-            Some(BlockReason::Token(token)) => match self.context.wait_of(token) {
-                Wait::Cycle(cycle) | Wait::CycleOrProgramEnd(cycle) => cycle,
+        let due = self
+            .threads
+            .entries
+            .values()
+            .map(|entry| match entry.waiting {
+                Some(BlockReason::Token(token)) => match self.context.wait_of(token) {
+                    Wait::Cycle(cycle) | Wait::CycleOrProgramEnd(cycle) => cycle,
+                    _ => next,
+                },
                 _ => next,
-            },
-            _ => next,
-        });
+            });
         due.min().unwrap_or(next)
     }
 
@@ -175,23 +190,23 @@ impl Task {
             Instant::now(),
             Duration::from_secs_f64(robot.moment().step_time),
         );
-        let due = match self.next_tick {
+        let due = match self.pacing.next_tick {
             Some(due) if now < due + LAG_MAX => due,
             _ => now + step,
         };
-        self.next_tick = Some(due);
+        self.pacing.next_tick = Some(due);
         tokio::select! {
             biased;
             control = self.controls.next() => match control {
-                Some(control) => self.early_control = Some(control),
+                Some(control) => self.pacing.early_control = Some(control),
                 // The supervisor is gone: nobody could stop this task any more.
-                None => self.end = Some(TaskEnd::Stopped),
+                None => self.progress.end = Some(TaskEnd::Stopped),
             },
             () = news.notified() => {}
             () = host.sockets().outside().woken() => {}
             () = context.outside().news() => {}
             () = sleep_until(due), if is_virtual => {
-                self.next_tick = Some(due + step);
+                self.pacing.next_tick = Some(due + step);
                 self.tick();
             }
             () = robot.progress(), if !is_virtual => {}
@@ -215,13 +230,14 @@ impl Task {
         }
         if let Some(repeat) = self.context.repeat() {
             // How the arm comes to rest is in the recording; the next program may wait for it.
-            let is_succeeded = self.successor.is_some() && !is_stopped && !repeat.is_finished();
+            let is_succeeded =
+                self.progress.successor.is_some() && !is_stopped && !repeat.is_finished();
             return match is_succeeded {
                 true => self.hand_over().await,
                 false => None,
             };
         }
-        if self.successor.is_some() && !is_stopped {
+        if self.progress.successor.is_some() && !is_stopped {
             return self.hand_over().await;
         }
         let robot = self.settings.robot.clone();
@@ -247,7 +263,7 @@ impl Task {
                 only: CommandId::NONE,
             });
         }
-        if self.paused {
+        if self.suspension.is_active {
             self.queue_command(CommandKind::Resume);
         }
         let mut deadline = started.time + SETTLE_TIME_MAX;
@@ -307,7 +323,7 @@ impl Task {
         };
         // Held or not, from here on it brakes. Places in the ring are kept for both, so there is room in a cycle or
         // two.
-        if self.paused {
+        if self.suspension.is_active {
             self.queue_command(CommandKind::Resume);
         }
         loop {

@@ -27,11 +27,11 @@ const CONTINUATION_INDENT: &str = "    ";
 /// The queue. Clones share it.
 #[derive(Clone)]
 pub struct LogQueue {
-    shared: Arc<QueueShared>,
+    shared: Arc<LogBuffer>,
 }
 
 #[derive(Default)]
-struct QueueShared {
+struct LogBuffer {
     state: Mutex<QueueState>,
     changed: Condvar,
 }

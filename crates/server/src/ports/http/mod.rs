@@ -84,7 +84,7 @@ pub enum SetInputsError {
 }
 
 /// What the handlers share.
-struct HttpShared<S> {
+struct HttpContext<S> {
     source: Arc<S>,
     ports: Vec<PortMeter>,
     /// The cycle counter when it was last seen to move, and when that was.
@@ -185,7 +185,7 @@ impl HttpService {
     }
 }
 
-impl<S> HttpShared<S> {
+impl<S> HttpContext<S> {
     /// For how long the cycle counter has been seen to stand at `cycle`.
     fn standing(&self, cycle: u64) -> Duration {
         let now = Instant::now();
@@ -201,7 +201,7 @@ impl<S> HttpShared<S> {
 }
 
 fn router<S: HttpBackend>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
-    let shared = Arc::new(HttpShared {
+    let shared = Arc::new(HttpContext {
         source,
         ports,
         pulse: Mutex::default(),
@@ -216,7 +216,7 @@ fn router<S: HttpBackend>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
 }
 
 /// 200 while the control cycle runs; 503 once it has been standing still between two requests. Details as JSON.
-async fn healthz<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Response {
+async fn healthz<S: HttpBackend>(State(shared): State<Arc<HttpContext<S>>>) -> Response {
     let state = shared.source.state();
     let standing = shared.standing(state.cycle);
     let fault = shared.source.fault();
@@ -255,20 +255,20 @@ async fn healthz<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Re
 }
 
 /// What people see of the program that runs, as JSON.
-async fn panel_page<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Response {
+async fn panel_page<S: HttpBackend>(State(shared): State<Arc<HttpContext<S>>>) -> Response {
     let text = format!("{}\n", shared.source.panel());
     ([(header::CONTENT_TYPE, "application/json")], text).into_response()
 }
 
 /// Every input and output, as JSON.
-async fn io_page<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Response {
+async fn io_page<S: HttpBackend>(State(shared): State<Arc<HttpContext<S>>>) -> Response {
     let page = io::describe(&shared.source.state(), &shared.source.registers());
     answer(StatusCode::OK, &page)
 }
 
 /// Sets inputs: an object from names to values, all of it or nothing.
 async fn set_inputs<S: HttpBackend>(
-    State(shared): State<Arc<HttpShared<S>>>,
+    State(shared): State<Arc<HttpContext<S>>>,
     request: Request,
 ) -> Response {
     let (head, body) = request.into_parts();
@@ -340,7 +340,7 @@ fn refusal(reason: &str) -> Value {
     refusal
 }
 
-async fn metrics_page<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Response {
+async fn metrics_page<S: HttpBackend>(State(shared): State<Arc<HttpContext<S>>>) -> Response {
     let text = render(&Measurements {
         state: &shared.source.state(),
         task: shared.source.task_status(),

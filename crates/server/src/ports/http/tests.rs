@@ -137,7 +137,7 @@ async fn metrics_are_in_the_text_format() {
 async fn health_is_a_cycle_counter_that_moves() {
     let source = Arc::new(Fake::default());
     let shared = || {
-        State(Arc::new(HttpShared {
+        State(Arc::new(HttpContext {
             source: Arc::clone(&source),
             ports: Vec::new(),
             pulse: Mutex::default(),

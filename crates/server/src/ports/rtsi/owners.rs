@@ -18,11 +18,11 @@ const PATIENCE: Duration = Duration::from_millis(300);
 /// The owners of all input variables of the port. Cloning gives another handle to the same list.
 #[derive(Clone, Debug, Default)]
 pub struct Owners {
-    shared: Arc<OwnersShared>,
+    shared: Arc<OwnerTable>,
 }
 
 #[derive(Debug, Default)]
-struct OwnersShared {
+struct OwnerTable {
     owner: Mutex<BTreeMap<InputVariable, ClientId>>,
     released: Notify,
 }
