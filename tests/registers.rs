@@ -12,7 +12,7 @@ use motion_api::io::{InputAction, IoChange};
 use motion_api::{CommandKind, Origin, Registers, RingCapacities, ScriptEndpoint, motion_channel};
 use recorder::{IoMessage, IoValue, Recorder, Recording, RecordingEntry, Setup, Topic};
 use server::cli::{Cli, CliCommand};
-use server::replay::answer;
+use server::commands::replay::answer;
 
 /// A register that leads to an input, and a hand that pushes.
 const CELL: &str = r#"
@@ -117,7 +117,7 @@ fn registers_that_move_the_arm_move_it_again() {
         panic!("not a replay");
     };
     let mut out = Vec::new();
-    let status = answer(&args, &mut out).unwrap();
+    let status = answer(&args, &mut out).unwrap().code();
     let text = String::from_utf8(out).unwrap();
     assert_eq!(
         (status, text.lines().next()),

@@ -10,7 +10,7 @@ use motion::{ControlLoop, CycleConfig, CycleTiming, LimitOverrides, PlantKind};
 use motion_api::{CommandKind, Origin, ProgramId, RingCapacities, ThreadNumber, motion_channel};
 use recorder::{IoValue, LogLevel, Recorder, Setup};
 use server::cli::{Cli, CliCommand};
-use server::replay::{ReplayError, answer};
+use server::commands::replay::{ReplayError, answer};
 
 const CYCLES: u64 = 600;
 const PROGRAM: ProgramId = ProgramId(1);
@@ -82,7 +82,7 @@ fn replay(path: &Path, options: &str) -> Result<(u8, String), ReplayError> {
         panic!("not a replay");
     };
     let mut out = Vec::new();
-    let status = answer(&args, &mut out)?;
+    let status = answer(&args, &mut out)?.code();
     Ok((status, String::from_utf8(out).unwrap()))
 }
 

@@ -53,22 +53,67 @@ pub(crate) fn topic() -> CustomTopic {
 }
 
 /// One message.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 struct ExternalMessage {
     /// Number of the message in the recording, from 1.
     number: u64,
     program: u32,
     turn: u64,
     cycle: u64,
-    kind: String,
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    order: String,
+    #[serde(flatten)]
+    input: InputMessage,
+}
+
+/// What came. Fields that are empty are left out.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum InputMessage {
+    Begins {
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        presets: Vec<String>,
+    },
+    Ends,
+    Sees,
+    Order(OrderMessage),
+    Call(CallMessage),
+    Woken {
+        #[serde(default, skip_serializing_if = "is_zero")]
+        thread: u64,
+    },
+    Clock {
+        time: f64,
+    },
+    Lost {
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        text: String,
+    },
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(tag = "order", rename_all = "snake_case")]
+enum OrderMessage {
+    Stop,
+    Pause,
+    Resume,
+    Replace {
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        name: String,
+    },
+    Secondary {
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        name: String,
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        text: String,
+    },
+}
+
+/// A call and how it ended: with a value, with an exception of the type `raised`, or with neither.
+#[derive(Debug, Serialize, Deserialize)]
+struct CallMessage {
     #[serde(default, skip_serializing_if = "String::is_empty")]
     name: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     text: String,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    presets: Vec<String>,
     #[serde(default, skip_serializing_if = "is_zero")]
     call: u64,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -77,10 +122,6 @@ struct ExternalMessage {
     value: Option<Json>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     raised: Option<String>,
-    #[serde(default, skip_serializing_if = "is_zero")]
-    thread: u64,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    time: Option<f64>,
 }
 
 fn is_zero(number: &u64) -> bool {
@@ -93,84 +134,44 @@ pub(crate) struct ExternalWriter(AtomicU64);
 
 impl ExternalWriter {
     pub(crate) fn write(&self, recording: &RecorderHandle, time: f64, external: &ExternalInput) {
-        let mut message = message_of(external);
-        message.number = self.0.fetch_add(1, Ordering::Relaxed) + 1;
-        let mut bytes = serde_json::to_vec(&message).unwrap_or_default();
+        let number = self.0.fetch_add(1, Ordering::Relaxed) + 1;
+        let mut bytes = encode(number, external);
         if bytes.is_empty() || bytes.len() > EXTRA_BYTES {
-            let text = format!("{} has more than {EXTRA_BYTES} bytes", message.kind);
-            let short = message_of(&ExternalInput {
+            let kind = kind_of(&external.what);
+            let text = format!("{kind} has more than {EXTRA_BYTES} bytes");
+            let short = ExternalInput {
                 what: ExternalInputKind::Unrecorded(text),
                 ..external.clone()
-            });
-            bytes = serde_json::to_vec(&ExternalMessage {
-                number: message.number,
-                ..short
-            })
-            .unwrap_or_default();
+            };
+            bytes = encode(number, &short);
         }
         recording.extra(time, NUMBER, bytes);
     }
 }
 
-fn message_of(external: &ExternalInput) -> ExternalMessage {
-    let plain = |kind: &str| ExternalMessage {
+/// The word for what came, as messages have it.
+const fn kind_of(what: &ExternalInputKind) -> &'static str {
+    match what {
+        ExternalInputKind::Started { .. } => "begins",
+        ExternalInputKind::Ends => "ends",
+        ExternalInputKind::CycleObserved => "sees",
+        ExternalInputKind::Order(_) => "order",
+        ExternalInputKind::Call(_) => "call",
+        ExternalInputKind::Woken { .. } => "woken",
+        ExternalInputKind::TimeOfDay(_) => "clock",
+        ExternalInputKind::Unrecorded(_) => "lost",
+    }
+}
+
+fn encode(number: u64, external: &ExternalInput) -> Vec<u8> {
+    let message = ExternalMessage {
+        number,
         program: external.program.0,
         turn: external.turn,
         cycle: external.cycle,
-        kind: kind.to_owned(),
-        ..ExternalMessage::default()
+        input: InputMessage::from(&external.what),
     };
-    match &external.what {
-        ExternalInputKind::Started { presets } => ExternalMessage {
-            presets: presets.clone(),
-            ..plain("begins")
-        },
-        ExternalInputKind::Ends => plain("ends"),
-        ExternalInputKind::CycleObserved => plain("sees"),
-        ExternalInputKind::Woken { thread } => ExternalMessage {
-            thread: *thread,
-            ..plain("woken")
-        },
-        ExternalInputKind::TimeOfDay(time) => ExternalMessage {
-            time: Some(*time),
-            ..plain("clock")
-        },
-        ExternalInputKind::Unrecorded(text) => ExternalMessage {
-            text: text.clone(),
-            ..plain("lost")
-        },
-        ExternalInputKind::Order(order) => {
-            let (word, name, text) = match order {
-                TaskOrder::Stop => ("stop", "", ""),
-                TaskOrder::Pause => ("pause", "", ""),
-                TaskOrder::Resume => ("resume", "", ""),
-                TaskOrder::Replace(successor) => ("replace", &**successor, ""),
-                TaskOrder::Secondary { name, text } => ("secondary", &**name, &**text),
-            };
-            ExternalMessage {
-                order: word.to_owned(),
-                name: name.to_owned(),
-                text: text.to_owned(),
-                ..plain("order")
-            }
-        }
-        ExternalInputKind::Call(call) => {
-            let (value, raised, text) = match &call.answer {
-                CallOutcome::Value(value) => (Some(json_of(value)), None, String::new()),
-                CallOutcome::Raised { kind, text } => (None, Some(kind.clone()), text.clone()),
-                CallOutcome::Stopped => (None, None, String::new()),
-            };
-            ExternalMessage {
-                name: call.function.clone(),
-                call: call.number,
-                waits: call.waits.clone(),
-                value,
-                raised,
-                text,
-                ..plain("call")
-            }
-        }
-    }
+    serde_json::to_vec(&message).unwrap_or_default()
 }
 
 /// Reads a message; gives its number beside it.
@@ -184,29 +185,99 @@ pub(crate) fn read(data: &[u8]) -> Result<(u64, ExternalInput), String> {
     }
     let message: ExternalMessage =
         serde_json::from_slice(data).map_err(|error| error.to_string())?;
-    let what = match message.kind.as_str() {
-        "begins" => ExternalInputKind::Started {
-            presets: message.presets,
-        },
-        "ends" => ExternalInputKind::Ends,
-        "sees" => ExternalInputKind::CycleObserved,
-        "woken" => ExternalInputKind::Woken {
-            thread: message.thread,
-        },
-        "clock" => ExternalInputKind::TimeOfDay(message.time.ok_or("a clock without a time")?),
-        "lost" => ExternalInputKind::Unrecorded(message.text),
-        "order" => ExternalInputKind::Order(match message.order.as_str() {
-            "stop" => TaskOrder::Stop,
-            "pause" => TaskOrder::Pause,
-            "resume" => TaskOrder::Resume,
-            "replace" => TaskOrder::Replace(message.name),
-            "secondary" => TaskOrder::Secondary {
-                name: message.name,
-                text: message.text,
+    let external = ExternalInput {
+        program: ProgramId(message.program),
+        turn: message.turn,
+        cycle: message.cycle,
+        what: message.input.try_into()?,
+    };
+    Ok((message.number, external))
+}
+
+impl From<&ExternalInputKind> for InputMessage {
+    fn from(what: &ExternalInputKind) -> Self {
+        match what {
+            ExternalInputKind::Started { presets } => Self::Begins {
+                presets: presets.clone(),
             },
-            other => return Err(format!("there is no order {other:?}")),
-        }),
-        "call" => ExternalInputKind::Call(RecordedCall {
+            ExternalInputKind::Ends => Self::Ends,
+            ExternalInputKind::CycleObserved => Self::Sees,
+            ExternalInputKind::Woken { thread } => Self::Woken { thread: *thread },
+            ExternalInputKind::TimeOfDay(time) => Self::Clock { time: *time },
+            ExternalInputKind::Unrecorded(text) => Self::Lost { text: text.clone() },
+            ExternalInputKind::Order(order) => Self::Order(order.into()),
+            ExternalInputKind::Call(call) => Self::Call(call.into()),
+        }
+    }
+}
+
+impl TryFrom<InputMessage> for ExternalInputKind {
+    type Error = String;
+
+    fn try_from(message: InputMessage) -> Result<Self, String> {
+        Ok(match message {
+            InputMessage::Begins { presets } => Self::Started { presets },
+            InputMessage::Ends => Self::Ends,
+            InputMessage::Sees => Self::CycleObserved,
+            InputMessage::Woken { thread } => Self::Woken { thread },
+            InputMessage::Clock { time } => Self::TimeOfDay(time),
+            InputMessage::Lost { text } => Self::Unrecorded(text),
+            InputMessage::Order(order) => Self::Order(order.into()),
+            InputMessage::Call(call) => Self::Call(call.try_into()?),
+        })
+    }
+}
+
+impl From<&TaskOrder> for OrderMessage {
+    fn from(order: &TaskOrder) -> Self {
+        match order {
+            TaskOrder::Stop => Self::Stop,
+            TaskOrder::Pause => Self::Pause,
+            TaskOrder::Resume => Self::Resume,
+            TaskOrder::Replace(name) => Self::Replace { name: name.clone() },
+            TaskOrder::Secondary { name, text } => Self::Secondary {
+                name: name.clone(),
+                text: text.clone(),
+            },
+        }
+    }
+}
+
+impl From<OrderMessage> for TaskOrder {
+    fn from(message: OrderMessage) -> Self {
+        match message {
+            OrderMessage::Stop => Self::Stop,
+            OrderMessage::Pause => Self::Pause,
+            OrderMessage::Resume => Self::Resume,
+            OrderMessage::Replace { name } => Self::Replace(name),
+            OrderMessage::Secondary { name, text } => Self::Secondary { name, text },
+        }
+    }
+}
+
+impl From<&RecordedCall> for CallMessage {
+    fn from(call: &RecordedCall) -> Self {
+        let (value, raised, text) = match &call.answer {
+            CallOutcome::Value(value) => (Some(json_of(value)), None, String::new()),
+            CallOutcome::Raised { kind, text } => (None, Some(kind.clone()), text.clone()),
+            CallOutcome::Stopped => (None, None, String::new()),
+        };
+        Self {
+            name: call.function.clone(),
+            text,
+            call: call.number,
+            waits: call.waits.clone(),
+            value,
+            raised,
+        }
+    }
+}
+
+impl TryFrom<CallMessage> for RecordedCall {
+    type Error = String;
+
+    fn try_from(message: CallMessage) -> Result<Self, String> {
+        Ok(Self {
             number: message.call,
             function: message.name,
             waits: message.waits,
@@ -218,16 +289,8 @@ pub(crate) fn read(data: &[u8]) -> Result<(u64, ExternalInput), String> {
                 },
                 (None, None) => CallOutcome::Stopped,
             },
-        }),
-        other => return Err(format!("there is no kind {other:?}")),
-    };
-    let external = ExternalInput {
-        program: ProgramId(message.program),
-        turn: message.turn,
-        cycle: message.cycle,
-        what,
-    };
-    Ok((message.number, external))
+        })
+    }
 }
 
 /// Plain where JSON has it; else an object with one word that says what it is.
@@ -314,7 +377,10 @@ mod tests {
             cycle: 17,
             what,
         };
-        let bytes = serde_json::to_vec(&message_of(&external)).unwrap();
+        let bytes = encode(1, &external);
+        let text = String::from_utf8(bytes.clone()).unwrap();
+        let kind = kind_of(&external.what);
+        assert!(text.contains(&format!("\"kind\":\"{kind}\"")), "{text}");
         let read = read(&bytes).unwrap().1;
         assert_eq!(format!("{read:?}"), format!("{external:?}"));
     }

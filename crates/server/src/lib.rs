@@ -3,6 +3,8 @@
 //! Wires the other crates together and owns what users meet: command line, configuration, ports. No other crate
 //! imports this one but `dev`, which tries the decoders, and `pybind`, whose wheel has the same program as a command.
 
+// A module of several files is a folder with a mod.rs, here and in the other crates.
+#![warn(clippy::self_named_module_files)]
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
     not(test),
@@ -11,6 +13,7 @@
 
 pub mod backend;
 pub mod cli;
+pub mod command;
 pub mod commands;
 pub mod config;
 pub mod controller_host;
@@ -25,8 +28,6 @@ pub mod plot;
 pub mod ports;
 pub mod program;
 pub mod ready_file;
-pub mod replay;
 pub mod sample_feed;
 pub mod sent_file;
 mod shutdown;
-pub mod wait;

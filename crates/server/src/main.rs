@@ -1,4 +1,4 @@
-//! The `eliteserver` binary: [`server::run_program`] with the command line of the process.
+//! The `eliteserver` binary: [`server::program`] with the command line of the process.
 
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(

@@ -9,11 +9,10 @@ use std::time::Duration;
 use clap::Parser;
 use supervision::{Fault, ThreadRole, catch};
 
-use crate::cli::{Cli, CliCommand, LogArgs};
-use crate::config::{RunConfig, ServeConfig};
-use crate::options::LogFormat;
-use crate::shutdown::FAULT_EXIT;
-use crate::{commands, language, logging, replay, wait};
+use crate::cli::{Cli, CliCommand};
+use crate::command::{CommandError, CommandResult, CommandStatus};
+use crate::config::{LogConfig, RunConfig, ServeConfig};
+use crate::{commands, language, logging};
 
 /// Standard error has this long to be read to its end.
 const STDERR_FLUSH_TIMEOUT: Duration = Duration::from_secs(1);
@@ -28,123 +27,76 @@ pub fn run_program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let command = Cli::parse_from(arguments).into_command();
     let status = match catch(|| execute(command)) {
         Ok(Ok(status)) => status,
-        Ok(Err(sentence)) => {
-            logging::say(&format!("eliteserver: {sentence}"));
-            2
+        Ok(Err(error)) => {
+            logging::say(&format!("eliteserver: {error}"));
+            error.status()
         }
         // A fault outside every thread that contains its own.
         Err(panicked) => {
             let fault = Fault::new(ThreadRole::Service, "the command", panicked);
             logging::say(&format!("eliteserver: {fault}"));
-            FAULT_EXIT
+            CommandStatus::Fault
         }
     };
     logging::flush_within(STDERR_FLUSH_TIMEOUT);
-    status
+    status.code()
 }
 
 /// Writes the answer of a command. Whoever reads it may have seen enough: `eliteserver builtins | head`.
-fn answer(text: &[u8]) -> Result<u8, String> {
+fn answer(text: &[u8]) -> CommandResult {
     let mut out = std::io::stdout().lock();
     match out.write_all(text).and_then(|()| out.flush()) {
-        Ok(()) => Ok(0),
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(0),
-        Err(error) => Err(format!("cannot write the answer: {error}")),
+        Ok(()) => Ok(CommandStatus::Success),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(CommandStatus::Success),
+        Err(error) => Err(CommandError::sentence(format!(
+            "cannot write the answer: {error}"
+        ))),
     }
 }
 
-/// The exit status, or a sentence that says why there is none better than 2.
-fn execute(command: CliCommand) -> Result<u8, String> {
-    let plain = |log: &LogArgs| {
+fn execute(command: CliCommand) -> CommandResult {
+    if let Some(log) = command.log_args() {
         language::choose(log.language);
-        start_log(log.log_format.unwrap_or_default())
-    };
+        logging::init(log.log_format.unwrap_or_default())?;
+    }
     match command {
         CliCommand::Serve(args) => {
-            let config = ServeConfig::load(*args).map_err(|e| e.to_string())?;
-            language::choose(config.log.language);
-            start_log(config.log.format)?;
-            commands::serve::serve(&config).map_err(|e| e.to_string())
+            let config = ServeConfig::load(*args)?;
+            begin_log(&config.log)?;
+            commands::serve::serve(&config)
         }
         CliCommand::Run(args) => {
-            let config = RunConfig::load(*args).map_err(|e| e.to_string())?;
-            language::choose(config.log.language);
-            start_log(config.log.format)?;
-            commands::run::run(&config).map_err(|e| e.to_string())
-        }
-        CliCommand::Check(args) => {
-            plain(&args.log)?;
-            Ok(commands::check::check(&args))
-        }
-        CliCommand::Test(args) => {
-            plain(&args.log)?;
-            Ok(commands::test::test(&args))
-        }
-        CliCommand::Debug(args) => {
-            plain(&args.log)?;
-            commands::debug::debug(&args).map_err(|error| format!("the debugger ends: {error}"))
-        }
-        CliCommand::Replay(args) => {
-            plain(&args.log)?;
-            Ok(replay::run(&args))
-        }
-        CliCommand::Builtins(args) => {
-            plain(&args.log)?;
-            answer(commands::builtins::list(args.format).as_bytes())
-        }
-        CliCommand::Send(args) => {
-            plain(&args.robot.log)?;
-            Ok(commands::send::send(&args))
-        }
-        CliCommand::Shell(args) => {
-            plain(&args.robot.log)?;
-            Ok(commands::shell::shell(&args))
-        }
-        CliCommand::Calibrate(args) => {
-            plain(&args.robot.log)?;
-            Ok(commands::calibrate::calibrate(&args))
-        }
-        CliCommand::Record(args) => {
-            plain(&args.robot.log)?;
-            Ok(commands::record::record(&args))
-        }
-        CliCommand::Compare(args) => {
-            plain(&args.log)?;
-            Ok(commands::compare::compare(&args))
-        }
-        CliCommand::Lsp(args) => {
-            plain(&args.log)?;
-            commands::lsp::lsp(&args)
-        }
-        CliCommand::Mcp(args) => {
-            plain(&args.log)?;
-            commands::mcp::mcp(&args)
-        }
-        CliCommand::Fleet(args) => {
-            plain(&args.log)?;
-            commands::fleet::fleet(&args).map_err(|error| error.to_string())
+            let config = RunConfig::load(*args)?;
+            begin_log(&config.log)?;
+            commands::run::run(&config)
         }
         CliCommand::Doctor(args) => {
-            let config = ServeConfig::load(args.serve).map_err(|e| e.to_string())?;
-            language::choose(config.log.language);
-            start_log(config.log.format)?;
+            let config = ServeConfig::load(args.serve)?;
+            begin_log(&config.log)?;
             let (report, status) = commands::doctor::doctor(&config, args.format);
-            answer(report.as_bytes()).map(|told| told.max(status))
+            answer(report.as_bytes()).map(|written| written.max(status))
         }
-        CliCommand::Completions(args) => answer(&commands::shell_files::completions(args.shell)),
-        CliCommand::Man(args) => {
-            let folder = args.folder.display();
-            let written = commands::shell_files::manual(&args.folder);
-            written.map_err(|error| format!("cannot write the pages into {folder}: {error}"))?;
-            Ok(0)
-        }
-        CliCommand::Wait(args) => {
-            plain(&args.log)?;
-            Ok(wait::command(&args))
-        }
+        CliCommand::Check(args) => commands::check::check(&args),
+        CliCommand::Test(args) => commands::test::test(&args),
+        CliCommand::Debug(args) => commands::debug::debug(&args),
+        CliCommand::Replay(args) => commands::replay::replay(&args),
+        CliCommand::Builtins(args) => answer(commands::builtins::list(args.format).as_bytes()),
+        CliCommand::Send(args) => commands::send::send(&args),
+        CliCommand::Shell(args) => commands::shell::shell(&args),
+        CliCommand::Calibrate(args) => commands::calibrate::calibrate(&args),
+        CliCommand::Record(args) => commands::record::record(&args),
+        CliCommand::Compare(args) => commands::compare::compare(&args),
+        CliCommand::Lsp(args) => commands::lsp::lsp(&args),
+        CliCommand::Mcp(args) => commands::mcp::mcp(&args),
+        CliCommand::Fleet(args) => commands::fleet::fleet(&args),
+        CliCommand::Completions(args) => answer(&commands::completions::script(args.shell)),
+        CliCommand::Man(args) => commands::man::man(&args),
+        CliCommand::Wait(args) => commands::wait::run(&args),
     }
 }
 
-fn start_log(format: LogFormat) -> Result<(), String> {
-    logging::init(format).map_err(|error| error.to_string())
+/// The language and the log of a command whose settings may stand in a configuration file.
+fn begin_log(log: &LogConfig) -> Result<(), CommandError> {
+    language::choose(log.language);
+    Ok(logging::init(log.format)?)
 }

@@ -13,10 +13,8 @@ use recorder::CloseHandle;
 use supervision::{ThreadRole, ThreadSupervisor};
 use tokio_util::sync::CancellationToken;
 
+use crate::command::CommandStatus;
 use crate::logging;
-
-/// Exit status after a fault that nothing can go on after.
-pub const FAULT_EXIT: u8 = 3;
 
 /// Exit status of a second signal, by which a person says that the end takes too long: 128 + SIGINT.
 const IMPATIENT_EXIT: i32 = 130;
@@ -42,7 +40,7 @@ struct ShutdownSequence {
 /// The first call counts; the deadline's thread waits for it.
 #[derive(Default)]
 struct ShutdownLatch {
-    status: OnceLock<u8>,
+    status: OnceLock<CommandStatus>,
     told: Mutex<bool>,
     changed: Condvar,
 }
@@ -53,7 +51,7 @@ impl Shutdown {
     ///
     /// # Errors
     /// The operating system gives no threads or no signals.
-    pub fn start(status: u8) -> io::Result<Self> {
+    pub fn start(status: CommandStatus) -> io::Result<Self> {
         Self::start_within(status, ORDERLY_TIMEOUT)
     }
 
@@ -63,7 +61,7 @@ impl Shutdown {
     ///
     /// # Errors
     /// The operating system gives no threads or no signals.
-    pub fn start_within(status: u8, orderly: Duration) -> io::Result<Self> {
+    pub fn start_within(status: CommandStatus, orderly: Duration) -> io::Result<Self> {
         let shutdown = Self {
             shared: Arc::new(ShutdownSequence {
                 token: CancellationToken::new(),
@@ -99,7 +97,7 @@ impl Shutdown {
     }
 
     /// Begins the end, which is sure to come from now on. The first call counts.
-    pub fn begin(&self, status: u8) {
+    pub fn begin(&self, status: CommandStatus) {
         let begun = &self.shared.begun;
         if begun.status.set(status).is_err() {
             return;
@@ -132,13 +130,16 @@ impl Shutdown {
         });
         tracing::warn!("the orderly way took too long; what still runs is cut off");
         logging::flush_within(STDERR_FLUSH_TIMEOUT);
-        let flushed = if is_closed { status } else { status.max(1) };
-        exit_immediately(i32::from(flushed));
+        let flushed = match is_closed {
+            true => status,
+            false => status.max(CommandStatus::Negative),
+        };
+        exit_immediately(flushed.code().into());
     }
 }
 
 impl ShutdownLatch {
-    fn wait(&self) -> u8 {
+    fn wait(&self) -> CommandStatus {
         let mut told = self.told.lock();
         while !*told {
             self.changed.wait(&mut told);

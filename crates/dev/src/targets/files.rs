@@ -10,8 +10,8 @@ use elite_runtime::task_folder::TaskFolder;
 use kinematics::{Calibration, RobotModel};
 use recorder::{Recording, Summary, Topic, TopicTable};
 use server::cli::{ControllerArgs, ServeArgs};
+use server::commands::replay::rerun::rerun;
 use server::config::ServeConfig;
-use server::replay::rerun::rerun;
 
 use super::{Target, as_they_are, files_of};
 use crate::mcap_file;

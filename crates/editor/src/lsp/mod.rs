@@ -151,7 +151,7 @@ fn session(
             server.tell_due(Instant::now());
         }
         for message in server.outbox() {
-            match frames::write(output, &message) {
+            match crate::framing::write(output, &message) {
                 Ok(()) => {}
                 Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
                     return Ok(LspSessionEnd::Vanished);

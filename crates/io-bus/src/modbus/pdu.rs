@@ -57,6 +57,9 @@ impl Table {
     }
 }
 
+/// Set in the function code of a reply that is an exception.
+pub const EXCEPTION_FLAG: u8 = 0x80;
+
 /// What a device answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reply {
@@ -148,7 +151,7 @@ impl Request {
     /// [`PduError`]: an exception of the device, or bytes that are no answer.
     pub fn decode(&self, reply: &[u8]) -> Result<Reply, PduError> {
         match reply {
-            [function, code, ..] if *function == self.function() | 0x80 => {
+            [function, code, ..] if *function == self.function() | EXCEPTION_FLAG => {
                 return Err(PduError::Exception(*code));
             }
             [function, ..] if *function == self.function() => {}

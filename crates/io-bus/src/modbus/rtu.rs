@@ -3,7 +3,7 @@
 //! (MODBUS over Serial Line Specification V1.02, 2.5.) Lengths are known from the request, so the silence between
 //! frames is not needed to find them; a pty or a TCP gateway would not keep it.
 
-use super::pdu::Request;
+use super::pdu::{EXCEPTION_FLAG, Request};
 
 /// Longest frame.
 pub const FRAME_BYTES_MAX: usize = 256;
@@ -41,7 +41,7 @@ pub fn find_reply<'a>(received: &'a [u8], slave: u8, request: &Request) -> Optio
             return None;
         }
         let length = match rest.get(1) {
-            Some(code) if *code == function | 0x80 => 2,
+            Some(code) if *code == function | EXCEPTION_FLAG => 2,
             Some(code) if *code == function => request.reply_bytes()?,
             _ => return None,
         };

@@ -9,15 +9,16 @@ use parking_lot::{Mutex, MutexGuard};
 /// the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Refusal {
+#[allow(clippy::enum_variant_names, reason = "the names of the specification")]
+pub enum ModbusException {
     /// There is no such function.
-    Function = 1,
+    IllegalFunction = 1,
     /// There is nothing at an address, or it only shows something and was written.
-    Address = 2,
+    IllegalAddress = 2,
     /// A count or a value that is not allowed.
-    Value = 3,
+    IllegalValue = 3,
     /// The request cannot be passed on just now.
-    Busy = 6,
+    DeviceBusy = 6,
 }
 
 /// One of the two spaces of a kind: values that a client can write, or values that it can only read.
@@ -35,30 +36,44 @@ pub trait Tables {
     /// Bits.
     ///
     /// # Errors
-    /// [`Refusal`]
-    fn read_bits(&self, space: Space, address: u16, count: u16) -> Result<Vec<bool>, Refusal>;
+    /// [`ModbusException`]
+    fn read_bits(
+        &self,
+        space: Space,
+        address: u16,
+        count: u16,
+    ) -> Result<Vec<bool>, ModbusException>;
     /// Sets coils.
     ///
     /// # Errors
-    /// [`Refusal`]
-    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), Refusal>;
+    /// [`ModbusException`]
+    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), ModbusException>;
     /// Words.
     ///
     /// # Errors
-    /// [`Refusal`]
-    fn read_words(&self, space: Space, address: u16, count: u16) -> Result<Vec<u16>, Refusal>;
+    /// [`ModbusException`]
+    fn read_words(
+        &self,
+        space: Space,
+        address: u16,
+        count: u16,
+    ) -> Result<Vec<u16>, ModbusException>;
     /// Sets holding registers.
     ///
     /// # Errors
-    /// [`Refusal`]
-    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), Refusal>;
+    /// [`ModbusException`]
+    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), ModbusException>;
     /// Sets a holding register to what becomes of its value.
     ///
     /// # Errors
-    /// [`Refusal`]
-    fn change_word(&self, address: u16, change: &dyn Fn(u16) -> u16) -> Result<(), Refusal> {
+    /// [`ModbusException`]
+    fn change_word(
+        &self,
+        address: u16,
+        change: &dyn Fn(u16) -> u16,
+    ) -> Result<(), ModbusException> {
         let [old] = self.read_words(Space::Outputs, address, 1)?[..] else {
-            return Err(Refusal::Address);
+            return Err(ModbusException::IllegalAddress);
         };
         self.write_words(address, &[change(old)])
     }
@@ -103,25 +118,35 @@ impl Store {
 }
 
 impl Tables for Store {
-    fn read_bits(&self, space: Space, address: u16, count: u16) -> Result<Vec<bool>, Refusal> {
+    fn read_bits(
+        &self,
+        space: Space,
+        address: u16,
+        count: u16,
+    ) -> Result<Vec<bool>, ModbusException> {
         outputs_only(space)?;
         let span = span(address, count.into(), STORE_COILS)?;
         Ok(self.values().coils[span].to_vec())
     }
 
-    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), Refusal> {
+    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), ModbusException> {
         let span = span(address, levels.len(), STORE_COILS)?;
         self.values().coils[span].copy_from_slice(levels);
         Ok(())
     }
 
-    fn read_words(&self, space: Space, address: u16, count: u16) -> Result<Vec<u16>, Refusal> {
+    fn read_words(
+        &self,
+        space: Space,
+        address: u16,
+        count: u16,
+    ) -> Result<Vec<u16>, ModbusException> {
         outputs_only(space)?;
         let span = span(address, count.into(), STORE_REGISTERS)?;
         Ok(self.values().registers[span].to_vec())
     }
 
-    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), Refusal> {
+    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), ModbusException> {
         let span = span(address, values.len(), STORE_REGISTERS)?;
         self.values().registers[span].copy_from_slice(values);
         Ok(())
@@ -129,19 +154,19 @@ impl Tables for Store {
 }
 
 /// Refuses a read of inputs, because the store has none.
-const fn outputs_only(space: Space) -> Result<(), Refusal> {
+const fn outputs_only(space: Space) -> Result<(), ModbusException> {
     match space {
         Space::Outputs => Ok(()),
-        Space::Inputs => Err(Refusal::Function),
+        Space::Inputs => Err(ModbusException::IllegalFunction),
     }
 }
 
 /// The indices of `count` values from `address`.
-fn span(address: u16, count: usize, size: usize) -> Result<Range<usize>, Refusal> {
+fn span(address: u16, count: usize, size: usize) -> Result<Range<usize>, ModbusException> {
     let start = usize::from(address);
     let end = start + count;
     if end > size {
-        return Err(Refusal::Address);
+        return Err(ModbusException::IllegalAddress);
     }
     Ok(start..end)
 }

@@ -1,14 +1,13 @@
 //! A Modbus device that a test plays: coils and registers by address, as it was given them and as they were written.
 //!
-//! Sections are those of the MODBUS Application Protocol Specification V1.1b3. Discrete inputs are the coils, input
-//! registers the registers: a device of a test has one table of each.
+//! Discrete inputs are the coils, input registers the registers: a device of a test has one table of each. Messages are
+//! answered by the code of the controller's own server.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-/// Transaction, protocol, length, unit.
-const HEADER_BYTES: usize = 7;
-/// Longest request proper (4.1), with the unit.
-const LENGTH_MAX: usize = 254;
+use io_bus::modbus_server::codec::{self, HEADER_BYTES};
+use io_bus::modbus_server::tables::{ModbusException, Space, Tables};
 
 /// The tables.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,107 +25,69 @@ pub(crate) struct ModbusRequest {
     pub values: Vec<u16>,
 }
 
-#[derive(Clone, Copy, Debug)]
-#[allow(clippy::enum_variant_names, reason = "the names of the specification")]
-enum Exception {
-    IllegalFunction = 1,
-    IllegalAddress = 2,
-    IllegalValue = 3,
-}
-
-/// Length of the message that `unread` begins with, once it is whole.
-pub(super) fn message_bytes(unread: &[u8]) -> Result<Option<usize>, ()> {
-    let Some([_, _, p1, p0, l1, l0, _]) = unread.first_chunk::<HEADER_BYTES>() else {
-        return Ok(None);
-    };
-    let length = usize::from(u16::from_be_bytes([*l1, *l0]));
-    if [*p1, *p0] != [0, 0] || !(2..=LENGTH_MAX).contains(&length) {
-        return Err(());
-    }
-    let whole = HEADER_BYTES - 1 + length;
-    Ok((unread.len() >= whole).then_some(whole))
-}
-
 impl ModbusDevice {
     /// The reply to a whole message.
     pub(super) fn answer(&mut self, message: &[u8]) -> Vec<u8> {
-        let (header, request) = message.split_at(HEADER_BYTES.min(message.len()));
-        let function = request.first().copied().unwrap_or_default();
-        let reply = match self.reply(request) {
-            Ok(body) => [&[function][..], &body].concat(),
-            Err(exception) => vec![function | 0x80, exception as u8],
-        };
-        let length = u16::try_from(1 + reply.len()).unwrap_or(u16::MAX);
-        let mut out = header.iter().take(4).copied().collect::<Vec<u8>>();
-        out.extend(length.to_be_bytes());
-        out.extend(header.iter().skip(6));
-        out.extend(reply);
-        out
-    }
-
-    fn reply(&mut self, request: &[u8]) -> Result<Vec<u8>, Exception> {
-        let asked = ModbusRequest::read(request).ok_or(Exception::IllegalValue)?;
-        let ModbusRequest {
-            function,
-            address,
-            values,
-        } = &asked;
-        let echo = || request.get(1..5).map(<[u8]>::to_vec).unwrap_or_default();
-        match function {
-            1 | 2 => {
-                let count = read_count(values, 2000)?;
-                let mut bits = vec![0_u8; count.div_ceil(8)];
-                for (n, at) in addresses(*address, count)?.enumerate() {
-                    let level = self.coils.get(&at).ok_or(Exception::IllegalAddress)?;
-                    bits[n / 8] |= u8::from(*level) << (n % 8);
-                }
-                Ok([&[bits.len() as u8][..], &bits].concat())
-            }
-            3 | 4 => {
-                let count = read_count(values, 125)?;
-                let mut out = vec![2 * count as u8];
-                for at in addresses(*address, count)? {
-                    let value = self.registers.get(&at).ok_or(Exception::IllegalAddress)?;
-                    out.extend(value.to_be_bytes());
-                }
-                Ok(out)
-            }
-            5 | 15 => {
-                let found: Vec<u16> = addresses(*address, values.len())?.collect();
-                if found.iter().any(|at| !self.coils.contains_key(at)) {
-                    return Err(Exception::IllegalAddress);
-                }
-                let levels = values.iter().map(|value| *value != 0);
-                self.coils.extend(found.into_iter().zip(levels));
-                Ok(echo())
-            }
-            6 | 16 => {
-                let found: Vec<u16> = addresses(*address, values.len())?.collect();
-                if found.iter().any(|at| !self.registers.contains_key(at)) {
-                    return Err(Exception::IllegalAddress);
-                }
-                self.registers
-                    .extend(found.into_iter().zip(values.iter().copied()));
-                Ok(echo())
-            }
-            _ => Err(Exception::IllegalFunction),
-        }
+        codec::build_reply(message, &DeviceTables(RefCell::new(self)))
     }
 }
 
-fn read_count(values: &[u16], most: usize) -> Result<usize, Exception> {
-    let count = values.first().copied().map_or(0, usize::from);
-    match (1..=most).contains(&count) {
-        true => Ok(count),
-        false => Err(Exception::IllegalValue),
+/// A device while it answers one message.
+struct DeviceTables<'d>(RefCell<&'d mut ModbusDevice>);
+
+impl Tables for DeviceTables<'_> {
+    fn read_bits(&self, _: Space, address: u16, count: u16) -> Result<Vec<bool>, ModbusException> {
+        values_at(&self.0.borrow().coils, address, count)
+    }
+
+    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), ModbusException> {
+        set_values(&mut self.0.borrow_mut().coils, address, levels)
+    }
+
+    fn read_words(&self, _: Space, address: u16, count: u16) -> Result<Vec<u16>, ModbusException> {
+        values_at(&self.0.borrow().registers, address, count)
+    }
+
+    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), ModbusException> {
+        set_values(&mut self.0.borrow_mut().registers, address, values)
     }
 }
 
-fn addresses(first: u16, count: usize) -> Result<impl Iterator<Item = u16>, Exception> {
+/// The values from an address on; there must be one at every address.
+fn values_at<T: Copy>(
+    table: &BTreeMap<u16, T>,
+    address: u16,
+    count: u16,
+) -> Result<Vec<T>, ModbusException> {
+    addresses(address, count.into())?
+        .map(|at| {
+            table
+                .get(&at)
+                .copied()
+                .ok_or(ModbusException::IllegalAddress)
+        })
+        .collect()
+}
+
+/// Changes the values from an address on: all, or none where one of them does not exist.
+fn set_values<T: Copy>(
+    table: &mut BTreeMap<u16, T>,
+    address: u16,
+    values: &[T],
+) -> Result<(), ModbusException> {
+    let found: Vec<u16> = addresses(address, values.len())?.collect();
+    if found.iter().any(|at| !table.contains_key(at)) {
+        return Err(ModbusException::IllegalAddress);
+    }
+    table.extend(found.into_iter().zip(values.iter().copied()));
+    Ok(())
+}
+
+fn addresses(first: u16, count: usize) -> Result<impl Iterator<Item = u16>, ModbusException> {
     let end = usize::from(first) + count;
     match end <= 1 + usize::from(u16::MAX) {
         true => Ok((usize::from(first)..end).map(|at| at as u16)),
-        false => Err(Exception::IllegalAddress),
+        false => Err(ModbusException::IllegalAddress),
     }
 }
 
@@ -184,7 +145,6 @@ mod tests {
         let mut ask = |request: &[u8]| {
             let length = (request.len() + 1) as u8;
             let message = [&[0, 9, 0, 0, 0, length, 1][..], request].concat();
-            assert_eq!(message_bytes(&message), Ok(Some(message.len())));
             let reply = device.answer(&message);
             assert_eq!((reply[..4].to_vec(), reply[6]), (vec![0, 9, 0, 0], 1));
             assert_eq!(usize::from(reply[5]), reply.len() - 6);
@@ -207,13 +167,5 @@ mod tests {
         ] {
             assert_eq!(ask(request), [request[0] | 0x80, exception], "{request:?}");
         }
-    }
-
-    #[test]
-    fn what_is_no_modbus_is_not_waited_for() {
-        assert_eq!(message_bytes(&[0, 0, 0, 0]), Ok(None));
-        assert_eq!(message_bytes(&[0, 0, 0, 1, 0, 6, 1]), Err(()));
-        assert_eq!(message_bytes(&[0, 0, 0, 0, 0, 1, 1]), Err(()));
-        assert_eq!(message_bytes(&[0, 0, 0, 0, 9, 9, 1]), Err(()));
     }
 }

@@ -4,23 +4,17 @@ use robot_client::RobotAddress;
 use robot_client::calibrate::read;
 
 use crate::cli::CalibrateArgs;
+use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::{logging, ready_file};
 
 /// An arm that moves may be so far on between two values of one state, m.
 const UNEXPLAINED_MAX: f64 = 0.0005;
 
 /// Exit status: 0 written, 2 not.
-pub fn calibrate(args: &CalibrateArgs) -> u8 {
-    match written(args) {
-        Ok(sentence) => {
-            logging::say(&sentence);
-            0
-        }
-        Err(sentence) => {
-            logging::say(&format!("eliteserver: {sentence}"));
-            2
-        }
-    }
+pub fn calibrate(args: &CalibrateArgs) -> CommandResult {
+    let summary = written(args).map_err(CommandError::sentence)?;
+    logging::say(&summary);
+    Ok(CommandStatus::Success)
 }
 
 fn written(args: &CalibrateArgs) -> Result<String, String> {

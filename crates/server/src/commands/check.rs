@@ -11,14 +11,15 @@ use elite_syntax::{Diagnostic, SourceFile};
 use serde_json::{Value as Json, json};
 
 use crate::cli::{CheckArgs, FindingFormat};
+use crate::command::{CommandResult, CommandStatus};
 use crate::commands::run::SCRIPT_BYTES_MAX;
 use crate::language;
 use crate::logging;
 use crate::ports::escape::{EscapedLines, EscapedText};
 
 /// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
-pub fn check(args: &CheckArgs) -> u8 {
-    let mut status = 0;
+pub fn check(args: &CheckArgs) -> CommandResult {
+    let mut status = CommandStatus::Success;
     for path in &args.files {
         match read_script(path) {
             Ok(ProgramText { name, text }) => {
@@ -37,16 +38,16 @@ pub fn check(args: &CheckArgs) -> u8 {
                     ));
                 }
                 if !findings.is_empty() {
-                    status = status.max(1);
+                    status = status.max(CommandStatus::Negative);
                 }
             }
             Err(sentence) => {
                 logging::say(&format!("eliteserver: {sentence}"));
-                status = 2;
+                status = CommandStatus::NotDone;
             }
         }
     }
-    status
+    Ok(status)
 }
 
 /// What is to be said about a program, or a test of programs.

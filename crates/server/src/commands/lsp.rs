@@ -6,20 +6,18 @@ use editor::analysis::words::Language;
 use editor::lsp::{LspSessionEnd, ServerOptions, serve};
 
 use crate::cli::LspArgs;
+use crate::command::{CommandResult, CommandStatus};
 
 /// Exit status: 0 after `shutdown` and `exit`, 1 when the client went without a word.
 ///
 /// # Errors
 /// A sentence: the client takes no answers.
-pub fn lsp(args: &LspArgs) -> Result<u8, String> {
+pub fn lsp(args: &LspArgs) -> CommandResult {
     let options = ServerOptions {
         language: args.log.language.map(Language::from),
         client: args.client,
         follow_client: true,
     };
-    match serve(stdin(), &mut stdout().lock(), &options) {
-        Ok(LspSessionEnd::Orderly) => Ok(0),
-        Ok(LspSessionEnd::Vanished) => Ok(1),
-        Err(error) => Err(error.to_string()),
-    }
+    let end = serve(stdin(), &mut stdout().lock(), &options)?;
+    Ok(CommandStatus::of_answer(end == LspSessionEnd::Orderly))
 }

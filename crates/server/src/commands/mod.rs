@@ -1,19 +1,22 @@
-//! The commands of the command line, one file each. Every one returns its exit status.
+//! The commands of the command line, one file each. Every one returns a [`CommandResult`](crate::command::CommandResult).
 
 pub mod builtins;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod completions;
 pub mod debug;
 pub mod doctor;
 pub mod fleet;
 pub mod lsp;
+pub mod man;
 pub mod mcp;
 pub mod record;
+pub mod replay;
 mod robot_consent;
 pub mod run;
 pub mod send;
 pub mod serve;
 pub mod shell;
-pub mod shell_files;
 pub mod test;
+pub mod wait;

@@ -6,12 +6,12 @@ use elite_runtime::TaskEnd;
 
 use editor::dap::DebugHub;
 
+use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::check::read_script;
 use crate::config::RunConfig;
-use crate::controller_host::{ControllerHost, HostError};
+use crate::controller_host::ControllerHost;
 use crate::event_broadcast::PrintTarget;
-use crate::logging;
-use crate::shutdown::{FAULT_EXIT, Shutdown};
+use crate::shutdown::Shutdown;
 
 /// Largest script.
 pub const SCRIPT_BYTES_MAX: usize = 8 << 20;
@@ -23,16 +23,10 @@ pub(crate) const SENDER: &str = "the command line";
 ///
 /// # Errors
 /// What kept the controller from starting.
-pub fn run(config: &RunConfig) -> Result<u8, HostError> {
+pub fn run(config: &RunConfig) -> CommandResult {
     // A program that a signal cuts off has not ended well.
-    let shutdown = Shutdown::start(1)?;
-    let program = match read_script(&config.file) {
-        Ok(program) => program,
-        Err(sentence) => {
-            logging::say(&format!("eliteserver: {sentence}"));
-            return Ok(2);
-        }
-    };
+    let shutdown = Shutdown::start(CommandStatus::Negative)?;
+    let program = read_script(&config.file).map_err(CommandError::sentence)?;
     let host = ControllerHost::start(
         &config.robot,
         config.log.dir.as_ref(),
@@ -57,16 +51,16 @@ pub fn run(config: &RunConfig) -> Result<u8, HostError> {
     let fault = controller.faults().fatal().cloned();
     if let Some(fault) = &fault {
         controller.announce_fault(fault);
-        shutdown.begin(FAULT_EXIT);
+        shutdown.begin(CommandStatus::Fault);
     }
     // A recording that was cut short has been reported; the status is the script's.
     host.shut_down();
     if fault.is_some() {
-        return Ok(FAULT_EXIT);
+        return Ok(CommandStatus::Fault);
     }
     Ok(match end {
-        Some(TaskEnd::Finished) => 0,
-        Some(TaskEnd::NotCompiled) => 2,
-        _ => 1,
+        Some(TaskEnd::Finished) => CommandStatus::Success,
+        Some(TaskEnd::NotCompiled) => CommandStatus::NotDone,
+        _ => CommandStatus::Negative,
     })
 }

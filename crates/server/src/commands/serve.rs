@@ -8,6 +8,7 @@ use std::time::Duration;
 use editor::dap::DebugHub;
 
 use crate::backend::{Lifetime, PortBackend, forward_messages};
+use crate::command::{CommandResult, CommandStatus};
 use crate::config::{PortSettings, ServeConfig};
 use crate::controller_host::{ControllerHost, HostError};
 use crate::event_broadcast::PrintTarget;
@@ -20,7 +21,7 @@ use crate::ports::{
     dashboard, foxglove, http, interpreter, modbus, primary, query, rtsi, state, tool_serial,
 };
 use crate::ready_file;
-use crate::shutdown::{FAULT_EXIT, Shutdown};
+use crate::shutdown::Shutdown;
 use controller::options::{ClockChoice, RecordTarget};
 use platform::priority::favour;
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -82,7 +83,11 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 ///
 /// # Errors
 /// What kept the server from starting.
-pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
+pub fn serve(config: &ServeConfig) -> CommandResult {
+    Ok(serve_until_signal(config)?)
+}
+
+fn serve_until_signal(config: &ServeConfig) -> Result<CommandStatus, ServeError> {
     // Before there is any other thread: all of them have it from this one. Scripts' sockets and the ports would
     // otherwise have to wait for their turn among whatever else the machine does, longer than a driver's time-out.
     if config.robot.clock == ClockChoice::Realtime
@@ -90,7 +95,7 @@ pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
     {
         tracing::debug!("threads are not favoured over other processes: {reason}");
     }
-    let shutdown = Shutdown::start(0)?;
+    let shutdown = Shutdown::start(CommandStatus::Success)?;
     if config.until_stdin_closes {
         end_with_stdin(&shutdown)?;
     }
@@ -105,7 +110,9 @@ pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
     let status = loop {
         let life = live(&runtime, &mut config, &shutdown);
         match life {
-            Ok(life) if life.status == 0 && life.reboots => tracing::info!("rebooting"),
+            Ok(life) if life.status == CommandStatus::Success && life.reboots => {
+                tracing::info!("rebooting")
+            }
             Ok(life) => break Ok(life.status),
             Err(error) => break Err(error),
         }
@@ -122,7 +129,7 @@ fn end_with_stdin(shutdown: &Shutdown) -> std::io::Result<()> {
         // An error is an end as well; what is written there means nothing.
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
         tracing::info!("standard input is closed: the end begins");
-        shutdown.begin(0);
+        shutdown.begin(CommandStatus::Success);
     })?;
     Ok(())
 }
@@ -135,7 +142,7 @@ struct PortService {
 
 /// How a life of the server ended.
 struct Life {
-    status: u8,
+    status: CommandStatus,
     reboots: bool,
 }
 
@@ -170,7 +177,7 @@ fn live(
     let ended = runtime.block_on(async { timeout(PROGRAM_ENDS, supervisor.ended()).await });
     if ended.is_err() {
         tracing::error!("the program does not end, so the server does");
-        shutdown.begin(1);
+        shutdown.begin(CommandStatus::Negative);
     }
     let served = served.map(|PortService { reboots, backend }| {
         // What the program has left in its variables is the next one's.
@@ -188,9 +195,9 @@ fn live(
     }
     Ok(Life {
         status: if fault {
-            FAULT_EXIT
+            CommandStatus::Fault
         } else {
-            u8::from(!flushed)
+            CommandStatus::of_answer(flushed)
         },
         reboots,
     })
@@ -414,13 +421,13 @@ async fn serve_ports(
                 () = shutdown.token().cancelled() => {}
                 () = tokio::time::sleep(LAST_WORDS) => {}
             }
-            shutdown.begin(FAULT_EXIT);
+            shutdown.begin(CommandStatus::Fault);
         }
     }
     lifetime.shut_down();
     if !lifetime.reboots() {
         // By a client; after a signal it has begun.
-        shutdown.begin(0);
+        shutdown.begin(CommandStatus::Success);
     }
     controller.supervisor().stop();
     while services.join_next().await.is_some() {}

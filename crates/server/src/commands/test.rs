@@ -19,21 +19,16 @@ use script_test::{
 };
 
 use crate::cli::{TestArgs, TestFormat};
+use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::config::robot_for_tests;
-use crate::logging;
 
 /// The settings of the tests of a folder.
 const SETTINGS: &str = "test.toml";
 
 /// Exit status: 0 all passed, 1 some failed, 2 nothing to run.
-pub fn test(args: &TestArgs) -> u8 {
-    match try_test(args) {
-        Ok(all_passed) => u8::from(!all_passed),
-        Err(sentence) => {
-            logging::say(&format!("eliteserver: {sentence}"));
-            2
-        }
-    }
+pub fn test(args: &TestArgs) -> CommandResult {
+    let all_passed = try_test(args).map_err(CommandError::sentence)?;
+    Ok(CommandStatus::of_answer(all_passed))
 }
 
 fn try_test(args: &TestArgs) -> Result<bool, String> {

@@ -7,7 +7,7 @@ use elite_lang::{ExceptionKind, Raised, Value};
 use io_bus::modbus::pdu::Request;
 use io_bus::modbus::{DeviceAddress, ModbusError, SignalKind, SignalSpec};
 use io_bus::modbus_server::map::{Map, meaning_of_coil, meaning_of_word};
-use io_bus::modbus_server::tables::{Refusal, Space, Tables};
+use io_bus::modbus_server::tables::{ModbusException, Space, Tables};
 use motion_api::RunStateChoice;
 
 use super::super::call::Call;
@@ -266,12 +266,12 @@ fn address(call: &mut Call<'_, '_>) -> Result<u16, Raised> {
 /// Does what a client of the map could do; where the robot takes no command just now, in one of the next cycles.
 fn on_map<T>(
     call: &mut Call<'_, '_>,
-    act: impl Fn(&Map<ProgramMap<'_>>) -> Result<T, Refusal>,
-) -> Result<Result<T, Refusal>, Raised> {
+    act: impl Fn(&Map<ProgramMap<'_>>) -> Result<T, ModbusException>,
+) -> Result<Result<T, ModbusException>, Raised> {
     loop {
         let done = act(&map(call));
         match done {
-            Err(Refusal::Busy) => {
+            Err(ModbusException::DeviceBusy) => {
                 let next = call.context().robot().moment().cycle + 1;
                 call.wait(Wait::Cycle(next))?;
             }
@@ -329,7 +329,7 @@ pub(super) fn write_port_register(call: &mut Call<'_, '_>) -> Result<Value, Rais
     let word = value as u16;
     let text = match on_map(call, |map| map.write_words(address, &[word]))? {
         Ok(()) => return Ok(Value::None),
-        Err(Refusal::Value) => {
+        Err(ModbusException::IllegalValue) => {
             let what = meaning_of_word(address).unwrap_or_default();
             format!("{value} is not allowed for word {address} ({what})")
         }

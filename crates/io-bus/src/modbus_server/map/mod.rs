@@ -9,7 +9,7 @@ mod vendor;
 
 use motion_api::{CommandKind, IoChange, RegisterBank, Registers, RobotState};
 
-use super::tables::{Refusal, Space, Tables};
+use super::tables::{ModbusException, Space, Tables};
 use crate::port_image::PortImage;
 
 /// First address of the map that is not the vendor's.
@@ -76,7 +76,7 @@ enum Write {
     /// Every write is refused.
     Never,
     /// A command, where the value is one that is allowed.
-    Command(fn(&View<'_>, u16) -> Result<CommandKind, Refusal>),
+    Command(fn(&View<'_>, u16) -> Result<CommandKind, ModbusException>),
     /// A general purpose word.
     Word,
     /// Part of the input registers.
@@ -156,27 +156,27 @@ fn scaled(x: f64, scale: f64) -> u16 {
     ((x * scale).round() as i16).cast_unsigned()
 }
 
-fn find(address: u16) -> Result<(&'static RegisterRange, usize), Refusal> {
+fn find(address: u16) -> Result<(&'static RegisterRange, usize), ModbusException> {
     blocks()
         .find(|block| (block.first..block.first + block.count).contains(&address))
         .map(|block| (block, usize::from(address - block.first)))
-        .ok_or(Refusal::Address)
+        .ok_or(ModbusException::IllegalAddress)
 }
 
-fn find_bit(space: Space, address: u16) -> Result<(&'static BitRange, u16), Refusal> {
+fn find_bit(space: Space, address: u16) -> Result<(&'static BitRange, u16), ModbusException> {
     bit_blocks()
         .find(|block| {
             block.space.is_none_or(|of| of == space)
                 && (block.first..block.first + block.count).contains(&address)
         })
         .map(|block| (block, address - block.first))
-        .ok_or(Refusal::Address)
+        .ok_or(ModbusException::IllegalAddress)
 }
 
 /// The addresses of `count` values; all of them must be numbers of an address.
-fn span(address: u16, count: usize) -> Result<impl Iterator<Item = u16>, Refusal> {
+fn span(address: u16, count: usize) -> Result<impl Iterator<Item = u16>, ModbusException> {
     let last = u16::try_from(usize::from(address) + count.saturating_sub(1));
-    Ok(address..=last.map_err(|_| Refusal::Address)?)
+    Ok(address..=last.map_err(|_| ModbusException::IllegalAddress)?)
 }
 
 /// What the word at `address` holds, for people; `None` where nobody knows.
@@ -199,16 +199,21 @@ impl<C: ControllerAccess> Map<C> {
         }
     }
 
-    fn give(&self, commands: &[CommandKind]) -> Result<(), Refusal> {
+    fn give(&self, commands: &[CommandKind]) -> Result<(), ModbusException> {
         match commands.is_empty() || self.0.give(commands) {
             true => Ok(()),
-            false => Err(Refusal::Busy),
+            false => Err(ModbusException::DeviceBusy),
         }
     }
 }
 
 impl<C: ControllerAccess> Tables for Map<C> {
-    fn read_bits(&self, space: Space, address: u16, count: u16) -> Result<Vec<bool>, Refusal> {
+    fn read_bits(
+        &self,
+        space: Space,
+        address: u16,
+        count: u16,
+    ) -> Result<Vec<bool>, ModbusException> {
         let state = self.0.state();
         let registers = self.0.registers();
         let bit = |address: u16| {
@@ -224,7 +229,7 @@ impl<C: ControllerAccess> Tables for Map<C> {
         span(address, count.into())?.map(bit).collect()
     }
 
-    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), Refusal> {
+    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), ModbusException> {
         let state = self.0.state();
         let (mut mask, mut high) = (0_u32, 0_u32);
         let mut stored = Vec::new();
@@ -237,7 +242,7 @@ impl<C: ControllerAccess> Tables for Map<C> {
                     high |= if *level { bit } else { 0 };
                 }
                 Bits::InputRegister => stored.push((k as u8, *level)),
-                _ => return Err(Refusal::Address),
+                _ => return Err(ModbusException::IllegalAddress),
             }
         }
         if mask != 0 {
@@ -250,21 +255,21 @@ impl<C: ControllerAccess> Tables for Map<C> {
         Ok(())
     }
 
-    fn read_words(&self, _: Space, address: u16, count: u16) -> Result<Vec<u16>, Refusal> {
+    fn read_words(&self, _: Space, address: u16, count: u16) -> Result<Vec<u16>, ModbusException> {
         let view = self.view();
         span(address, count.into())?
             .map(|address| find(address).map(|(block, k)| (block.read)(&view, k)))
             .collect()
     }
 
-    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), Refusal> {
+    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), ModbusException> {
         let view = self.view();
         let (mut commands, mut words, mut registers) = (Vec::new(), Vec::new(), Vec::new());
         // Nothing is changed before all of it is known to be allowed.
         for (address, value) in span(address, values.len())?.zip(values) {
             let (block, k) = find(address)?;
             match block.write {
-                Write::Never => return Err(Refusal::Address),
+                Write::Never => return Err(ModbusException::IllegalAddress),
                 Write::Command(command) => commands.push(command(&view, *value)?),
                 Write::Word => words.push((k, *value)),
                 Write::Register(store) => registers.push((store, k, *value)),
@@ -285,7 +290,11 @@ impl<C: ControllerAccess> Tables for Map<C> {
     }
 
     /// General purpose words change in one step, whoever else writes.
-    fn change_word(&self, address: u16, change: &dyn Fn(u16) -> u16) -> Result<(), Refusal> {
+    fn change_word(
+        &self,
+        address: u16,
+        change: &dyn Fn(u16) -> u16,
+    ) -> Result<(), ModbusException> {
         if let (
             RegisterRange {
                 write: Write::Word, ..
@@ -299,23 +308,23 @@ impl<C: ControllerAccess> Tables for Map<C> {
             return Ok(());
         }
         let [old] = self.read_words(Space::Outputs, address, 1)?[..] else {
-            return Err(Refusal::Address);
+            return Err(ModbusException::IllegalAddress);
         };
         self.write_words(address, &[change(old)])
     }
 }
 
 /// A change of digital outputs. A pin of the tool that is no enabled output cannot be switched on.
-fn outputs(state: &RobotState, mask: u32, levels: u32) -> Result<IoChange, Refusal> {
+fn outputs(state: &RobotState, mask: u32, levels: u32) -> Result<IoChange, ModbusException> {
     for (k, pin) in state.io_config.tool_pins.iter().enumerate() {
         let bit = 1 << (TOOL_FIRST + k);
         if levels & bit != 0 && !(pin.enabled && pin.is_output) {
-            return Err(Refusal::Address);
+            return Err(ModbusException::IllegalAddress);
         }
     }
     match levels >> OUTPUTS {
         0 => Ok(IoChange::DigitalOut { mask, levels }),
-        _ => Err(Refusal::Address),
+        _ => Err(ModbusException::IllegalAddress),
     }
 }
 

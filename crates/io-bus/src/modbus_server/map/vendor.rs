@@ -4,7 +4,7 @@
 
 use motion_api::{CommandKind, RegisterBank, RobotMode, SafetyMode};
 
-use super::super::tables::Refusal;
+use super::super::tables::ModbusException;
 use super::{BitRange, Bits, RegisterRange, Write, block, outputs, scaled};
 use crate::port_image::WORDS;
 
@@ -25,10 +25,10 @@ fn narrow(value: i32) -> u16 {
 }
 
 /// The speed slider, %.
-fn speed(value: u16) -> Result<CommandKind, Refusal> {
+fn speed(value: u16) -> Result<CommandKind, ModbusException> {
     match value {
         2..=100 => Ok(CommandKind::SetSpeedFraction(f64::from(value) / 100.0)),
-        _ => Err(Refusal::Value),
+        _ => Err(ModbusException::IllegalValue),
     }
 }
 

@@ -14,6 +14,7 @@ use thiserror::Error;
 
 use editor::dap::DebugHub;
 
+use crate::command::CommandStatus;
 use crate::commands::check::read_script;
 use crate::commands::run::SENDER;
 use crate::controller_host::{ControllerHost, HostError};
@@ -72,7 +73,7 @@ pub(super) fn run_here(
         .tempdir()?;
     let path = keep.map_or_else(|| folder.path().join("run.mcap"), Path::to_owned);
     let config = config_of(setup, folder.path(), &path)?;
-    let shutdown = Shutdown::start(2)?;
+    let shutdown = Shutdown::start(CommandStatus::NotDone)?;
     let host = ControllerHost::start(
         &config,
         None,

@@ -9,8 +9,8 @@ use serde::Deserialize;
 
 use super::tools::ToolOutput;
 use super::workspace::{CancelFlag, Workspace};
+use crate::commands::replay::{Question, answer_of, picture};
 use crate::ports::escape::EscapingWriter;
-use crate::replay::{Question, answer_of, picture};
 
 /// Longest answer, bytes; what comes after it is not worked out.
 const ANSWER_BYTES_MAX: usize = 150_000;

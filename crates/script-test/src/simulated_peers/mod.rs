@@ -11,6 +11,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use io_bus::SimulatedPeers;
+use io_bus::modbus_server::codec::message_bytes;
 use parking_lot::Mutex;
 use platform::sockets::{self, LocalStream};
 
@@ -223,9 +224,9 @@ impl SimulatedListener {
                     None
                 }
             },
-            ServerKind::Modbus(_) => match modbus::message_bytes(&connection.unread) {
-                Ok(length) => length,
-                Err(()) => {
+            ServerKind::Modbus(_) => match message_bytes(&connection.unread) {
+                Ok(length) => length.filter(|length| *length <= connection.unread.len()),
+                Err(_) => {
                     connection.close();
                     None
                 }

@@ -9,7 +9,7 @@ use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
 use crate::cli::WaitArgs;
-use crate::logging;
+use crate::command::{CommandError, CommandResult, CommandStatus};
 use wire::primary::ROBOT_STATE;
 
 /// Between two attempts.
@@ -28,22 +28,19 @@ pub struct NoAnswer {
 }
 
 /// The command: exit status 0 once a server answers, 1 with a sentence on stderr when none did in time.
-pub fn command(args: &WaitArgs) -> u8 {
+pub fn run(args: &WaitArgs) -> CommandResult {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build();
     let answered = match runtime {
         Ok(runtime) => runtime
             .block_on(wait(SocketAddr::new(args.host, args.port), args.timeout))
-            .map_err(|error| error.to_string()),
-        Err(error) => Err(format!("cannot wait: {error}")),
+            .map_err(CommandError::from),
+        Err(error) => Err(CommandError::sentence(format!("cannot wait: {error}"))),
     };
     match answered {
-        Ok(()) => 0,
-        Err(sentence) => {
-            logging::say(&format!("eliteserver: {sentence}"));
-            1
-        }
+        Ok(()) => Ok(CommandStatus::Success),
+        Err(error) => Err(error.with_status(CommandStatus::Negative)),
     }
 }
 

@@ -11,10 +11,12 @@ use std::path::Path;
 use clap::Parser;
 use editor::dap::{RunTarget, serve_attaching};
 use serde_json::{Map, Value as Json};
+use thiserror::Error;
 
 use controller::options::ClockChoice;
 
 use crate::cli::{Cli, CliCommand, DebugArgs};
+use crate::command::{CommandResult, CommandStatus};
 use crate::commands::check::read_script;
 use crate::config::RunConfig;
 use crate::logging;
@@ -57,20 +59,28 @@ const REFUSED_KEYS: [&str; 3] = ["language", "log-dir", "log-format"];
 ///
 /// # Errors
 /// The operating system gives no thread.
-pub fn debug(args: &DebugArgs) -> io::Result<u8> {
+pub fn debug(args: &DebugArgs) -> CommandResult {
+    Ok(serve_clients(args)?)
+}
+
+/// Why the debugger cannot go on; displayed as one sentence.
+#[derive(Debug, Error)]
+enum DebugError {
+    #[error("cannot open port {port}: {source}")]
+    Port { port: u16, source: io::Error },
+    #[error("the debugger ends: {0}")]
+    System(#[from] io::Error),
+}
+
+fn serve_clients(args: &DebugArgs) -> Result<CommandStatus, DebugError> {
     let Some(port) = args.port else {
         let mut output = io::stdout();
         let input = BufReader::new(io::stdin());
         serve_attaching(input, &mut output, &launch, Some(&attach::attach))?;
-        return Ok(0);
+        return Ok(CommandStatus::Success);
     };
-    let listener = match TcpListener::bind((Ipv4Addr::LOCALHOST, port)) {
-        Ok(listener) => listener,
-        Err(error) => {
-            logging::say(&format!("eliteserver: cannot open port {port}: {error}"));
-            return Ok(2);
-        }
-    };
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))
+        .map_err(|source| DebugError::Port { port, source })?;
     logging::say(&format!(
         "the debugger listens on {}",
         listener.local_addr()?

@@ -22,6 +22,7 @@ use recorder::{FileEnd, ReadError, Recording, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
+use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::logging;
 use crate::ports::escape::EscapingWriter;
 
@@ -35,7 +36,7 @@ pub use serve::ServeRecordingError;
 const SENTENCE_CHARS: usize = 1000;
 
 /// Exit status: 0 answered, 1 a cycle differs (`--rerun`), 2 the recording cannot be read or the question not answered.
-pub fn run(args: &ReplayArgs) -> u8 {
+pub fn replay(args: &ReplayArgs) -> CommandResult {
     let stdout = io::stdout();
     let mut out = io::BufWriter::new(stdout.lock());
     let mut notes = Vec::new();
@@ -52,21 +53,20 @@ pub fn run(args: &ReplayArgs) -> u8 {
     // What was found before an error is shown, too.
     let flushed = flushed.map_err(ReplayError::from);
     for note in notes {
-        say(&note);
+        logging::say(&format!("eliteserver: {}", printable(&note)));
     }
     match answered.and_then(|status| flushed.map(|()| status)) {
-        Ok(status) => status,
+        Ok(status) => Ok(status),
         // Whoever reads the answer has seen enough: `replay --csv /cycle | head`.
-        Err(ReplayError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => 0,
-        Err(error) => {
-            say(&error.to_string());
-            2
+        Err(ReplayError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
+            Ok(CommandStatus::Success)
         }
+        Err(error) => Err(CommandError::sentence(printable(&error.to_string()))),
     }
 }
 
-/// One sentence on standard error, whatever a file made of it. Lines stay: a condition is shown with its place marked.
-fn say(sentence: &str) {
+/// One sentence, whatever a file made of it. Lines stay: a condition is shown with its place marked.
+fn printable(sentence: &str) -> String {
     let mut text = String::new();
     for c in sentence.chars().take(SENTENCE_CHARS) {
         match c {
@@ -78,7 +78,7 @@ fn say(sentence: &str) {
     if sentence.chars().nth(SENTENCE_CHARS).is_some() {
         text.push('…');
     }
-    logging::say(&format!("eliteserver: {text}"));
+    text
 }
 
 /// A reason why a question about a recording has no answer.
@@ -130,7 +130,7 @@ fn covered(range: Option<(f64, f64)>) -> String {
 ///
 /// # Errors
 /// [`ReplayError`], a sentence for people.
-pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<u8, ReplayError> {
+pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<CommandStatus, ReplayError> {
     answer_noting(args, out, &mut Vec::new())
 }
 
@@ -139,7 +139,7 @@ fn answer_noting(
     args: &ReplayArgs,
     out: &mut impl Write,
     notes: &mut Vec<String>,
-) -> Result<u8, ReplayError> {
+) -> Result<CommandStatus, ReplayError> {
     let recording = Recording::open(&args.file)?;
     // `--diff A B` and `A --diff B` mean the same; A is the one that was given first.
     let other = args.diff.as_ref().map(Recording::open).transpose()?;
@@ -210,7 +210,7 @@ fn answer_about(
     other: Option<&Recording>,
     args: &ReplayArgs,
     out: &mut impl Write,
-) -> Result<u8, ReplayError> {
+) -> Result<CommandStatus, ReplayError> {
     if let Some(time) = args.at {
         answer_of(recording, &Question::At(time), out)?;
     } else if let Some(topic) = &args.csv {
@@ -224,7 +224,7 @@ fn answer_about(
     } else if let Some(other) = other {
         let report = diff::compare(recording, other)?;
         writeln!(out, "{report}")?;
-        return Ok(u8::from(!report.is_identical()));
+        return Ok(CommandStatus::of_answer(report.is_identical()));
     } else if args.serve {
         serve::serve(recording, args.rate, &args.ports)?;
     } else if args.rerun {
@@ -233,20 +233,24 @@ fn answer_about(
     } else {
         answer_of(recording, &Question::Summary, out)?;
     }
-    Ok(0)
+    Ok(CommandStatus::Success)
 }
 
 /// What running the commands again showed, and then the programs; what differs first comes first.
-fn print_rerun(recording: &Recording, arm: &Comparison, out: &mut impl Write) -> io::Result<u8> {
+fn print_rerun(
+    recording: &Recording,
+    arm: &Comparison,
+    out: &mut impl Write,
+) -> io::Result<CommandStatus> {
     let programs = match rerun_programs(recording) {
         Ok(ProgramsComparison::Identical { programs: 0, .. }) => {
             writeln!(out, "{arm}")?;
-            return Ok(u8::from(!arm.is_identical()));
+            return Ok(CommandStatus::of_answer(arm.is_identical()));
         }
         Ok(programs) => programs,
         Err(why) => {
             writeln!(out, "{arm}\nthe programs were not run again: {why}")?;
-            return Ok(u8::from(!arm.is_identical()));
+            return Ok(CommandStatus::of_answer(arm.is_identical()));
         }
     };
     let is_first = match (arm.cycle(), programs.cycle()) {
@@ -258,5 +262,5 @@ fn print_rerun(recording: &Recording, arm: &Comparison, out: &mut impl Write) ->
         false => writeln!(out, "{arm}\n{programs}")?,
     }
     let is_identical = arm.is_identical() && programs.is_identical();
-    Ok(u8::from(!is_identical))
+    Ok(CommandStatus::of_answer(is_identical))
 }

@@ -23,6 +23,7 @@ use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
 use crate::cli::FleetArgs;
+use crate::command::{CommandResult, CommandStatus};
 use crate::logging;
 use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::http::{self, HttpService};
@@ -60,7 +61,11 @@ struct FleetMember {
 ///
 /// # Errors
 /// [`FleetError`]
-pub fn fleet(args: &FleetArgs) -> Result<u8, FleetError> {
+pub fn fleet(args: &FleetArgs) -> CommandResult {
+    Ok(start_fleet(args)?)
+}
+
+fn start_fleet(args: &FleetArgs) -> Result<CommandStatus, FleetError> {
     let fleet = FleetConfig::load(&args.file)?;
     if args.check {
         let count = fleet.robots.len();
@@ -68,16 +73,16 @@ pub fn fleet(args: &FleetArgs) -> Result<u8, FleetError> {
             "{}: {count} robots can be started",
             args.file.display()
         ));
-        return Ok(0);
+        return Ok(CommandStatus::Success);
     }
     let program = std::env::current_exe()?;
-    let shutdown = Shutdown::start_within(0, ORDERLY)?;
+    let shutdown = Shutdown::start_within(CommandStatus::Success, ORDERLY)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
     let done = runtime.block_on(run(fleet, &args.file, program, shutdown.token()));
     runtime.shutdown_background();
-    done.map(|()| 0)
+    done.map(|()| CommandStatus::Success)
 }
 
 async fn run(

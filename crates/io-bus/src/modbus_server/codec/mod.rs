@@ -4,7 +4,8 @@
 //! a byte count that does not fit, where a controller has to answer with exception 3. References are sections of the
 //! MODBUS Application Protocol Specification V1.1b3.
 
-use super::tables::{Refusal, Space, Tables};
+use super::tables::{ModbusException, Space, Tables};
+use crate::modbus::pdu::EXCEPTION_FLAG;
 
 /// Bytes before the request proper: transaction, protocol, length, unit.
 pub const HEADER_BYTES: usize = 7;
@@ -66,7 +67,7 @@ pub fn build_reply(message: &[u8], tables: &dyn Tables) -> Vec<u8> {
     out
 }
 
-type ReplyBody = Result<Vec<u8>, Refusal>;
+type ReplyBody = Result<Vec<u8>, ModbusException>;
 
 fn reply_to(request: &[u8], tables: &dyn Tables) -> Vec<u8> {
     let (&function, fields) = request.split_first().unwrap_or((&0, &[]));
@@ -81,11 +82,11 @@ fn reply_to(request: &[u8], tables: &dyn Tables) -> Vec<u8> {
         16 => write_registers(fields, tables),
         22 => mask_register(fields, tables),
         23 => read_write_registers(fields, tables),
-        _ => Err(Refusal::Function),
+        _ => Err(ModbusException::IllegalFunction),
     };
     match body {
         Ok(body) => [&[function][..], &body].concat(),
-        Err(refusal) => vec![function | 0x80, refusal as u8],
+        Err(exception) => vec![function | EXCEPTION_FLAG, exception as u8],
     }
 }
 
@@ -118,7 +119,7 @@ fn write_coil(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
     let level = match level {
         0x0000 => false,
         0xFF00 => true,
-        _ => return Err(Refusal::Value),
+        _ => return Err(ModbusException::IllegalValue),
     };
     tables.write_bits(address, &[level])?;
     Ok(fields.to_vec())
@@ -131,12 +132,14 @@ fn write_register(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
 }
 
 fn write_coils(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
-    let (head, packed) = fields.split_at_checked(5).ok_or(Refusal::Value)?;
+    let (head, packed) = fields
+        .split_at_checked(5)
+        .ok_or(ModbusException::IllegalValue)?;
     let [address, count] = words(&head[..4])?;
     check_count(count, WRITE_COILS_MAX)?;
     let bytes = usize::from(count).div_ceil(8);
     if usize::from(head[4]) != bytes || packed.len() != bytes {
-        return Err(Refusal::Value);
+        return Err(ModbusException::IllegalValue);
     }
     let level = |k: usize| packed[k / 8] >> (k % 8) & 1 == 1;
     let levels: Vec<bool> = (0..usize::from(count)).map(level).collect();
@@ -145,7 +148,9 @@ fn write_coils(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
 }
 
 fn write_registers(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
-    let (head, data) = fields.split_at_checked(5).ok_or(Refusal::Value)?;
+    let (head, data) = fields
+        .split_at_checked(5)
+        .ok_or(ModbusException::IllegalValue)?;
     let [address, count] = words(&head[..4])?;
     check_count(count, WRITE_REGISTERS_MAX)?;
     tables.write_words(address, &register_data(count, head[4], data)?)?;
@@ -161,7 +166,9 @@ fn mask_register(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
 /// Writes first, then reads (6.17). What is refused has to be known before anything is written, so it is read before as
 /// well.
 fn read_write_registers(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
-    let (head, data) = fields.split_at_checked(9).ok_or(Refusal::Value)?;
+    let (head, data) = fields
+        .split_at_checked(9)
+        .ok_or(ModbusException::IllegalValue)?;
     let [read_address, read_count, write_address, write_count] = words(&head[..8])?;
     let data = register_data(write_count, head[8], data)?;
     check_count(read_count, READ_REGISTERS_MAX)?;
@@ -173,29 +180,29 @@ fn read_write_registers(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
 }
 
 /// Exactly `N` words.
-fn words<const N: usize>(fields: &[u8]) -> Result<[u16; N], Refusal> {
+fn words<const N: usize>(fields: &[u8]) -> Result<[u16; N], ModbusException> {
     let (words, rest) = fields.as_chunks::<2>();
     match <[[u8; 2]; N]>::try_from(words) {
         Ok(words) if rest.is_empty() => Ok(words.map(u16::from_be_bytes)),
-        _ => Err(Refusal::Value),
+        _ => Err(ModbusException::IllegalValue),
     }
 }
 
 /// The words that follow a byte count; exactly `count`.
-fn register_data(count: u16, byte_count: u8, data: &[u8]) -> Result<Vec<u16>, Refusal> {
+fn register_data(count: u16, byte_count: u8, data: &[u8]) -> Result<Vec<u16>, ModbusException> {
     let (words, rest) = data.as_chunks::<2>();
     let fits = usize::from(byte_count) == data.len() && words.len() == usize::from(count);
     if !fits || !rest.is_empty() {
-        return Err(Refusal::Value);
+        return Err(ModbusException::IllegalValue);
     }
     Ok(words.iter().map(|word| u16::from_be_bytes(*word)).collect())
 }
 
 /// The count is checked first, then the addresses, as the specification draws it.
-fn check_count(count: u16, max: usize) -> Result<(), Refusal> {
+fn check_count(count: u16, max: usize) -> Result<(), ModbusException> {
     match usize::from(count) {
         count if (1..=max).contains(&count) => Ok(()),
-        _ => Err(Refusal::Value),
+        _ => Err(ModbusException::IllegalValue),
     }
 }
 

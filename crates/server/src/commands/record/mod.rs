@@ -28,6 +28,7 @@ use wire::primary::Message;
 use wire::rtsi::{RtsiType, RtsiValue};
 
 use crate::cli::RecordArgs;
+use crate::command::{CommandResult, CommandStatus};
 use crate::logging;
 use crate::shutdown::Shutdown;
 use controller::start_configuration::ROBOT;
@@ -37,7 +38,6 @@ use reports::{level_of, tell};
 use robot::RtsiEvent;
 
 /// Exit status without a recording.
-const NO_RECORDING: u8 = 2;
 /// A disk that takes nothing for so long is given up.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Messages of port 30001 that wait.
@@ -65,8 +65,8 @@ enum RecordingError {
 }
 
 /// Exit status: 0 recorded, 2 no connection or no recording.
-pub fn record(args: &RecordArgs) -> u8 {
-    let recorded = Shutdown::start(0)
+pub fn record(args: &RecordArgs) -> CommandResult {
+    let recorded = Shutdown::start(CommandStatus::Success)
         .map_err(RecordingError::from)
         .and_then(|shutdown| {
             let runtime = tokio::runtime::Builder::new_current_thread()
@@ -77,16 +77,8 @@ pub fn record(args: &RecordArgs) -> u8 {
             runtime.shutdown_background();
             recorded
         });
-    match recorded {
-        Ok(summary) => {
-            logging::say(&summary);
-            0
-        }
-        Err(error) => {
-            logging::say(&format!("eliteserver: {error}"));
-            NO_RECORDING
-        }
-    }
+    logging::say(&recorded?);
+    Ok(CommandStatus::Success)
 }
 
 /// What became of the stream.

@@ -19,6 +19,7 @@ use std::time::Duration;
 use rmcp::service::{QuitReason, ServerInitializeError, serve_server};
 
 use crate::cli::McpArgs;
+use crate::command::{CommandError, CommandResult, CommandStatus};
 
 use lines::Lines;
 use server::McpServer;
@@ -31,24 +32,25 @@ const LEAVING: Duration = Duration::from_secs(2);
 ///
 /// # Errors
 /// The folder cannot be opened, the operating system gives no thread, or the client breaks the protocol.
-pub fn mcp(_: &McpArgs) -> Result<u8, String> {
-    let workspace = Workspace::open(Path::new(".")).map_err(|error| error.to_string())?;
-    let lines = Lines::of_standard_streams().map_err(|error| error.to_string())?;
+pub fn mcp(_: &McpArgs) -> CommandResult {
+    let workspace = Workspace::open(Path::new("."))?;
+    let lines = Lines::of_standard_streams()?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
-        .build()
-        .map_err(|error| error.to_string())?;
+        .build()?;
     let server = McpServer::new(workspace);
     let stop_all = server.stop_all();
     let ended = runtime.block_on(async {
         let running = match serve_server(server, lines).await {
             Ok(running) => running,
-            Err(ServerInitializeError::ConnectionClosed(_)) => return Ok(1),
-            Err(error) => return Err(error.to_string()),
+            Err(ServerInitializeError::ConnectionClosed(_)) => return Ok(CommandStatus::Negative),
+            Err(error) => return Err(CommandError::sentence(error.to_string())),
         };
         match running.waiting().await {
-            Ok(QuitReason::JoinError(error)) | Err(error) => Err(error.to_string()),
-            Ok(_) => Ok(0),
+            Ok(QuitReason::JoinError(error)) | Err(error) => {
+                Err(CommandError::sentence(error.to_string()))
+            }
+            Ok(_) => Ok(CommandStatus::Success),
         }
     });
     stop_all.stop_and_wait(LEAVING);

@@ -17,15 +17,12 @@ use serde_json::json;
 use thiserror::Error;
 
 use crate::cli::{CompareArgs, CompareFormat};
+use crate::command::{CommandResult, CommandStatus};
 use crate::logging;
 use crate::plot::{Curve, CurveStyle, Figure, PlotError, PlotPanel};
 use crate::ports::escape::EscapedText;
 use run_here::{RunHereError, run_here};
 
-/// Exit status of runs that are further from each other than they may be.
-const BEYOND: u8 = 1;
-/// Exit status of recordings that cannot be read.
-const UNREADABLE: u8 = 2;
 /// Points of a curve at most: twice the columns of the picture.
 const CURVE_POINTS: usize = 3200;
 
@@ -47,17 +44,11 @@ enum CompareError {
 }
 
 /// Exit status: 0 within the bound, or no bound; 1 beyond; 2 unreadable.
-pub fn compare(args: &CompareArgs) -> u8 {
-    match run_compare(args) {
-        Ok(status) => status,
-        Err(error) => {
-            logging::say(&format!("eliteserver: {error}"));
-            UNREADABLE
-        }
-    }
+pub fn compare(args: &CompareArgs) -> CommandResult {
+    Ok(run_compare(args)?)
 }
 
-fn run_compare(args: &CompareArgs) -> Result<u8, CompareError> {
+fn run_compare(args: &CompareArgs) -> Result<CommandStatus, CompareError> {
     let recording = Recording::open(&args.first)?;
     let first = RunTrace::read(&recording)?;
     let ran = match &args.run {
@@ -105,9 +96,9 @@ fn run_compare(args: &CompareArgs) -> Result<u8, CompareError> {
             logging::say(&format!(
                 "the joints are up to {largest:.6} rad apart, {within} rad are allowed"
             ));
-            Ok(BEYOND)
+            Ok(CommandStatus::Negative)
         }
-        _ => Ok(0),
+        _ => Ok(CommandStatus::Success),
     }
 }
 

@@ -18,6 +18,7 @@ use platform::machine;
 use serde_json::{Value, json};
 
 use crate::cli::FindingFormat;
+use crate::command::CommandStatus;
 use crate::config::ServeConfig;
 use crate::options::PortSetting;
 
@@ -93,7 +94,7 @@ impl HealthCheck {
 }
 
 /// Looks at everything; the report, and the exit status: 0 the controller can run, 1 something keeps it from running.
-pub fn doctor(config: &ServeConfig, format: FindingFormat) -> (String, u8) {
+pub fn doctor(config: &ServeConfig, format: FindingFormat) -> (String, CommandStatus) {
     let mut findings = vec![processors()];
     findings.extend(timing(config));
     findings.extend(clock_source());
@@ -105,7 +106,10 @@ pub fn doctor(config: &ServeConfig, format: FindingFormat) -> (String, u8) {
         FindingFormat::Human => to_text(&findings),
         FindingFormat::Json => to_json(&findings),
     };
-    (report, u8::from(worst == Some(CheckResult::Bad)))
+    (
+        report,
+        CommandStatus::of_answer(worst != Some(CheckResult::Bad)),
+    )
 }
 
 fn to_text(findings: &[HealthCheck]) -> String {

@@ -23,6 +23,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval};
 use wire::primary::{Exception, ExceptionSource, Message, RobotErrorDisplay, RobotException};
 
 use crate::cli::SendArgs;
+use crate::command::{CommandResult, CommandStatus};
 use crate::commands::check::read_script;
 use crate::commands::robot_consent;
 use crate::language;
@@ -34,9 +35,9 @@ use rtsi_progress::{NodeTracker, RtsiProgress, listen};
 use screen::ProgressLine;
 
 /// Exit status of a program that failed or was stopped.
-const FAILED: u8 = 1;
+const FAILED: CommandStatus = CommandStatus::Negative;
 /// Exit status when nothing was sent, or what came of it is not known.
-const NOT_SENT: u8 = 2;
+const NOT_SENT: CommandStatus = CommandStatus::NotDone;
 /// The moments between messages are looked at so often.
 const TICK: Duration = Duration::from_millis(50);
 
@@ -58,7 +59,7 @@ enum SendError {
 }
 
 /// Exit status: 0 ended, 1 failed or stopped, 2 not sent.
-pub fn send(args: &SendArgs) -> u8 {
+pub fn send(args: &SendArgs) -> CommandResult {
     let status = Shutdown::start_within(FAILED, robot_consent::END_PATIENCE)
         .map_err(SendError::from)
         .and_then(|shutdown| {
@@ -67,13 +68,10 @@ pub fn send(args: &SendArgs) -> u8 {
                 .build()?;
             runtime.block_on(conversation(args, &shutdown))
         });
-    status.unwrap_or_else(|refusal| {
-        logging::say(&format!("eliteserver: {refusal}"));
-        NOT_SENT
-    })
+    Ok(status?)
 }
 
-async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, SendError> {
+async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<CommandStatus, SendError> {
     let settings = Preset::parse_all(&args.set)?;
     let (file, mut outgoing) = prepared(args, &settings)?;
     let address = RobotAddress::new(&args.robot.robot, args.robot.primary_port);
@@ -91,7 +89,7 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, SendEr
         EscapedText(file.name())
     ));
     if args.no_wait || outgoing.is_secondary {
-        return Ok(0);
+        return Ok(CommandStatus::Success);
     }
     let is_terminal = std::io::stderr().is_terminal();
     let mut followed = FollowedProgram {
@@ -171,7 +169,7 @@ impl FollowedProgram {
         robot: &mut PrimaryClient,
         told: &watch::Receiver<RtsiProgress>,
         shutdown: &Shutdown,
-    ) -> Result<u8, PrimaryError> {
+    ) -> Result<CommandStatus, PrimaryError> {
         let sent = Instant::now();
         let mut follower = ProgramMonitor::new();
         let mut ticks = interval(TICK);
@@ -196,7 +194,7 @@ impl FollowedProgram {
                     ProgramEvent::Finished(outcome) => {
                         self.screen.end();
                         return Ok(match outcome {
-                            MonitorOutcome::Completed => 0,
+                            MonitorOutcome::Completed => CommandStatus::Success,
                             MonitorOutcome::Failed => FAILED,
                         });
                     }
@@ -217,7 +215,7 @@ impl FollowedProgram {
     }
 
     /// Ctrl-C: the robot is stopped first.
-    async fn stop(&mut self, robot: &mut PrimaryClient) -> Result<u8, PrimaryError> {
+    async fn stop(&mut self, robot: &mut PrimaryClient) -> Result<CommandStatus, PrimaryError> {
         self.screen.line("stopping the program on the robot");
         let sentence = robot_consent::stop(robot).await?;
         self.screen.line(sentence);

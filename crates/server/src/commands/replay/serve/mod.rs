@@ -23,6 +23,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::rerun::RerunError;
 use crate::cli::ReplayPortArgs;
+use crate::command::CommandStatus;
 use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
 use crate::describe::robot_description;
@@ -83,7 +84,7 @@ pub(super) fn serve(
     rate: f64,
     args: &ReplayPortArgs,
 ) -> Result<(), ServeRecordingError> {
-    let shutdown = Shutdown::start(0)?;
+    let shutdown = Shutdown::start(CommandStatus::Success)?;
     if let Some(path) = &args.ready_file {
         ready_file::remove(path).map_err(|source| ServeError::stale(path, source))?;
     }

@@ -23,6 +23,7 @@ use tokio::runtime::Runtime;
 use tokio::sync::mpsc;
 
 use crate::cli::ShellArgs;
+use crate::command::{CommandResult, CommandStatus};
 use crate::commands::robot_consent;
 use crate::logging;
 use crate::shutdown::Shutdown;
@@ -32,9 +33,9 @@ use session::{SessionCommand, SessionError, SessionReply, SessionRequest, ShellS
 use statement_reader::StatementReader;
 
 /// Exit status of a pipe of which something was discarded or failed, and of a session that was stopped.
-const FAILED: u8 = 1;
+const FAILED: CommandStatus = CommandStatus::Negative;
 /// Exit status without a connection.
-const NO_CONNECTION: u8 = 2;
+const NO_CONNECTION: CommandStatus = CommandStatus::NotDone;
 /// What was said is shown within this.
 const SAID: Duration = Duration::from_millis(100);
 /// Reports that `:log` shows.
@@ -71,14 +72,11 @@ enum ShellError {
 }
 
 /// Exit status: 0 ended, 1 a line of a pipe was discarded or failed, 2 no connection.
-pub fn shell(args: &ShellArgs) -> u8 {
-    shelled(args).unwrap_or_else(|error| {
-        logging::say(&format!("eliteserver: {error}"));
-        NO_CONNECTION
-    })
+pub fn shell(args: &ShellArgs) -> CommandResult {
+    Ok(open_shell(args)?)
 }
 
-fn shelled(args: &ShellArgs) -> Result<u8, ShellError> {
+fn open_shell(args: &ShellArgs) -> Result<CommandStatus, ShellError> {
     let settings = Preset::parse_all(&args.set)?;
     let shutdown = Shutdown::start_within(FAILED, robot_consent::END_PATIENCE)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
@@ -138,7 +136,7 @@ async fn opened(
 struct SessionThread {
     orders: mpsc::Sender<SessionRequest>,
     /// Ends with the exit status when the session is over before it is left.
-    thread: Option<ThreadHandle<u8>>,
+    thread: Option<ThreadHandle<CommandStatus>>,
 }
 
 impl SessionThread {
@@ -152,7 +150,7 @@ impl SessionThread {
         let thread =
             ThreadSupervisor::default().start(ThreadRole::Service, "session", move || {
                 let (status, error) = match runtime.block_on(session.serve(&mut asked)) {
-                    Ok(has_failed) => return u8::from(has_failed) * FAILED,
+                    Ok(has_failed) => return CommandStatus::of_answer(!has_failed),
                     Err(error @ SessionError::Stopped(_)) => (FAILED, error),
                     Err(error) => (NO_CONNECTION, error),
                 };
@@ -169,7 +167,7 @@ impl SessionThread {
     }
 
     /// Has something done; the exit status if the session is over.
-    fn ask(&mut self, order: SessionCommand) -> Result<SessionReply, u8> {
+    fn ask(&mut self, order: SessionCommand) -> Result<SessionReply, CommandStatus> {
         let (sender, answer) = std::sync::mpsc::sync_channel(1);
         let is_taken = self.orders.blocking_send((order, sender)).is_ok();
         let answer = is_taken.then(|| answer.recv().ok()).flatten();
@@ -193,7 +191,7 @@ struct Shell {
 }
 
 impl Shell {
-    fn run(&mut self, lines: &mut LineSource) -> u8 {
+    fn run(&mut self, lines: &mut LineSource) -> CommandStatus {
         loop {
             let prompt = if self.typed.is_open() { "... " } else { "> " };
             let done = match lines.next(prompt) {
@@ -221,14 +219,14 @@ impl Shell {
                 Err(status) => return status,
                 Ok(Some(SessionReply::Left { has_failed })) => {
                     let has_failed = has_failed || self.has_failed;
-                    return u8::from(has_failed && !self.is_terminal) * FAILED;
+                    return CommandStatus::of_answer(self.is_terminal || !has_failed);
                 }
                 Ok(_) => {}
             }
         }
     }
 
-    fn line(&mut self, text: &str) -> Result<Option<SessionReply>, u8> {
+    fn line(&mut self, text: &str) -> Result<Option<SessionReply>, CommandStatus> {
         if let Some(order) = text.trim().strip_prefix(':')
             && !self.typed.is_open()
         {
@@ -243,7 +241,7 @@ impl Shell {
     fn statement(
         &mut self,
         typed: Result<String, statement_reader::StatementError>,
-    ) -> Result<SessionReply, u8> {
+    ) -> Result<SessionReply, CommandStatus> {
         match typed {
             Ok(text) => {
                 // A word is answered at once and waits for nothing.
@@ -277,7 +275,7 @@ impl Shell {
         }
     }
 
-    fn order(&mut self, order: &str) -> Result<Option<SessionReply>, u8> {
+    fn order(&mut self, order: &str) -> Result<Option<SessionReply>, CommandStatus> {
         let mut words = order.split_whitespace();
         let name = words.next().unwrap_or_default();
         let rest: Vec<String> = words.map(str::to_owned).collect();
@@ -326,7 +324,7 @@ impl Shell {
         }
     }
 
-    fn quit(&mut self) -> Result<SessionReply, u8> {
+    fn quit(&mut self) -> Result<SessionReply, CommandStatus> {
         if let Some(last) = self.typed.finish() {
             self.statement(last)?;
         }

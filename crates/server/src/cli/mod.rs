@@ -98,6 +98,33 @@ pub enum CliCommand {
     Wait(WaitArgs),
 }
 
+impl CliCommand {
+    /// The options of logging, of commands that have no configuration file and do log.
+    pub const fn log_args(&self) -> Option<&LogArgs> {
+        match self {
+            Self::Check(args) => Some(&args.log),
+            Self::Test(args) => Some(&args.log),
+            Self::Debug(args) => Some(&args.log),
+            Self::Replay(args) => Some(&args.log),
+            Self::Builtins(args) => Some(&args.log),
+            Self::Send(args) => Some(&args.robot.log),
+            Self::Shell(args) => Some(&args.robot.log),
+            Self::Calibrate(args) => Some(&args.robot.log),
+            Self::Record(args) => Some(&args.robot.log),
+            Self::Compare(args) => Some(&args.log),
+            Self::Lsp(args) => Some(&args.log),
+            Self::Mcp(args) => Some(&args.log),
+            Self::Fleet(args) => Some(&args.log),
+            Self::Wait(args) => Some(&args.log),
+            Self::Serve(_)
+            | Self::Run(_)
+            | Self::Doctor(_)
+            | Self::Completions(_)
+            | Self::Man(_) => None,
+        }
+    }
+}
+
 /// Options of logging.
 #[derive(Args, Clone, Debug, Default)]
 pub struct LogArgs {
