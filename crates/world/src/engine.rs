@@ -24,8 +24,15 @@ use rapier3d_f64::prelude::{CCDSolver, CoefficientCombineRule};
 
 /// Natural frequency of contacts, Hz; twice that against what stands still.
 const CONTACT_FREQUENCY: f64 = 200.0;
+/// Passes of the solver after the springs in each substep.
+const SOLVER_PASSES: usize = 8;
 /// Damping ratio of contacts.
 const CONTACT_DAMPING: f64 = 10.0;
+/// Contacts are foreseen this far off, m. The engine's 20 mm make one heap of a pallet whose boxes have 5 mm between them: none of them
+/// sleeps while another is put down.
+const PREDICTION: f64 = 0.002;
+/// Between bodies that come towards each other fast enough contacts are foreseen up to this distance, m.
+const SOFT_CCD: f64 = 0.05;
 /// A body slower than this may be left out of the step, m/s.
 const SLEEP_SPEED: f64 = 5e-4;
 /// How long it has to be, s.
@@ -96,7 +103,8 @@ impl Engine {
             SpringCoefficients::new(2.0 * CONTACT_FREQUENCY, CONTACT_DAMPING);
         parameters.friction_model = FrictionModel::Simplified;
         parameters.normalized_allowed_linear_error = 1e-4;
-        parameters.num_internal_stabilization_iterations = 8;
+        parameters.num_internal_stabilization_iterations = SOLVER_PASSES;
+        parameters.normalized_prediction_distance = PREDICTION;
         parameters.normalized_contact_recycle_distance = 2e-4;
         Self {
             physics,
@@ -128,8 +136,11 @@ impl Engine {
 
     /// A body whose motion is given.
     pub(crate) fn add_driven(&mut self, pose: &Pose) -> RigidBodyHandle {
-        self.physics
-            .insert_body(RigidBodyBuilder::kinematic_position_based().pose(engine_pose(pose)))
+        self.physics.insert_body(
+            RigidBodyBuilder::kinematic_position_based()
+                .soft_ccd_prediction(SOFT_CCD)
+                .pose(engine_pose(pose)),
+        )
     }
 
     /// A body that moves by itself.
@@ -137,6 +148,7 @@ impl Engine {
         let mut body = RigidBodyBuilder::dynamic()
             .pose(engine_pose(pose))
             .ccd_enabled(true)
+            .soft_ccd_prediction(SOFT_CCD)
             .build();
         body.activation_mut().normalized_linear_threshold =
             if self.sleeping { SLEEP_SPEED } else { -1.0 };
@@ -200,6 +212,14 @@ impl Engine {
             .bodies
             .get(body)
             .map_or(Pose::IDENTITY, |b| our_pose(b.position()))
+    }
+
+    /// Whether the engine leaves a body out of its step.
+    pub(crate) fn is_asleep(&self, body: RigidBodyHandle) -> bool {
+        self.physics
+            .bodies
+            .get(body)
+            .is_some_and(|b| b.is_sleeping())
     }
 
     /// Velocity of a body's centre of mass and its rotation, base frame.

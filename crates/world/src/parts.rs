@@ -39,8 +39,6 @@ pub(crate) struct PartBody {
     pub(crate) collider: ColliderHandle,
     /// The gripper that holds it.
     pub(crate) gripper: Option<usize>,
-    /// Where it was put in the world.
-    pub(crate) first_pose: Pose,
 }
 
 /// All parts.
@@ -116,7 +114,6 @@ impl Parts {
             body,
             collider,
             gripper: None,
-            first_pose: *pose,
         };
         self.bodies.insert(number, part);
         number

@@ -15,12 +15,13 @@ use crate::levels::PointSet;
 use crate::materials::{Materials, Owner};
 use crate::overlap::refuse_overlaps;
 use crate::part_faults::Absent;
-use crate::parts::{PartNumber, Parts};
+use crate::parts::{PartBody, PartNumber, Parts};
 use crate::scatter::Scatter;
 use crate::source::Source;
 use crate::state::{PartState, WorldState};
 use kinematics::Pose;
 use rapier3d_f64::dynamics::RigidBodyHandle;
+use std::sync::Arc;
 
 /// Friction of the floor towards parts.
 const FLOOR_FRICTION: f64 = 0.5;
@@ -334,19 +335,25 @@ impl World {
     /// Brings the picture of the state up to date.
     pub(crate) fn picture(&mut self) {
         let (engine, state) = (&self.engine, &mut self.state);
-        state.parts.clear();
-        state.parts.extend(self.parts.bodies.values().map(|part| {
-            PartState {
-                name: part.name.clone(),
-                template: part.template,
-                pose: engine.pose(part.body),
-                velocity: engine.velocity(part.body),
-                held_by: part.gripper,
-                touches_floor: engine
-                    .near(part.collider, crate::orders::TOUCHING)
-                    .contains(&Owner::Floor),
+        let bodies = &self.parts.bodies;
+        let is_same = |(old, new): (&PartState, &PartBody)| Arc::ptr_eq(&old.name, &new.name);
+        if state.parts.len() != bodies.len()
+            || !state.parts.iter().zip(bodies.values()).all(is_same)
+        {
+            state.parts.clear();
+            state
+                .parts
+                .extend(bodies.values().map(|part| part_state(engine, part)));
+        }
+        for (old, part) in state.parts.iter_mut().zip(bodies.values()) {
+            // What sleeps stays as it was when it fell asleep, and that has been seen when it is at rest.
+            if !engine.is_asleep(part.body)
+                || old.velocity != engine.velocity(part.body)
+                || old.held_by != part.gripper
+            {
+                *old = part_state(engine, part);
             }
-        }));
+        }
         state.grippers.clear();
         state.grippers.extend(
             self.grippers
@@ -378,5 +385,18 @@ impl World {
                 state.obstacles[number] = pose;
             }
         }
+    }
+}
+
+fn part_state(engine: &Engine, part: &PartBody) -> PartState {
+    PartState {
+        name: part.name.clone(),
+        template: part.template,
+        pose: engine.pose(part.body),
+        velocity: engine.velocity(part.body),
+        held_by: part.gripper,
+        touches_floor: engine
+            .near(part.collider, crate::orders::TOUCHING)
+            .contains(&Owner::Floor),
     }
 }

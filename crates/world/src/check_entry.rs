@@ -1,0 +1,221 @@
+//! One entry of a table while it is checked: ranges of values, and the names and inputs that are taken.
+
+use crate::description::{Shape, Trigger};
+use crate::error::WorldError;
+use crate::levels::PointSet;
+use kinematics::Pose;
+use motion_api::IoPoint;
+use std::collections::BTreeMap;
+
+/// One entry of one table while it is checked.
+pub(crate) struct Entry<'a> {
+    pub(crate) table: &'static str,
+    pub(crate) name: &'a str,
+}
+
+impl Entry<'_> {
+    pub(crate) fn refuse(
+        &self,
+        key: &'static str,
+        given: impl ToString,
+        allowed: &'static str,
+    ) -> WorldError {
+        WorldError::OutOfRange {
+            table: self.table,
+            name: self.name.to_owned(),
+            key,
+            given: given.to_string(),
+            allowed,
+        }
+    }
+
+    pub(crate) fn positive(&self, key: &'static str, value: f64) -> Result<(), WorldError> {
+        self.within(
+            key,
+            value,
+            value > 0.0 && value <= 1e6,
+            "more than 0, up to 1e6",
+        )
+    }
+
+    pub(crate) fn not_negative(&self, key: &'static str, value: f64) -> Result<(), WorldError> {
+        self.within(key, value, (0.0..=1e6).contains(&value), "0 to 1e6")
+    }
+
+    pub(crate) fn within(
+        &self,
+        key: &'static str,
+        value: f64,
+        holds: bool,
+        allowed: &'static str,
+    ) -> Result<(), WorldError> {
+        if holds {
+            Ok(())
+        } else {
+            Err(self.refuse(key, value, allowed))
+        }
+    }
+
+    pub(crate) fn finite(&self, key: &'static str, values: &[f64]) -> Result<(), WorldError> {
+        match values.iter().all(|x| x.abs() <= 1e3) {
+            true => Ok(()),
+            false => Err(self.refuse(key, format!("{values:?}"), "numbers between -1000 and 1000")),
+        }
+    }
+
+    pub(crate) fn pose(&self, key: &'static str, pose: &Pose) -> Result<(), WorldError> {
+        self.finite(key, &pose.to_rpy().to_array())
+    }
+
+    pub(crate) fn edges(&self, key: &'static str, size: &[f64; 3]) -> Result<(), WorldError> {
+        match size.iter().all(|x| *x > 1e-4 && *x <= 1e3) {
+            true => Ok(()),
+            false => Err(self.refuse(
+                key,
+                format!("{size:?}"),
+                "lengths of more than 0.0001 m, up to 1000 m",
+            )),
+        }
+    }
+
+    pub(crate) fn direction(&self, key: &'static str, axis: &[f64; 3]) -> Result<(), WorldError> {
+        self.finite(key, axis)?;
+        match axis.iter().any(|x| x.abs() > 1e-9) {
+            true => Ok(()),
+            false => Err(self.refuse(key, format!("{axis:?}"), "a direction, not zero")),
+        }
+    }
+
+    pub(crate) fn shape(&self, shape: &Shape, may_be_plane: bool) -> Result<(), WorldError> {
+        match shape {
+            Shape::Box { size } => self.edges("size", size),
+            Shape::Cylinder { radius, length } => self.edges("size", &[*radius, *length, 1.0]),
+            Shape::Sphere { radius } => self.edges("size", &[*radius, 1.0, 1.0]),
+            Shape::Plane if may_be_plane => Ok(()),
+            Shape::Plane => Err(self.refuse("shape", "plane", "box, cylinder or sphere")),
+        }
+    }
+
+    pub(crate) fn digital(
+        &self,
+        key: &'static str,
+        point: Option<IoPoint>,
+    ) -> Result<(), WorldError> {
+        match point {
+            None | Some(IoPoint::Digital(0..28) | IoPoint::BooleanRegister(0..128)) => Ok(()),
+            Some(other) => Err(self.refuse(
+                key,
+                format!("{other:?}"),
+                "a digital point or a boolean register",
+            )),
+        }
+    }
+
+    pub(crate) fn analog(
+        &self,
+        key: &'static str,
+        point: Option<IoPoint>,
+    ) -> Result<(), WorldError> {
+        match point {
+            None | Some(IoPoint::Analog(0..3)) => Ok(()),
+            Some(other) => Err(self.refuse(key, format!("{other:?}"), "an analog point")),
+        }
+    }
+
+    pub(crate) fn trigger(
+        &self,
+        key: &'static str,
+        trigger: &Trigger,
+        shortest: f64,
+    ) -> Result<(), WorldError> {
+        match trigger {
+            Trigger::Time(at) => self.within(
+                key,
+                *at,
+                *at >= shortest && *at <= 1e6,
+                "a time, not negative, periods not 0",
+            ),
+            Trigger::Output(point) | Trigger::Input(point) => self.digital("when", Some(*point)),
+        }
+    }
+}
+
+/// Names and driven inputs so far.
+#[derive(Default)]
+pub(crate) struct Register<'a> {
+    pub(crate) names: BTreeMap<&'a str, &'static str>,
+    pub(crate) driven: PointSet,
+    pub(crate) drivers: Vec<(IoPoint, String)>,
+}
+
+impl<'a> Register<'a> {
+    pub(crate) fn name(
+        &mut self,
+        table: &'static str,
+        name: &'a str,
+    ) -> Result<Entry<'a>, WorldError> {
+        let entry = Entry { table, name };
+        if name.is_empty() || name.contains(['#', '[', ']']) {
+            return Err(entry.refuse(
+                "name",
+                format!("{name:?}"),
+                "a name without '#', '[' and ']', not empty",
+            ));
+        }
+        match self.names.insert(name, table) {
+            Some(other) => Err(WorldError::DuplicateName {
+                table,
+                name: name.to_owned(),
+                other,
+            }),
+            None => Ok(entry),
+        }
+    }
+
+    pub(crate) fn is(&self, name: &str, tables: &[&str]) -> bool {
+        self.names
+            .get(name)
+            .is_some_and(|table| tables.contains(table))
+    }
+
+    pub(crate) fn drive(
+        &mut self,
+        entry: &Entry<'_>,
+        key: &'static str,
+        point: Option<IoPoint>,
+    ) -> Result<(), WorldError> {
+        let Some(point) = point else { return Ok(()) };
+        if self.driven.insert(point) {
+            self.drivers.push((point, entry.name.to_owned()));
+            return Ok(());
+        }
+        let other = self.drivers.iter().find(|(p, _)| *p == point);
+        Err(WorldError::DrivenTwice {
+            table: entry.table,
+            name: entry.name.to_owned(),
+            key,
+            given: format!("{point:?}"),
+            other: other.map(|(_, name)| name.clone()).unwrap_or_default(),
+        })
+    }
+
+    pub(crate) fn known(
+        &self,
+        entry: &Entry<'_>,
+        key: &'static str,
+        given: &str,
+        tables: &[&str],
+        allowed: &'static str,
+    ) -> Result<(), WorldError> {
+        match self.is(given, tables) {
+            true => Ok(()),
+            false => Err(WorldError::UnknownName {
+                table: entry.table,
+                name: entry.name.to_owned(),
+                key,
+                given: given.to_owned(),
+                allowed,
+            }),
+        }
+    }
+}
