@@ -23,6 +23,17 @@ async function places(page) {
   found.tabs = await page.locator("#tabs").boundingBox();
   return found;
 }
+/** Every size in both languages; the page is brought to each by `look`. */
+async function sides(page) {
+  return SCREENS.flatMap((viewport) => ["en", "zh-CN"].map((language) => ({
+    name: `${viewport.width}×${viewport.height}, ${language}`,
+    async look() {
+      await page.setViewportSize(viewport);
+      if ((await page.evaluate(() => document.documentElement.lang)) !== language) await page.id("language").click();
+      await page.evaluate(() => new Promise((done) => globalThis.requestAnimationFrame(() => globalThis.requestAnimationFrame(done))));
+    },
+  })));
+}
 const tab = (page, id) => page.locator(`#tabs a[href="#${id}"]`).click();
 
 export const scenarios = {
@@ -53,34 +64,31 @@ export const scenarios = {
     }), "the running line to be seen");
     await server.order({ do: "stop" });
   },
-  async "an alarm moves nothing that a hand is at, in both languages and sizes"({ browser, server }) {
-    for (const viewport of SCREENS) {
-      for (const locale of ["en-US", "zh-CN"]) {
-        const page = await open(browser, server, { viewport, locale });
-        await take(page);
-        await edit(page, "def p():\n  sync()\n  raise ValueError('a long reason, which is told with all its words, so that the alarm needs several lines ' * 3)\nend\n");
-        await until(() => page.id("run").isEnabled(), "run");
-        const before = await places(page);
-        await page.id("run").click();
-        await page.id("alarm").waitFor();
-        await mode(page, "program-state", "stopped");
-        const after = await places(page);
-        for (const [name, place] of Object.entries(before)) check(same(place, after[name]), `${name} moves at ${viewport.width}, ${locale}: ${JSON.stringify([place, after[name]])}`);
-        // Nor does it lie over them.
-        const alarm = await box(page, "alarm");
-        for (const [name, place] of Object.entries(after)) {
-          const apart = alarm.x >= place.x + place.width || place.x >= alarm.x + alarm.width || alarm.y >= place.y + place.height || place.y >= alarm.y + alarm.height;
-          check(apart, `the alarm covers ${name} at ${viewport.width}, ${locale}`);
-        }
-        await page.context().close();
+  async "an alarm moves nothing that a hand is at, in both languages and sizes"({ page }) {
+    await take(page);
+    await edit(page, "def p():\n  sync()\n  raise ValueError('a long reason, which is told with all its words, so that the alarm needs several lines ' * 3)\nend\n");
+    for (const where of await sides(page)) {
+      await where.look();
+      await until(() => page.id("run").isEnabled(), "run");
+      const before = await places(page);
+      await page.id("run").click();
+      await page.id("alarm").waitFor();
+      await mode(page, "program-state", "stopped");
+      const after = await places(page);
+      for (const [name, place] of Object.entries(before)) check(same(place, after[name]), `${name} moves, ${where.name}: ${JSON.stringify([place, after[name]])}`);
+      // Nor does it lie over them.
+      const alarm = await box(page, "alarm");
+      for (const [name, place] of Object.entries(after)) {
+        const apart = alarm.x >= place.x + place.width || place.x >= alarm.x + alarm.width || alarm.y >= place.y + place.height || place.y >= alarm.y + alarm.height;
+        check(apart, `the alarm covers ${name}, ${where.name}`);
       }
+      await page.id("alarm-dismiss").click();
     }
   },
-  async "the header is one row, whatever it says"({ browser, server }) {
-    const pages = [];
-    for (const viewport of SCREENS) for (const locale of ["en-US", "zh-CN"]) pages.push(await open(browser, server, { viewport, locale }));
+  async "the header is one row, whatever it says"({ page, server }) {
     const look = async (what) => {
-      for (const page of pages) {
+      for (const where of await sides(page)) {
+        await where.look();
         const found = await page.evaluate(() => {
           const header = document.querySelector("header");
           const outer = header.getBoundingClientRect();
@@ -92,17 +100,18 @@ export const scenarios = {
           const safety = document.querySelector("[data-testid=safety-mode]");
           return { height: outer.height, out: out.map((one) => one.textContent), isCut: safety.scrollWidth > safety.clientWidth + 1 };
         });
-        const where = `${what}, ${page.viewportSize().width}, ${await page.evaluate(() => document.documentElement.lang)}`;
-        check(found.height <= 52, `the header is ${found.height} px high: ${where}`);
-        check(found.out.length === 0, `out of the header: ${found.out.join()}: ${where}`);
-        check(!found.isCut, `the safety mode is cut: ${where}`);
+        check(found.height <= 52, `the header is ${found.height} px high: ${what}, ${where.name}`);
+        check(found.out.length === 0, `out of the header: ${found.out.join()}: ${what}, ${where.name}`);
+        check(!found.isCut, `the safety mode is cut: ${what}, ${where.name}`);
       }
     };
+    await take(page);
     await look("running");
-    await server.run(CRASH);
-    await Promise.all(pages.map((page) => mode(page, "safety-mode", "PROTECTIVE_STOP")));
+    await edit(page, CRASH);
+    await page.id("run").click();
+    await mode(page, "safety-mode", "PROTECTIVE_STOP");
     await look("in a protective stop");
-    for (const page of pages) await page.context().close();
+    await server.order({ do: "stop" });
   },
   async "a protective stop is left from its alarm, and its line is marked"({ page, server }) {
     await take(page);
