@@ -12,6 +12,8 @@ use crate::world::World;
 use kinematics::{Pose, RigidBody};
 use std::sync::Arc;
 
+/// Faults at most, those of the description and of orders together.
+const MAX_FAULTS: usize = 1000;
 /// Two things nearer than this touch, m.
 pub(crate) const TOUCHING: f64 = 1e-3;
 
@@ -93,7 +95,7 @@ impl World {
     /// Lets something go wrong from the next step on, for `duration` seconds or for ever.
     ///
     /// # Errors
-    /// A name that nothing has, or a duration that is none.
+    /// A name that nothing has, a duration that is none, or more than 1000 faults.
     pub fn fail(&mut self, what: FaultKind, duration: Option<f64>) -> Result<(), OrderError> {
         if let Some(duration) = duration
             && !(duration > 0.0 && duration <= 1e6)
@@ -102,6 +104,13 @@ impl World {
                 argument: "duration",
                 given: duration.to_string(),
                 allowed: "more than 0 s, up to 1e6 s",
+            });
+        }
+        if self.faults.len() >= MAX_FAULTS {
+            return Err(OrderError::OutOfRange {
+                argument: "what",
+                given: format!("fault {}", self.faults.len() + 1),
+                allowed: "up to 1000 faults in a run",
             });
         }
         let names = &self.names;

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// A part that a fault took out of the world.
 #[derive(Clone)]
-pub(crate) struct Absent {
+pub(crate) struct MissingPart {
     fault: usize,
     name: Arc<str>,
     template: usize,
@@ -47,7 +47,7 @@ impl World {
                 let (template, pose) = (body.template, self.engine.pose(body.body));
                 let name = body.name.clone();
                 self.take_out(part);
-                self.absent.push(Absent {
+                self.absent.push(MissingPart {
                     fault: number,
                     name,
                     template,

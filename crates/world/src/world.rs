@@ -14,7 +14,7 @@ use crate::input::{Input, Output};
 use crate::levels::PointSet;
 use crate::materials::{Materials, Owner};
 use crate::overlap::refuse_overlaps;
-use crate::part_faults::Absent;
+use crate::part_faults::MissingPart;
 use crate::parts::{PartBody, PartNumber, Parts};
 use crate::scatter::Scatter;
 use crate::source::Source;
@@ -39,7 +39,7 @@ pub struct World {
     pub(crate) names: Names,
     pub(crate) grippers: Vec<Gripper>,
     pub(crate) faults: Vec<Fault>,
-    pub(crate) absent: Vec<Absent>,
+    pub(crate) absent: Vec<MissingPart>,
     pub(crate) scatter: Scatter,
     pub(crate) state: WorldState,
     pub(crate) driven: PointSet,
