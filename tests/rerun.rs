@@ -95,12 +95,18 @@ fn rerun(script: &Path, clock: &str) -> u64 {
 fn every_program_that_moves_runs_again_from_its_recording() {
     let mut programs = scripts(&root().join("tests/moves"));
     assert!(programs.len() >= 7, "{programs:?}");
-    // Those of examples/testing wait for machines that only their tests play; those of examples/reference are tests.
-    let others = ["testing", "reference"].map(|name| root().join("examples").join(name));
+    // Those of examples/testing and examples/errors wait for machines that only their tests play; those of
+    // examples/reference, and files whose names begin with `test_`, are tests.
+    let others = ["testing", "errors", "reference"].map(|name| root().join("examples").join(name));
     programs.extend(
         scripts(&root().join("examples"))
             .into_iter()
-            .filter(|path| !others.iter().any(|other| path.starts_with(other))),
+            .filter(|path| !others.iter().any(|other| path.starts_with(other)))
+            .filter(|path| {
+                !path
+                    .file_name()
+                    .is_some_and(|name| name.to_string_lossy().starts_with("test_"))
+            }),
     );
     programs.extend(
         scripts(&root().join("tests/scripts"))
