@@ -17,7 +17,7 @@ const SHOWN_CHARS_MAX: usize = 80;
 /// Bytes of a long message that are skipped at once.
 const SKIP_BYTES: u64 = 64 << 10;
 
-/// Why there is no next message.
+/// The reason for which there is no next message.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FramingError {

@@ -75,7 +75,7 @@ impl Program {
         self.resolution.bindings.iter().map(|name| &**name)
     }
 
-    /// Its tree.
+    /// The syntax tree of the program.
     pub fn module(&self) -> &Module {
         &self.module
     }

@@ -64,7 +64,7 @@ fn has_error(diagnostics: &[Diagnostic]) -> bool {
 }
 
 impl Statement {
-    /// Its text.
+    /// The text of the statement.
     pub fn file(&self) -> &Arc<SourceFile> {
         &self.file
     }
@@ -80,7 +80,7 @@ impl Statement {
         self.resolution.declared_globals.iter().map(|name| &**name)
     }
 
-    /// Its tree.
+    /// The syntax tree of the statement.
     pub fn module(&self) -> &Module {
         &self.module
     }

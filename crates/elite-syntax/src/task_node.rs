@@ -7,9 +7,9 @@ use crate::diagnostic_list::quoted;
 /// A node of the task tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TaskNode {
-    /// Its row, from 1.
+    /// The row of the node in the task tree, from 1.
     pub number: u32,
-    /// Its label, as the pendant shows it; long ones are cut.
+    /// The label of the node, as the pendant shows it; long ones are cut.
     pub label: Arc<str>,
 }
 

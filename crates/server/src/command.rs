@@ -33,7 +33,7 @@ impl CommandStatus {
     }
 }
 
-/// Why a command was not done; displayed as one sentence. As in `anyhow`, it is made from any error and is none itself.
+/// The reason for which a command was not done, displayed as one sentence. Any error can be turned into one, as with `anyhow`.
 #[derive(Debug)]
 pub struct CommandError {
     status: CommandStatus,

@@ -44,7 +44,7 @@ fn down(x: f64, y: f64, z: f64) -> Pose {
 fn part(name: &str) -> Part {
     Part {
         name: name.into(),
-        shape: Shape::Box {
+        shape: BodyShape::Box {
             size: [0.1, 0.1, 0.08],
         },
         mass: Mass::Total(0.5),
@@ -69,7 +69,7 @@ fn cell() -> WorldDescription {
 fn palletising() {
     let mut cell = cell();
     cell.parts.push(part("box"));
-    cell.conveyors.push(Conveyor {
+    cell.conveyors.push(ConveyorDescription {
         name: "belt".into(),
         surface: Surface::Belt {
             pose: pose([-0.5, 0.6, 0.05, 0.0, 0.0, 0.0]),
@@ -84,15 +84,15 @@ fn palletising() {
         start_at: 0.0,
         encoder: None,
     });
-    cell.obstacles.push(Obstacle {
+    cell.obstacles.push(ObstacleDescription {
         name: "stopper".into(),
-        shape: Shape::Box {
+        shape: BodyShape::Box {
             size: [0.02, 0.3, 0.1],
         },
         pose: pose([0.46, 0.6, 0.15, 0.0, 0.0, 0.0]),
         friction: 0.5,
     });
-    cell.sources.push(Source {
+    cell.sources.push(SourceDescription {
         name: "feed".into(),
         part: "box".into(),
         pose: pose([-1.3, 0.6, 0.141, 0.0, 0.0, 0.0]),

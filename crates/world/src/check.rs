@@ -252,7 +252,7 @@ fn check_fingers(
     Ok(())
 }
 
-fn check_conveyor(entry: &Entry<'_>, conveyor: &Conveyor) -> Result<(), WorldError> {
+fn check_conveyor(entry: &Entry<'_>, conveyor: &ConveyorDescription) -> Result<(), WorldError> {
     match &conveyor.surface {
         Surface::Belt {
             pose,
@@ -376,7 +376,7 @@ fn check_references(cell: &WorldDescription, register: &Register<'_>) -> Result<
         }
         for name in &actuator.moves {
             let obstacle = cell.obstacles.iter().find(|o| o.name == *name);
-            if obstacle.is_some_and(|o| o.shape == Shape::Plane) {
+            if obstacle.is_some_and(|o| o.shape == BodyShape::Plane) {
                 return Err(entry.refuse("moves", name, "obstacles that are no planes"));
             }
             if moved.insert(name, &actuator.name).is_some() {
@@ -410,7 +410,7 @@ fn check_references(cell: &WorldDescription, register: &Register<'_>) -> Result<
 fn check_fault(
     cell: &WorldDescription,
     register: &Register<'_>,
-    fault: &Fault,
+    fault: &FaultDescription,
 ) -> Result<(), WorldError> {
     let (name, tables, allowed): (&str, &[&str], _) = match &fault.what {
         FaultKind::Missing(name) | FaultKind::Turned(name) | FaultKind::Drop(name) => {

@@ -1,6 +1,6 @@
 //! One entry of a table while it is checked: ranges of values, and the names and inputs that are taken.
 
-use crate::description::{Shape, Trigger};
+use crate::description::{BodyShape, Trigger};
 use crate::error::WorldError;
 use crate::levels::PointSet;
 use kinematics::Pose;
@@ -86,13 +86,13 @@ impl Entry<'_> {
         }
     }
 
-    pub(crate) fn shape(&self, shape: &Shape, may_be_plane: bool) -> Result<(), WorldError> {
+    pub(crate) fn shape(&self, shape: &BodyShape, may_be_plane: bool) -> Result<(), WorldError> {
         match shape {
-            Shape::Box { size } => self.edges("size", size),
-            Shape::Cylinder { radius, length } => self.edges("size", &[*radius, *length, 1.0]),
-            Shape::Sphere { radius } => self.edges("size", &[*radius, 1.0, 1.0]),
-            Shape::Plane if may_be_plane => Ok(()),
-            Shape::Plane => Err(self.refuse("shape", "plane", "box, cylinder or sphere")),
+            BodyShape::Box { size } => self.edges("size", size),
+            BodyShape::Cylinder { radius, length } => self.edges("size", &[*radius, *length, 1.0]),
+            BodyShape::Sphere { radius } => self.edges("size", &[*radius, 1.0, 1.0]),
+            BodyShape::Plane if may_be_plane => Ok(()),
+            BodyShape::Plane => Err(self.refuse("shape", "plane", "box, cylinder or sphere")),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Surfaces that carry: their speed, and what it means for the contacts on them.
 
-use crate::description::{Conveyor as Plan, Shape, Surface};
+use crate::description::{BodyShape, ConveyorDescription as Plan, Surface};
 use crate::engine::{Engine, Material, STILL};
 use crate::levels::Levels;
 use crate::machine_fault::MachineFault;
@@ -24,11 +24,11 @@ pub(crate) struct Conveyor {
 impl Conveyor {
     pub(crate) fn new(plan: &Plan, index: usize, engine: &mut Engine) -> Self {
         let (shape, pose) = match plan.surface {
-            Surface::Belt { pose, size, .. } => (Shape::Box { size }, pose),
+            Surface::Belt { pose, size, .. } => (BodyShape::Box { size }, pose),
             Surface::Turntable { center, radius } => {
                 let below = Pose::from_translation(0.0, 0.0, -TURNTABLE_HEIGHT / 2.0);
                 (
-                    Shape::Cylinder {
+                    BodyShape::Cylinder {
                         radius,
                         length: TURNTABLE_HEIGHT,
                     },

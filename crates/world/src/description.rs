@@ -14,7 +14,7 @@ pub struct WorldDescription {
     /// What the arm and its tool look like.
     pub arm: ArmShape,
     /// Things that stand still, or that an actuator moves.
-    pub obstacles: Vec<Obstacle>,
+    pub obstacles: Vec<ObstacleDescription>,
     /// Free rigid bodies.
     pub parts: Vec<Part>,
     /// Coefficients of friction that differ from the smaller one of the two.
@@ -22,9 +22,9 @@ pub struct WorldDescription {
     /// Grippers on the flange.
     pub grippers: Vec<Gripper>,
     /// Surfaces that carry.
-    pub conveyors: Vec<Conveyor>,
+    pub conveyors: Vec<ConveyorDescription>,
     /// Where parts are made.
-    pub sources: Vec<Source>,
+    pub sources: Vec<SourceDescription>,
     /// Where parts are removed.
     pub sinks: Vec<Sink>,
     /// What sees.
@@ -32,7 +32,7 @@ pub struct WorldDescription {
     /// What moves obstacles.
     pub actuators: Vec<Actuator>,
     /// What goes wrong.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<FaultDescription>,
 }
 
 /// What holds for the whole world.
@@ -71,18 +71,18 @@ pub struct ArmShape {
     /// Capsules of the links: the joint (0 to 5) whose frame they are given in, and the capsule.
     pub links: Vec<(usize, Capsule)>,
     /// The tool in the flange frame.
-    pub tool: Option<(Shape, Pose)>,
+    pub tool: Option<(BodyShape, Pose)>,
 }
 
 /// A solid, centred on its own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum BodyShape {
     /// Edges along the axes.
     Box {
         /// Length of each edge, m.
         size: [f64; 3],
     },
-    /// Its axis is z.
+    /// A cylinder about the z axis.
     Cylinder {
         /// Radius, m.
         radius: f64,
@@ -100,11 +100,11 @@ pub enum Shape {
 
 /// An obstacle. Its pose is the retracted place where an actuator moves it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Obstacle {
+pub struct ObstacleDescription {
     /// Name.
     pub name: String,
     /// Shape.
-    pub shape: Shape,
+    pub shape: BodyShape,
     /// Where it is.
     pub pose: Pose,
     /// Coefficient of friction towards parts.
@@ -126,7 +126,7 @@ pub struct Part {
     /// Name; copies are called `name[0]`, `name[1]`, …
     pub name: String,
     /// Shape.
-    pub shape: Shape,
+    pub shape: BodyShape,
     /// Mass.
     pub mass: Mass,
     /// Where it, or its first copy, is at the start.
@@ -151,9 +151,9 @@ pub struct Copies {
 /// Friction of two things by name. Names of parts stand for all their copies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairFriction {
-    /// One; `floor` is a name.
+    /// Name of the first thing; `floor` is a name.
     pub a: String,
-    /// The other.
+    /// Name of the second thing.
     pub b: String,
     /// Coefficient.
     pub value: f64,
@@ -247,7 +247,7 @@ pub enum FingerControl {
 
 /// A surface that carries parts by friction.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Conveyor {
+pub struct ConveyorDescription {
     /// Name.
     pub name: String,
     /// What moves.
@@ -302,7 +302,7 @@ pub enum Trigger {
 
 /// Makes parts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Source {
+pub struct SourceDescription {
     /// Name.
     pub name: String,
     /// Name of the template.
@@ -350,9 +350,9 @@ pub struct Detector {
 pub enum DetectorKind {
     /// True while something cuts the line.
     Beam {
-        /// One end.
+        /// First end of the line, m.
         from: [f64; 3],
-        /// The other end.
+        /// Second end of the line, m.
         until: [f64; 3],
     },
     /// True while the centre of a part is inside the box.
@@ -419,7 +419,7 @@ pub enum Travel {
 
 /// Something that goes wrong.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
+pub struct FaultDescription {
     /// When.
     pub when: Trigger,
     /// What.

@@ -8,7 +8,7 @@
 //! model loses 6 % of the friction there. One pass of the solver after the springs gives a box that is hit square on 12 % too much speed and a
 //! spin, because it goes through the corners one by one; eight passes leave 0.7 %.
 
-use crate::description::{Settings, Shape};
+use crate::description::{BodyShape, Settings};
 use crate::materials::{Materials, Owner};
 use kinematics::{Pose, Twist, Wrench};
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
@@ -161,7 +161,7 @@ impl Engine {
     pub(crate) fn attach(
         &mut self,
         body: RigidBodyHandle,
-        shape: &Shape,
+        shape: &BodyShape,
         pose: &Pose,
         mass: f64,
         material: Material,
@@ -386,14 +386,14 @@ pub(crate) fn our_pose(pose: &EnginePose) -> Pose {
 }
 
 /// A shape of the engine, and its pose in the frame of ours: the engine's cylinders stand along y.
-pub(crate) fn engine_shape(shape: &Shape) -> (SharedShape, EnginePose) {
+pub(crate) fn engine_shape(shape: &BodyShape) -> (SharedShape, EnginePose) {
     let upright = EnginePose::IDENTITY;
     match *shape {
-        Shape::Box { size } => (
+        BodyShape::Box { size } => (
             SharedShape::cuboid(size[0] / 2.0, size[1] / 2.0, size[2] / 2.0),
             upright,
         ),
-        Shape::Cylinder { radius, length } => {
+        BodyShape::Cylinder { radius, length } => {
             let half = core::f64::consts::FRAC_1_SQRT_2;
             let turn =
                 UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(half, half, 0.0, 0.0));
@@ -402,7 +402,7 @@ pub(crate) fn engine_shape(shape: &Shape) -> (SharedShape, EnginePose) {
                 Isometry3::from_parts(Translation3::identity(), turn).into(),
             )
         }
-        Shape::Sphere { radius } => (SharedShape::ball(radius), upright),
-        Shape::Plane => (SharedShape::halfspace(Vector::Z), upright),
+        BodyShape::Sphere { radius } => (SharedShape::ball(radius), upright),
+        BodyShape::Plane => (SharedShape::halfspace(Vector::Z), upright),
     }
 }

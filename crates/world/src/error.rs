@@ -1,6 +1,6 @@
 //! What is wrong with the description of a cell, or with an order to the world.
 
-/// Why a description is refused. Each names the table, the entry, the key, what was given and what is allowed.
+/// A refusal of a description: the table, the entry, the key, what was given and what is allowed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorldError {
@@ -75,9 +75,9 @@ pub enum WorldError {
         "[[part]] \"{a}\": pose overlaps \"{b}\" by {depth_m:.4} m, allowed: poses in which parts do not overlap"
     )]
     Overlap {
-        /// One.
+        /// Name of the first part.
         a: String,
-        /// The other.
+        /// Name of the second part.
         b: String,
         /// Depth, m.
         depth_m: f64,
@@ -90,7 +90,7 @@ pub enum WorldError {
     },
 }
 
-/// Why an order to a running world is refused.
+/// A refusal of an order to a running world.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OrderError {

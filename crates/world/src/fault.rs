@@ -1,6 +1,6 @@
 //! What goes wrong, from when to when.
 
-use crate::description::{Fault as Plan, FaultKind, Trigger};
+use crate::description::{FaultDescription as Plan, FaultKind, Trigger};
 use crate::edges::Edge;
 use crate::levels::{Levels, PointSet};
 use crate::machine_fault::MachineFault;
@@ -19,13 +19,13 @@ pub(crate) struct Fault {
 /// What a fault does in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FaultPhase {
-    /// Nothing.
+    /// No fault acts.
     Absent,
-    /// It begins.
+    /// The first cycle of the fault.
     Begins,
-    /// It lasts.
+    /// A cycle between the first and the last.
     Lasts,
-    /// It is over.
+    /// The cycle after the last.
     Ends,
 }
 

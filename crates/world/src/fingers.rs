@@ -4,7 +4,7 @@
 //! coupled: neither moves further than both can.
 
 use crate::arm::add_touches;
-use crate::description::{FingerControl, Fingers, Shape};
+use crate::description::{BodyShape, FingerControl, Fingers};
 use crate::engine::{ARM, Engine, Material, engine_pose, vector};
 use crate::error::OrderError;
 use crate::gripper::GripContext;
@@ -78,8 +78,15 @@ impl FingerPair {
             group: ARM,
         };
         let bodies = [0, 1].map(|_| engine.add_driven(&Pose::IDENTITY));
-        let colliders = bodies
-            .map(|body| engine.attach(body, &Shape::Box { size }, &Pose::IDENTITY, 0.0, material));
+        let colliders = bodies.map(|body| {
+            engine.attach(
+                body,
+                &BodyShape::Box { size },
+                &Pose::IDENTITY,
+                0.0,
+                material,
+            )
+        });
         Self {
             axis,
             closed,

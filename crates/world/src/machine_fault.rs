@@ -3,12 +3,12 @@
 /// How a machine is impaired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum MachineFault {
-    /// Not at all.
+    /// No fault acts.
     #[default]
     None,
     /// Half of its speed is left.
     Slow,
-    /// It stands.
+    /// The machine stands.
     Blocked,
 }
 

@@ -52,7 +52,7 @@ impl Owner {
         }
     }
 
-    /// The same entry of the description, whatever copy of it this is.
+    /// The entry of the description, which all copies of a part share.
     fn entry(self) -> u128 {
         match self {
             Self::Part(_, template) => Self::Part(0, template).to_number(),

@@ -1,7 +1,7 @@
 //! Orders to a running world and questions about it: what tests, the page and buses ask for between two steps.
 
 use crate::check::{FLOOR, MAX_PARTS};
-use crate::description::{Fault, FaultKind, Shape, Trigger};
+use crate::description::{BodyShape, FaultDescription, FaultKind, Trigger};
 use crate::error::OrderError;
 use crate::fingers::FingerOrder;
 use crate::gripper::Kind;
@@ -128,7 +128,7 @@ impl World {
             }
             _ => {}
         }
-        self.add_fault(Fault {
+        self.add_fault(FaultDescription {
             when: Trigger::Time(0.0),
             what,
             duration,
@@ -151,7 +151,7 @@ impl World {
     }
 
     /// Shape of the parts of a template.
-    pub fn part_shape(&self, template: usize) -> Option<Shape> {
+    pub fn part_shape(&self, template: usize) -> Option<BodyShape> {
         self.parts.templates.get(template).map(|t| t.shape)
     }
 

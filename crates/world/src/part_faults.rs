@@ -1,6 +1,6 @@
 //! Faults of parts: missing ones, turned ones, dropped ones.
 
-use crate::description::{Fault as Plan, FaultKind};
+use crate::description::{FaultDescription as Plan, FaultKind};
 use crate::fault::{Fault, FaultPhase};
 use crate::levels::Levels;
 use crate::world::World;

@@ -1,6 +1,6 @@
 //! The parts that are there: their bodies, names and templates.
 
-use crate::description::{Mass, Part, Shape, WorldDescription};
+use crate::description::{BodyShape, Mass, Part, WorldDescription};
 use crate::engine::{Engine, Material, PARTS};
 use crate::materials::Owner;
 use kinematics::{Pose, RigidBody};
@@ -17,7 +17,7 @@ pub(crate) type PartNumber = u32;
 #[derive(Clone, Debug)]
 pub(crate) struct Template {
     pub(crate) name: Arc<str>,
-    pub(crate) shape: Shape,
+    pub(crate) shape: BodyShape,
     /// Mass properties in the frame of the part.
     pub(crate) mass: RigidBody,
     pub(crate) friction: f64,
@@ -175,21 +175,21 @@ impl Parts {
 /// Of a uniform solid about its centre, in its axes.
 fn mass_properties(part: &Part) -> RigidBody {
     let (volume, squares) = match part.shape {
-        Shape::Box { size: [x, y, z] } => {
+        BodyShape::Box { size: [x, y, z] } => {
             let [xx, yy, zz] = [x * x, y * y, z * z].map(|s| s / 12.0);
             (x * y * z, Vector3::new(yy + zz, xx + zz, xx + yy))
         }
-        Shape::Cylinder { radius, length } => {
+        BodyShape::Cylinder { radius, length } => {
             let across = radius * radius / 4.0 + length * length / 12.0;
             let volume = core::f64::consts::PI * radius * radius * length;
             (volume, Vector3::new(across, across, radius * radius / 2.0))
         }
-        Shape::Sphere { radius } => {
+        BodyShape::Sphere { radius } => {
             let volume = 4.0 / 3.0 * core::f64::consts::PI * radius * radius * radius;
             (volume, Vector3::repeat(0.4 * radius * radius))
         }
         // Refused by the check: a half space has no mass.
-        Shape::Plane => (0.0, Vector3::zeros()),
+        BodyShape::Plane => (0.0, Vector3::zeros()),
     };
     let mass = match part.mass {
         Mass::Total(mass) => mass,

@@ -1,6 +1,6 @@
 //! Where parts come from.
 
-use crate::description::{Source as Plan, Trigger};
+use crate::description::{SourceDescription as Plan, Trigger};
 use crate::edges::Edge;
 use crate::engine::{Engine, engine_pose, engine_shape};
 use crate::levels::Levels;

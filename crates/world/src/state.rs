@@ -52,7 +52,7 @@ pub struct GripperState {
     pub holding: Option<Arc<str>>,
     /// Largest pressure of the sealed cups, Pa below ambient; 0 for fingers.
     pub pressure: f64,
-    /// Which cups seal.
+    /// By cup: it seals.
     pub sealed: Vec<bool>,
     /// Opening between the fingers, m; 0 for cups.
     pub width: f64,
@@ -65,16 +65,16 @@ pub struct GripperState {
 /// What fingers do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FingerState {
-    /// They move.
+    /// The fingers move.
     #[default]
     Moving,
-    /// They are where they were told to go, with nothing between them.
+    /// The fingers are where they were told to go, with nothing between them.
     Arrived,
-    /// They press something while closing.
+    /// The fingers press something while closing.
     GrippingInside,
-    /// They are stopped by something while opening.
+    /// The fingers are stopped by something while opening.
     BlockedOpening,
-    /// They had a part, and lost it.
+    /// The fingers have lost the part they had.
     Lost,
 }
 

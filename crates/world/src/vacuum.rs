@@ -1,7 +1,7 @@
 //! Suction cups: sealing, pressure, and whether they still hold.
 
 use crate::cup_sharing::{CupLimit, can_bear};
-use crate::description::{Shape, Vacuum};
+use crate::description::{BodyShape, Vacuum};
 use crate::engine::{ARM, Engine, Material, engine_pose, our_vector, vector};
 use crate::gripper::GripContext;
 use crate::hold::Hold;
@@ -72,7 +72,7 @@ impl Cups {
             group: ARM,
         };
         let bodies = rims.iter().map(|rim| {
-            let solid = Shape::Cylinder {
+            let solid = BodyShape::Cylinder {
                 radius: plan.radius,
                 length,
             };

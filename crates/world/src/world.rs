@@ -88,7 +88,7 @@ impl World {
             let body = engine.add_still(&Pose::from_translation(0.0, 0.0, height));
             engine.attach(
                 body,
-                &Shape::Plane,
+                &BodyShape::Plane,
                 &Pose::IDENTITY,
                 0.0,
                 still(Owner::Floor, FLOOR_FRICTION),

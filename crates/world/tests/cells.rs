@@ -27,7 +27,7 @@ pub fn empty() -> WorldDescription {
 pub fn cube(name: &str, p: [f64; 6]) -> Part {
     Part {
         name: name.into(),
-        shape: Shape::Box { size: [0.05; 3] },
+        shape: BodyShape::Box { size: [0.05; 3] },
         mass: Mass::Density(1000.0),
         pose: pose(p),
         friction: 0.5,
@@ -37,10 +37,10 @@ pub fn cube(name: &str, p: [f64; 6]) -> Part {
 }
 
 /// An obstacle of friction 0.5.
-pub fn obstacle(name: &str, size: [f64; 3], p: [f64; 6]) -> Obstacle {
-    Obstacle {
+pub fn obstacle(name: &str, size: [f64; 3], p: [f64; 6]) -> ObstacleDescription {
+    ObstacleDescription {
         name: name.into(),
-        shape: Shape::Box { size },
+        shape: BodyShape::Box { size },
         pose: pose(p),
         friction: 0.5,
     }

@@ -26,7 +26,7 @@ fn cell() -> WorldDescription {
 
 fn with(what: FaultKind, duration: Option<f64>) -> WorldDescription {
     let mut cell = cell();
-    cell.faults.push(Fault {
+    cell.faults.push(FaultDescription {
         when: Trigger::Time(1.0),
         what,
         duration,

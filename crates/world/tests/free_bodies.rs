@@ -39,7 +39,7 @@ fn way_on_slope(angle: f64, seconds: f64) -> f64 {
     let mut cell = empty();
     cell.settings.floor = None;
     let slope = pose([0.0, 0.0, 0.0, 0.0, angle, 0.0]);
-    cell.obstacles.push(Obstacle {
+    cell.obstacles.push(ObstacleDescription {
         pose: slope * Pose::from_translation(0.0, 0.0, -0.5),
         ..obstacle("slope", [40.0, 4.0, 1.0], [0.0; 6])
     });
@@ -80,7 +80,7 @@ fn a_box_that_slides_into_another_keeps_the_momentum_of_both() {
         ..cube("two", [0.2, 0.001, 1.0, 0.0, 0.0, 0.0])
     });
     // The tool gives the first one its speed, and stops.
-    cell.arm.tool = Some((Shape::Box { size: [0.02; 3] }, Pose::IDENTITY));
+    cell.arm.tool = Some((BodyShape::Box { size: [0.02; 3] }, Pose::IDENTITY));
     let mut world = build(&cell);
     let mut x: f64 = -0.06;
     for cycle in 0..700 {
@@ -123,7 +123,7 @@ fn tower(belt: bool) -> WorldDescription {
         for part in &mut cell.parts {
             part.pose.translation.z += 0.1;
         }
-        cell.conveyors.push(Conveyor {
+        cell.conveyors.push(ConveyorDescription {
             name: "belt".into(),
             surface: Surface::Belt {
                 pose: pose([5.0, 0.0, 0.05, 0.0, 0.0, 0.0]),

@@ -9,8 +9,8 @@ const RUN: IoPoint = IoPoint::Digital(3);
 const SIGNAL: IoPoint = IoPoint::Digital(7);
 
 /// A belt along x whose top is at z = 0.1.
-fn belt(speed: f64) -> Conveyor {
-    Conveyor {
+fn belt(speed: f64) -> ConveyorDescription {
+    ConveyorDescription {
         name: "belt".into(),
         surface: Surface::Belt {
             pose: pose([0.0, 0.0, 0.05, 0.0, 0.0, 0.0]),
@@ -93,7 +93,7 @@ fn a_sleeping_part_wakes_when_its_belt_starts() {
 #[test]
 fn a_turntable_carries_along_circles() {
     let mut cell = empty();
-    cell.conveyors.push(Conveyor {
+    cell.conveyors.push(ConveyorDescription {
         surface: Surface::Turntable {
             center: pose([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]),
             radius: 0.5,
@@ -143,7 +143,7 @@ fn parts_jam_at_a_stopper_while_the_belt_runs_on() {
 fn eight_boxes_stand_for_a_minute_on_a_running_belt() {
     let mut cell = empty();
     cell.settings.sleeping = false;
-    cell.conveyors.push(Conveyor {
+    cell.conveyors.push(ConveyorDescription {
         surface: Surface::Belt {
             pose: pose([4.0, 0.0, 0.05, 0.0, 0.0, 0.0]),
             size: [12.0, 0.5, 0.1],
@@ -278,7 +278,7 @@ fn line(scatter: f64) -> WorldDescription {
     let mut cell = empty();
     cell.conveyors.push(belt(0.3));
     cell.parts.push(cube("can", [0.0; 6]));
-    cell.sources.push(Source {
+    cell.sources.push(SourceDescription {
         name: "feed".into(),
         part: "can".into(),
         pose: pose([-1.0, 0.0, 0.126, 0.0, 0.0, 0.0]),
@@ -424,7 +424,7 @@ fn a_blocked_actuator_presses_with_its_force_and_reaches_no_end() {
 #[test]
 fn the_arm_stops_an_actuator_and_feels_its_force() {
     let mut cell = pusher();
-    cell.arm.tool = Some((Shape::Box { size: [0.04; 3] }, pose([0.0; 6])));
+    cell.arm.tool = Some((BodyShape::Box { size: [0.04; 3] }, pose([0.0; 6])));
     let mut world = build(&cell);
     let mut input = Input {
         base_from_flange: pose([0.04, 0.0, 0.04, 0.0, 0.0, 0.0]),

@@ -25,12 +25,12 @@ fn energy(world: &World) -> f64 {
     world.state().parts.iter().map(of).sum()
 }
 
-fn shape() -> impl Strategy<Value = Shape> {
+fn shape() -> impl Strategy<Value = BodyShape> {
     prop_oneof![
-        [0.02..0.1_f64, 0.02..0.1_f64, 0.02..0.1_f64].prop_map(|size| Shape::Box { size }),
+        [0.02..0.1_f64, 0.02..0.1_f64, 0.02..0.1_f64].prop_map(|size| BodyShape::Box { size }),
         (0.01..0.05_f64, 0.02..0.1_f64)
-            .prop_map(|(radius, length)| Shape::Cylinder { radius, length }),
-        (0.01..0.05_f64).prop_map(|radius| Shape::Sphere { radius }),
+            .prop_map(|(radius, length)| BodyShape::Cylinder { radius, length }),
+        (0.01..0.05_f64).prop_map(|radius| BodyShape::Sphere { radius }),
     ]
 }
 
@@ -146,13 +146,13 @@ fn nothing_passes_through_anything_at_two_metres_a_second() {
         let mut cell = empty();
         cell.settings.gravity = [0.0; 3];
         cell.parts.push(Part {
-            shape: Shape::Box {
+            shape: BodyShape::Box {
                 size: [thickness, 0.1, 0.1],
             },
             ..cube("plate", [0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
         });
         cell.arm.tool = Some((
-            Shape::Box {
+            BodyShape::Box {
                 size: [0.02, 0.05, 0.05],
             },
             Pose::IDENTITY,
@@ -178,7 +178,7 @@ fn nothing_passes_through_anything_at_two_metres_a_second() {
             .push(obstacle("shelf", [0.3, 0.3, thickness], [0.0; 6]));
         let fall = 2.0 * 2.0 / (2.0 * G) + thickness;
         cell.parts.push(Part {
-            shape: Shape::Box {
+            shape: BodyShape::Box {
                 size: [0.1, 0.1, thickness],
             },
             ..cube("plate", [0.0, 0.0, fall, 0.0, 0.0, 0.0])

@@ -66,7 +66,7 @@ fn a_refusal_names_table_entry_key_value_and_what_is_allowed() {
         "[[part]] \"box\": pose overlaps \"other\" by 0.0100 m, allowed: poses in which parts do not overlap"
     );
     assert_eq!(
-        refused(|cell| cell.faults.push(Fault {
+        refused(|cell| cell.faults.push(FaultDescription {
             when: Trigger::Time(1.0),
             what: FaultKind::Missing("bax".into()),
             duration: None
@@ -74,7 +74,7 @@ fn a_refusal_names_table_entry_key_value_and_what_is_allowed() {
         "[[fault]] \"bax\": name names \"bax\", allowed: the name of a [[part]]"
     );
     assert_eq!(
-        refused(|cell| cell.faults.push(Fault {
+        refused(|cell| cell.faults.push(FaultDescription {
             when: Trigger::Time(1.0),
             what: FaultKind::Missing("box".into()),
             duration: Some(0.0)
@@ -93,8 +93,8 @@ fn numbers_that_are_none_are_refused_wherever_they_stand() {
         refused(|cell| cell.parts[0].pose.translation.x = nan),
         refused(|cell| cell.parts[0].friction = nan),
         refused(|cell| cell.parts[0].mass = Mass::Density(nan)),
-        refused(|cell| cell.parts[0].shape = Shape::Box { size: [nan; 3] }),
-        refused(|cell| cell.parts[0].shape = Shape::Plane),
+        refused(|cell| cell.parts[0].shape = BodyShape::Box { size: [nan; 3] }),
+        refused(|cell| cell.parts[0].shape = BodyShape::Plane),
         refused(|cell| cell.detectors[0].delay = nan),
         refused(|cell| cell.detectors[0].to = IoPoint::FloatRegister(3)),
     ];

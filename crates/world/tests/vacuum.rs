@@ -37,7 +37,7 @@ fn gripper(cups: &[[f64; 3]], pressure: f64) -> Gripper {
 fn cell(size: [f64; 3], cups: &[[f64; 3]], pressure: f64) -> WorldDescription {
     let mut cell = empty();
     cell.parts.push(Part {
-        shape: Shape::Box { size },
+        shape: BodyShape::Box { size },
         mass: Mass::Total(2.0),
         ..cube("box", [0.0, 0.0, size[2] / 2.0, 0.0, 0.0, 0.0])
     });
@@ -47,7 +47,7 @@ fn cell(size: [f64; 3], cups: &[[f64; 3]], pressure: f64) -> WorldDescription {
 
 /// A hand whose rims touch the top of the box at (x, y), with full pressure.
 fn hand_on_box(cell: &WorldDescription, x: f64) -> Hand {
-    let Shape::Box { size } = cell.parts[0].shape else {
+    let BodyShape::Box { size } = cell.parts[0].shape else {
         panic!("a box")
     };
     let mut hand = Hand::above(cell, x, 0.0, size[2] + 0.1005);

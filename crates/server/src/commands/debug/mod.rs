@@ -63,7 +63,7 @@ pub fn debug(args: &DebugArgs) -> CommandResult {
     Ok(serve_clients(args)?)
 }
 
-/// Why the debugger cannot go on; displayed as one sentence.
+/// The reason for which the debugger cannot go on, displayed as one sentence.
 #[derive(Debug, Error)]
 enum DebugError {
     #[error("cannot open port {port}: {source}")]
