@@ -242,7 +242,7 @@ impl SteppedController {
     /// than the patience has timed out as well. Interrupted, it is stopped.
     ///
     /// # Errors
-    /// As [`start`](Self::start) and [`run_to_end`](Self::run_to_end) but for [`SteppedError::Stuck`].
+    /// The errors of [`start`](Self::start) and of [`run_to_end`](Self::run_to_end), without [`SteppedError::Stuck`].
     pub fn run_program(
         &self,
         text: ProgramText,
@@ -290,7 +290,7 @@ impl SteppedController {
     /// `simulated` seconds have passed, or the owner did not want to go on.
     ///
     /// # Errors
-    /// As [`advance`](Self::advance), and whatever `holds` gives.
+    /// The errors of [`advance`](Self::advance), and those of `holds`.
     pub fn advance_until<E: From<SteppedError>>(
         &self,
         mut holds: impl FnMut(&RobotState) -> Result<bool, E>,

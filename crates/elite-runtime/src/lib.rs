@@ -11,6 +11,7 @@
 
 pub mod builtins;
 pub mod chinese;
+mod command_table;
 mod compile_pool;
 pub mod configuration_variables;
 pub mod debug;

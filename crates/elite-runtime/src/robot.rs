@@ -1,24 +1,23 @@
 //! The script side's view of the robot: one handle to send commands, learn how they ended and look at the state.
 //!
-//! Owns the table of commands somebody waits for. Knows neither planner nor physics (those are behind the ring) and no
+//! Owns the table of commands (`command_table`). Knows neither planner nor physics (those are behind the ring) and no
 //! script value. Shared by the task's thread, the ports and the pump.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::ops::Bound;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
-    Command, CommandId, CommandKind, CommandSender, CycleTime, DigitalBank, Event, EventReader,
-    FrameReader, IoChange, IoImage, Origin, Outcome, PointList, ProgramId, Registers, RingFull,
-    RobotState, ScriptEndpoint, SnapshotCell, StopReason, Timeline,
+    Command, CommandId, CommandKind, CommandSender, CycleTime, Event, EventReader, FrameReader,
+    IoImage, Origin, Outcome, PointList, ProgramId, Registers, RingFull, RobotState,
+    ScriptEndpoint, SnapshotCell, StopReason, Timeline,
 };
 use tokio::sync::Notify;
 
+use crate::command_table::{CommandTable, EndedCommand};
 use crate::external::Rerun;
 use crate::message::{Message, Observer, Severity};
-use crate::predicted_state::{CommandedModes, PredictedState, PredictionCache, PredictionKey};
+use crate::predicted_state::PredictedState;
 
 /// A robot to give commands to. Cheap to share behind an `Arc`.
 pub struct Robot {
@@ -42,10 +41,6 @@ pub struct Robot {
     repeat: OnceLock<Arc<Rerun>>,
 }
 
-/// Commands of a program are remembered for so many cycles after their end, for programs that see the robot as it was a
-/// little before; and at most so many of them.
-const REMEMBERED_CYCLES: u64 = 250;
-const REMEMBERED_MAX: usize = 4096;
 /// Stops that are remembered with their cycle.
 const STOPS_REMEMBERED: usize = 8;
 
@@ -53,145 +48,6 @@ const STOPS_REMEMBERED: usize = 8;
 struct MotionReceivers {
     events: EventReader,
     frames: FrameReader,
-}
-
-/// Commands whose end somebody waits for, and the origin of every command that has not ended.
-#[derive(Default)]
-struct CommandTable {
-    open: BTreeMap<CommandId, PendingCommand>,
-    stops: u64,
-    last_stop: Option<StopReason>,
-    /// The latest ones, with their cycles.
-    recent_stops: VecDeque<(u64, StopReason)>,
-    lasting: CommandedModes,
-    /// Where a motion was asked for that goes on after its command has ended, as the speed of `speedl` does.
-    held_motion: Origin,
-    foresight: PredictionCache,
-    /// How often a prediction that is cached became wrong ([`PredictionKey::changes`]).
-    changes: u64,
-    /// Commands that have ended and whose outcome nobody asks for, in the order of their ends: programs may still see a
-    /// cycle before. Few of them are looked at, those behind that cycle.
-    ended: VecDeque<EndedCommand>,
-}
-
-/// A command that has ended.
-struct EndedCommand {
-    command: Command,
-    ended_in: u64,
-    queued_in: u64,
-}
-
-impl CommandTable {
-    /// A command is about to enter the ring.
-    fn register(&mut self, command: Command, keep_outcome: bool) {
-        self.lasting.note(&command);
-        if command.id < self.foresight.newest() {
-            // A repeated program's, whose numbers are the recording's.
-            self.changes += 1;
-        }
-        let entry = PendingCommand {
-            command,
-            keep_outcome,
-            outcome: None,
-            ended_in: u64::MAX,
-            queued_in: u64::MAX,
-            due_in: u64::MAX,
-        };
-        self.open.insert(command.id, entry);
-    }
-
-    /// Nobody will ask for the end of this command.
-    fn drop_waiter(&mut self, id: CommandId) {
-        task_memory::uncounted(|| self.open.remove(&id));
-        self.changes += 1;
-    }
-
-    /// Forgets commands that ended long ago.
-    fn forget_ended(&mut self, cycle: u64) {
-        while let Some(ended) = self.ended.front()
-            && (ended.ended_in.saturating_add(REMEMBERED_CYCLES) < cycle
-                || self.ended.len() > REMEMBERED_MAX)
-        {
-            self.ended.pop_front();
-        }
-    }
-
-    /// Commands that had not ended by this cycle, though they have since, in the order of their ends.
-    fn ended_since(&self, cycle: u64) -> impl DoubleEndedIterator<Item = &EndedCommand> {
-        let from = self.ended.partition_point(|ended| ended.ended_in <= cycle);
-        self.ended.range(from..)
-    }
-
-    /// The commands behind `after` that had not ended by this cycle, in the order in which they were given.
-    fn open_commands_after(&self, cycle: u64, after: CommandId) -> impl Iterator<Item = &Command> {
-        let since = self.ended_since(cycle).map(|ended| &ended.command);
-        let mut since: Vec<&Command> = since.filter(|command| command.id > after).collect();
-        since.sort_by_key(|command| command.id);
-        let open = self.open.range((Bound::Excluded(after), Bound::Unbounded));
-        let open = open.filter(move |(_, entry)| !entry.has_ended(cycle));
-        let mut open = open.map(|(_, entry)| &entry.command).peekable();
-        let mut since = since.into_iter().peekable();
-        std::iter::from_fn(move || match (since.peek(), open.peek()) {
-            (Some(earlier), Some(later)) if earlier.id < later.id => since.next(),
-            (Some(_), None) => since.next(),
-            _ => open.next(),
-        })
-    }
-
-    /// Where the motion was asked for that was carried out before this cycle.
-    fn mover(&self, cycle: u64) -> Origin {
-        let mut under_way = self.open_commands_after(cycle.saturating_sub(1), CommandId::NONE);
-        let motion = under_way.find(|command| command.kind.starts_motion());
-        motion.map_or(self.held_motion, |command| command.origin)
-    }
-
-    /// A command has ended: what moves the arm from now on, until another command does.
-    fn note_end(&mut self, command: &Command) {
-        let kind = &command.kind;
-        let is_stop = matches!(
-            kind,
-            CommandKind::Stop { .. } | CommandKind::StopJ { .. } | CommandKind::StopL { .. }
-        );
-        if kind.is_motion() || is_stop {
-            self.held_motion = Origin::default();
-        } else if kind.starts_motion() {
-            self.held_motion = command.origin;
-        }
-    }
-
-    /// The state with what the commands that had not ended by `cycle` set.
-    fn foreseen(&mut self, state: &RobotState, cycle: u64) -> PredictedState {
-        let mut foresight = std::mem::take(&mut self.foresight);
-        let basis = PredictionKey {
-            cycle: state.cycle,
-            ended_by: cycle,
-            changes: self.changes,
-        };
-        let under_way = |after| self.open_commands_after(cycle, after);
-        // What is kept belongs to no task.
-        let foreseen =
-            task_memory::uncounted(|| foresight.of(basis, state, self.lasting, under_way));
-        self.foresight = foresight;
-        foreseen
-    }
-}
-
-struct PendingCommand {
-    command: Command,
-    keep_outcome: bool,
-    outcome: Option<Outcome>,
-    /// The cycle in which the command ended.
-    ended_in: u64,
-    /// The cycle since which the next motion may follow the command, and since which that is due.
-    queued_in: u64,
-    due_in: u64,
-}
-
-impl PendingCommand {
-    /// Whether the command had ended by this cycle.
-    fn has_ended(&self, by: u64) -> bool {
-        self.outcome.is_some() && self.ended_in <= by
-    }
 }
 
 impl Robot {
@@ -393,12 +249,12 @@ impl Robot {
     /// waits for its cycle applied, in order.
     pub fn io(&self) -> IoImage {
         let awaited = self.awaited();
-        io_after(&awaited, &self.state(), u64::MAX)
+        awaited.io_after(&self.state(), u64::MAX)
     }
 
     /// Inputs and outputs as a program must see them that knows the robot by the state of an earlier cycle.
     pub(crate) fn io_after(&self, state: &RobotState) -> IoImage {
-        io_after(&self.awaited(), state, state.cycle)
+        self.awaited().io_after(state, state.cycle)
     }
 
     /// The state as the next cycle will have it, as far as commands that wait set something: what a program is shown,
@@ -636,22 +492,6 @@ impl Robot {
     fn awaited(&self) -> MutexGuard<'_, CommandTable> {
         self.awaited.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-fn io_after(awaited: &CommandTable, state: &RobotState, cycle: u64) -> IoImage {
-    let mut image = state.io();
-    for command in awaited.open_commands_after(cycle, CommandId::NONE) {
-        match command.kind {
-            CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
-                image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
-            }
-            CommandKind::SetIo(change) | CommandKind::SetIoAtZone { change, .. } => {
-                image.apply(&change);
-            }
-            _ => {}
-        }
-    }
-    image
 }
 
 /// The script side's end of the border, without the records (those go to the recorder).

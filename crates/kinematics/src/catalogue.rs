@@ -62,7 +62,7 @@ impl RobotModel {
     /// Anything with a path separator or the extension `.urdf` or `.xml` is a path.
     ///
     /// # Errors
-    /// As [`Self::built_in`] or [`Self::from_urdf`], and [`ModelError::Unreadable`] for the file.
+    /// The errors of [`Self::built_in`] or [`Self::from_urdf`], and [`ModelError::Unreadable`] for the file.
     pub fn open(name_or_path: &str) -> Result<Self, ModelError> {
         let path = Path::new(name_or_path);
         let is_path = name_or_path.contains(['/', '\\'])

@@ -39,7 +39,8 @@ impl PointList {
     /// Joint positions, or poses of the TCP in the base frame with quaternions that need not be of length 1.
     ///
     /// # Errors
-    /// As [`from_joint_positions`](Self::from_joint_positions), and a quaternion much shorter or longer than 1.
+    /// The errors of [`from_joint_positions`](Self::from_joint_positions), and a quaternion much shorter or longer than
+    /// 1.
     pub fn new(samples: Vec<PointValues>, are_poses: bool) -> Result<Self, Refusal> {
         if !(2..=POINTS_MAX).contains(&samples.len()) {
             let value = samples.len() as f64;

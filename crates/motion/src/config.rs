@@ -196,7 +196,7 @@ impl CycleConfig {
     /// The arm with the limits in force: what planning, and whoever checks positions before it, must use.
     ///
     /// # Errors
-    /// As [`resolve`](Self::resolve).
+    /// The errors of [`resolve`](Self::resolve).
     pub fn limited_model(&self) -> Result<RobotModel, ConfigError> {
         let limits = self.resolve()?.applied_to(self.model.limits());
         Ok(self.model.clone().with_limits(limits))

@@ -38,7 +38,7 @@ impl ConfinedDir {
     /// The folder that a path from this folder on leads to, links followed.
     ///
     /// # Errors
-    /// As [`ConfinedDir::find`].
+    /// The errors of [`ConfinedDir::find`].
     pub fn find_folder(&self, way: &Path) -> io::Result<ConfinedEntry> {
         imp::find(&self.0, way, true).map(ConfinedEntry)
     }
@@ -46,7 +46,7 @@ impl ConfinedDir {
     /// Opens or makes a file. Nothing waits at opening, and no terminal becomes that of this process.
     ///
     /// # Errors
-    /// As [`ConfinedDir::find`].
+    /// The errors of [`ConfinedDir::find`].
     pub fn file(&self, way: &Path, mode: OpenMode) -> io::Result<File> {
         imp::file(&self.0, way, mode)
     }

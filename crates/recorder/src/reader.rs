@@ -93,7 +93,7 @@ impl Recording {
     /// of the reader ends the recording as damage does.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
+    /// The errors of [`open`](Self::open).
     pub fn from_opener(
         open: impl Fn() -> io::Result<Box<dyn Read>> + Send + Sync + 'static,
         name: &str,
@@ -212,7 +212,7 @@ impl Recording {
     /// All cycles from the beginning.
     ///
     /// # Errors
-    /// As [`entries`](Self::entries).
+    /// The errors of [`entries`](Self::entries).
     pub fn cycles(
         &self,
     ) -> Result<impl Iterator<Item = Result<CycleMessage, ReadError>> + use<'_>, ReadError> {
@@ -227,7 +227,7 @@ impl Recording {
     /// All commands from the beginning.
     ///
     /// # Errors
-    /// As [`entries`](Self::entries).
+    /// The errors of [`entries`](Self::entries).
     pub fn commands(
         &self,
     ) -> Result<impl Iterator<Item = Result<CommandMessage, ReadError>> + use<'_>, ReadError> {

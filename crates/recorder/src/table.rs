@@ -77,7 +77,7 @@ impl<'a> TopicTable<'a> {
     /// The rows; a cell is `None` where the message has no such value.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// The errors of [`new`](Self::new).
     pub fn rows(
         &self,
     ) -> Result<impl Iterator<Item = Result<Vec<Option<String>>, ReadError>> + use<'_>, ReadError>

@@ -41,8 +41,8 @@ fn down(x: f64, y: f64, z: f64) -> Pose {
     pose([x, y, z, core::f64::consts::PI, 0.0, 0.0])
 }
 
-fn part(name: &str) -> Part {
-    Part {
+fn part(name: &str) -> PartDescription {
+    PartDescription {
         name: name.into(),
         shape: BodyShape::Box {
             size: [0.1, 0.1, 0.08],
@@ -178,7 +178,7 @@ fn parts_at_rest(count: usize) {
     for sleeping in [true, false] {
         let mut cell = cell();
         cell.settings.sleeping = sleeping;
-        cell.parts.push(Part {
+        cell.parts.push(PartDescription {
             copies: Some(Copies {
                 count: [count / 5, 5, 1],
                 pitch: [0.15, 0.15, 0.0],
@@ -205,7 +205,7 @@ fn parts_at_rest(count: usize) {
 /// What a copy costs, and what running again costs instead.
 fn copies(count: usize) {
     let mut cell = cell();
-    cell.parts.push(Part {
+    cell.parts.push(PartDescription {
         copies: Some(Copies {
             count: [count / 5, 5, 1],
             pitch: [0.15, 0.15, 0.0],

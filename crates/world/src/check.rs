@@ -97,7 +97,7 @@ fn settings(settings: &Settings) -> Result<(), WorldError> {
 }
 
 fn counts(cell: &WorldDescription) -> Result<(), WorldError> {
-    let of = |part: &Part| {
+    let of = |part: &PartDescription| {
         part.copies.map_or(1, |c| {
             c.count.iter().fold(1, |n: usize, x| n.saturating_mul(*x))
         })
@@ -128,7 +128,7 @@ fn counts(cell: &WorldDescription) -> Result<(), WorldError> {
     }
 }
 
-fn check_part(entry: &Entry<'_>, part: &Part) -> Result<(), WorldError> {
+fn check_part(entry: &Entry<'_>, part: &PartDescription) -> Result<(), WorldError> {
     entry.shape(&part.shape, false)?;
     match part.mass {
         Mass::Total(mass) => entry.within(

@@ -16,7 +16,7 @@ pub struct WorldDescription {
     /// Things that stand still, or that an actuator moves.
     pub obstacles: Vec<ObstacleDescription>,
     /// Free rigid bodies.
-    pub parts: Vec<Part>,
+    pub parts: Vec<PartDescription>,
     /// Coefficients of friction that differ from the smaller one of the two.
     pub frictions: Vec<PairFriction>,
     /// Grippers on the flange.
@@ -122,7 +122,7 @@ pub enum Mass {
 
 /// A free rigid body, or a grid of them. A part that a source names is its template and not there by itself.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct PartDescription {
     /// Name; copies are called `name[0]`, `name[1]`, …
     pub name: String,
     /// Shape.

@@ -3,7 +3,7 @@
 use crate::description::{Detector as Plan, DetectorKind};
 use crate::engine::{Engine, vector};
 use crate::levels::Levels;
-use crate::parts::Parts;
+use crate::parts::PartTable;
 use crate::state::DetectorState;
 use kinematics::Pose;
 use nalgebra::Vector3;
@@ -35,7 +35,7 @@ impl Detector {
     }
 
     /// After the engine's step.
-    pub(crate) fn look(&mut self, engine: &Engine, parts: &Parts) {
+    pub(crate) fn look(&mut self, engine: &Engine, parts: &PartTable) {
         let share;
         (self.state, share) = match &self.plan.kind {
             DetectorKind::Beam { from, until } => {

@@ -11,7 +11,7 @@ use crate::gripper::GripContext;
 use crate::hold::Hold;
 use crate::levels::Levels;
 use crate::materials::Owner;
-use crate::parts::{PartNumber, Parts};
+use crate::parts::{PartNumber, PartTable};
 use crate::state::FingerState;
 use kinematics::{Pose, Wrench};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
@@ -269,7 +269,7 @@ impl FingerPair {
     fn gap(
         &self,
         engine: &Engine,
-        parts: &Parts,
+        parts: &PartTable,
         flange: &Pose,
         side: usize,
         part: PartNumber,

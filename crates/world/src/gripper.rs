@@ -8,7 +8,7 @@ use crate::hold::Hold;
 use crate::input::{HeldPart, Output};
 use crate::levels::Levels;
 use crate::materials::Owner;
-use crate::parts::{PartNumber, Parts};
+use crate::parts::{PartNumber, PartTable};
 use crate::state::{FingerState, GripperState};
 use crate::vacuum::Cups;
 use kinematics::Wrench;
@@ -18,7 +18,7 @@ use rapier3d_f64::dynamics::RigidBodyHandle;
 /// What a gripper works with in one cycle.
 pub(crate) struct GripContext<'a> {
     pub(crate) engine: &'a mut Engine,
-    pub(crate) parts: &'a mut Parts,
+    pub(crate) parts: &'a mut PartTable,
     pub(crate) motion: &'a FlangeMotion,
     pub(crate) outputs: &'a Levels,
     /// Number of the gripper.
@@ -128,7 +128,7 @@ impl Gripper {
         }
     }
 
-    pub(crate) fn state(&self, parts: &Parts) -> GripperState {
+    pub(crate) fn state(&self, parts: &PartTable) -> GripperState {
         let part = self.hold().and_then(|hold| parts.bodies.get(&hold.part));
         let mut state = GripperState {
             holding: part.map(|part| part.name.clone()),
@@ -154,7 +154,7 @@ impl Gripper {
         &self,
         number: usize,
         engine: &Engine,
-        parts: &Parts,
+        parts: &PartTable,
         motion: &FlangeMotion,
         output: &mut Output,
     ) {

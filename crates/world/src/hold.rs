@@ -5,7 +5,7 @@
 
 use crate::arm::{FlangeMotion, add_touches};
 use crate::engine::{ARM, Engine, engine_pose};
-use crate::parts::{PartNumber, Parts};
+use crate::parts::{PartNumber, PartTable};
 use kinematics::{Pose, Wrench};
 use nalgebra::Vector3;
 use rapier3d_f64::geometry::{Group, InteractionGroups, InteractionTestMode};
@@ -49,7 +49,7 @@ impl Hold {
     /// Takes a part out of the engine's hands.
     pub(crate) fn begin(
         engine: &mut Engine,
-        parts: &mut Parts,
+        parts: &mut PartTable,
         gripper: usize,
         part: PartNumber,
         flange: &Pose,
@@ -75,7 +75,7 @@ impl Hold {
     }
 
     /// Lets the part move with the flange in the coming step.
-    pub(crate) fn drive(&self, engine: &mut Engine, parts: &Parts, flange: &Pose) {
+    pub(crate) fn drive(&self, engine: &mut Engine, parts: &PartTable, flange: &Pose) {
         if let Some(part) = parts.bodies.get(&self.part) {
             engine.drive(part.body, &(*flange * self.flange_from_part));
         }
@@ -85,7 +85,7 @@ impl Hold {
     pub(crate) fn end(
         self,
         engine: &mut Engine,
-        parts: &mut Parts,
+        parts: &mut PartTable,
         motion: &FlangeMotion,
         slip: Vector3<f64>,
     ) {
@@ -101,7 +101,7 @@ impl Hold {
     pub(crate) fn need(
         &self,
         engine: &Engine,
-        parts: &Parts,
+        parts: &PartTable,
         motion: &FlangeMotion,
         touched_by: &Wrench,
     ) -> Need {
@@ -136,7 +136,7 @@ impl Hold {
     pub(crate) fn support_force(
         &self,
         engine: &Engine,
-        parts: &Parts,
+        parts: &PartTable,
         pose: &Pose,
     ) -> Vector3<f64> {
         let (Some(support), Some(lift), Some(part)) =
@@ -155,7 +155,7 @@ impl Hold {
     }
 
     /// Forgets what bore the part once it is lifted, or has been moved to where nothing is below it.
-    pub(crate) fn look_below(&mut self, engine: &Engine, parts: &Parts) {
+    pub(crate) fn look_below(&mut self, engine: &Engine, parts: &PartTable) {
         let (Some(support), Some(part)) = (self.support, parts.bodies.get(&self.part)) else {
             return;
         };
@@ -171,7 +171,7 @@ impl Hold {
     fn has_something_below(
         &self,
         engine: &Engine,
-        parts: &Parts,
+        parts: &PartTable,
         pose: &Pose,
         up: Vector3<f64>,
     ) -> bool {

@@ -2,13 +2,13 @@
 
 use crate::engine::Engine;
 use crate::error::WorldError;
-use crate::parts::Parts;
+use crate::parts::PartTable;
 use rapier3d_f64::parry::query;
 
 /// Parts may be in one another this deep, m: people write the sizes of things that touch.
 const ALLOWED: f64 = 1e-4;
 
-pub(crate) fn refuse_overlaps(engine: &Engine, parts: &Parts) -> Result<(), WorldError> {
+pub(crate) fn refuse_overlaps(engine: &Engine, parts: &PartTable) -> Result<(), WorldError> {
     let bodies: Vec<_> = parts.bodies.values().collect();
     for (i, a) in bodies.iter().enumerate() {
         for b in &bodies[i + 1..] {

@@ -1,6 +1,6 @@
 //! The parts that are there: their bodies, names and templates.
 
-use crate::description::{BodyShape, Mass, Part, WorldDescription};
+use crate::description::{BodyShape, Mass, PartDescription, WorldDescription};
 use crate::engine::{Engine, Material, PARTS};
 use crate::materials::Owner;
 use kinematics::{Pose, RigidBody};
@@ -43,13 +43,13 @@ pub(crate) struct PartBody {
 
 /// All parts.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Parts {
+pub(crate) struct PartTable {
     pub(crate) templates: Vec<Template>,
     pub(crate) bodies: BTreeMap<PartNumber, PartBody>,
     next: PartNumber,
 }
 
-impl Parts {
+impl PartTable {
     /// Templates of the description, and the parts that are there at the start.
     pub(crate) fn new(cell: &WorldDescription, engine: &mut Engine) -> Self {
         let mut parts = Self::default();
@@ -173,7 +173,7 @@ impl Parts {
 }
 
 /// Of a uniform solid about its centre, in its axes.
-fn mass_properties(part: &Part) -> RigidBody {
+fn mass_properties(part: &PartDescription) -> RigidBody {
     let (volume, squares) = match part.shape {
         BodyShape::Box { size: [x, y, z] } => {
             let [xx, yy, zz] = [x * x, y * y, z * z].map(|s| s / 12.0);

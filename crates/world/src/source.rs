@@ -4,7 +4,7 @@ use crate::description::{SourceDescription as Plan, Trigger};
 use crate::edges::Edge;
 use crate::engine::{Engine, engine_pose, engine_shape};
 use crate::levels::Levels;
-use crate::parts::Parts;
+use crate::parts::PartTable;
 use crate::scatter::Scatter;
 use crate::state::SourceState;
 use kinematics::{Pose, rotation};
@@ -24,7 +24,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    pub(crate) fn new(plan: &Plan, parts: &Parts, seed: u64, index: usize) -> Self {
+    pub(crate) fn new(plan: &Plan, parts: &PartTable, seed: u64, index: usize) -> Self {
         Self {
             // Checked: the template is there.
             template: parts.template(&plan.part).unwrap_or_default(),
@@ -40,7 +40,7 @@ impl Source {
     pub(crate) fn before_step(
         &mut self,
         engine: &mut Engine,
-        parts: &mut Parts,
+        parts: &mut PartTable,
         outputs: &Levels,
         inputs: &Levels,
         time: f64,

@@ -6,7 +6,7 @@ use crate::engine::{ARM, Engine, Material, engine_pose, our_vector, vector};
 use crate::gripper::GripContext;
 use crate::hold::Hold;
 use crate::materials::Owner;
-use crate::parts::{PartNumber, Parts};
+use crate::parts::{PartNumber, PartTable};
 use kinematics::{Pose, elementary};
 use nalgebra::{Rotation3, Unit, UnitQuaternion, Vector3};
 use rapier3d_f64::dynamics::RigidBodyHandle;
@@ -228,7 +228,7 @@ impl Cups {
     }
 
     /// Whether the whole rim lies on one face of the part within reach.
-    fn seals_on(&self, engine: &Engine, parts: &Parts, rim: &Pose, part: PartNumber) -> bool {
+    fn seals_on(&self, engine: &Engine, parts: &PartTable, rim: &Pose, part: PartNumber) -> bool {
         let Some(collider) = parts
             .bodies
             .get(&part)

@@ -15,7 +15,7 @@ use crate::levels::PointSet;
 use crate::materials::{Materials, Owner};
 use crate::overlap::refuse_overlaps;
 use crate::part_faults::MissingPart;
-use crate::parts::{PartBody, PartNumber, Parts};
+use crate::parts::{PartBody, PartNumber, PartTable};
 use crate::scatter::Scatter;
 use crate::source::Source;
 use crate::state::{PartState, WorldState};
@@ -35,7 +35,7 @@ const FAULT_STREAM: u64 = 1 << 32;
 pub struct World {
     pub(crate) settings: Settings,
     pub(crate) engine: Engine,
-    pub(crate) parts: Parts,
+    pub(crate) parts: PartTable,
     pub(crate) names: Names,
     pub(crate) grippers: Vec<Gripper>,
     pub(crate) faults: Vec<Fault>,
@@ -118,7 +118,7 @@ impl World {
             .map(|plan| Actuator::new(plan, cell, &mut engine))
             .collect();
         let arm = Arm::new(&cell.arm, &mut engine, period);
-        let parts = Parts::new(cell, &mut engine);
+        let parts = PartTable::new(cell, &mut engine);
         refuse_overlaps(&engine, &parts)?;
         let grippers = cell.grippers.iter().enumerate();
         let grippers = grippers

@@ -24,8 +24,8 @@ pub fn empty() -> WorldDescription {
 }
 
 /// A cube of 50 mm and 125 g.
-pub fn cube(name: &str, p: [f64; 6]) -> Part {
-    Part {
+pub fn cube(name: &str, p: [f64; 6]) -> PartDescription {
+    PartDescription {
         name: name.into(),
         shape: BodyShape::Box { size: [0.05; 3] },
         mass: Mass::Density(1000.0),

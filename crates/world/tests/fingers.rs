@@ -14,7 +14,7 @@ const GRIPPING: IoPoint = IoPoint::Digital(12);
 /// A cube of 50 mm and 1 kg on the floor, between fingers that open to 80 mm.
 fn cell(force: f64, at: [f64; 6]) -> WorldDescription {
     let mut cell = empty();
-    cell.parts.push(Part {
+    cell.parts.push(PartDescription {
         mass: Mass::Total(1.0),
         ..cube("box", at)
     });

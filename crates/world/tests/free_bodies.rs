@@ -43,7 +43,7 @@ fn way_on_slope(angle: f64, seconds: f64) -> f64 {
         pose: slope * Pose::from_translation(0.0, 0.0, -0.5),
         ..obstacle("slope", [40.0, 4.0, 1.0], [0.0; 6])
     });
-    cell.parts.push(Part {
+    cell.parts.push(PartDescription {
         pose: slope * Pose::from_translation(0.0, 0.0, 0.025),
         ..cube("box", [0.0; 6])
     });
@@ -75,7 +75,7 @@ fn a_box_that_slides_into_another_keeps_the_momentum_of_both() {
     let mut cell = empty();
     cell.settings.gravity = [0.0; 3];
     cell.parts.push(cube("one", [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]));
-    cell.parts.push(Part {
+    cell.parts.push(PartDescription {
         mass: Mass::Total(0.4),
         ..cube("two", [0.2, 0.001, 1.0, 0.0, 0.0, 0.0])
     });

@@ -50,7 +50,7 @@ fn heap() -> impl Strategy<Value = WorldDescription> {
         for (i, (shape, x, y, rpy, friction, restitution)) in parts.into_iter().enumerate() {
             let height = 0.2 + 0.2 * i as f64;
             let at = [x, y, height, rpy[0], rpy[1], rpy[2]];
-            cell.parts.push(Part {
+            cell.parts.push(PartDescription {
                 shape,
                 friction,
                 restitution,
@@ -146,7 +146,7 @@ fn nothing_passes_through_anything_at_two_metres_a_second() {
         // A plate stands in the way of the tool.
         let mut cell = empty();
         cell.settings.gravity = [0.0; 3];
-        cell.parts.push(Part {
+        cell.parts.push(PartDescription {
             shape: BodyShape::Box {
                 size: [thickness, 0.1, 0.1],
             },
@@ -178,7 +178,7 @@ fn nothing_passes_through_anything_at_two_metres_a_second() {
         cell.obstacles
             .push(obstacle("shelf", [0.3, 0.3, thickness], [0.0; 6]));
         let fall = 2.0 * 2.0 / (2.0 * G) + thickness;
-        cell.parts.push(Part {
+        cell.parts.push(PartDescription {
             shape: BodyShape::Box {
                 size: [0.1, 0.1, thickness],
             },

@@ -107,7 +107,7 @@ fn numbers_that_are_none_are_refused_wherever_they_stand() {
 #[test]
 fn copies_stand_in_a_grid_with_x_running_fastest() {
     let mut cell = empty();
-    cell.parts.push(Part {
+    cell.parts.push(PartDescription {
         copies: Some(Copies {
             count: [2, 1, 2],
             pitch: [0.1, 0.1, 0.06],

@@ -36,7 +36,7 @@ fn gripper(cups: &[[f64; 3]], pressure: f64) -> Gripper {
 /// A box of 2 kg on the floor at the origin and a gripper whose rims are 0.1 m below the flange.
 fn cell(size: [f64; 3], cups: &[[f64; 3]], pressure: f64) -> WorldDescription {
     let mut cell = empty();
-    cell.parts.push(Part {
+    cell.parts.push(PartDescription {
         shape: BodyShape::Box { size },
         mass: Mass::Total(2.0),
         ..cube("box", [0.0, 0.0, size[2] / 2.0, 0.0, 0.0, 0.0])

@@ -145,7 +145,7 @@ impl Cell {
     /// Checks the text of a file; `path` is what errors call it.
     ///
     /// # Errors
-    /// As [`Cell::load`].
+    /// The errors of [`Cell::load`].
     pub fn from_text(text: String, path: &Path) -> Result<Self, CellError> {
         let tables = parse(&text, path)?;
         let safety = convert::safety_bounds(&tables).map_err(|source| CellError::Safety {

@@ -47,7 +47,7 @@
 //!
 //! # A new builtin
 //!
-//! It asks before it grows, charges for each chunk, holds no borrow across a charge, and keeps many values in a
+//! A builtin asks before it grows, charges for each chunk, holds no borrow across a charge, and keeps many values in a
 //! `ValueVec`:
 //!
 //! ```text

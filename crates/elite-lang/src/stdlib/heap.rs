@@ -1,6 +1,6 @@
 //! `_heapq`: heaps in lists, whose smallest item is item 0 and whose item i is at most items 2 i + 1 and 2 i + 2.
 //!
-//! Which items are compared, in which order, and what a list looks like meanwhile is what CPython does, so that items
+//! The items that are compared, their order, and the list as it is meanwhile are CPython's, so that items
 //! of scripts see the same. Where all comparisons are of numbers, short texts and tuples of them, nobody can look
 //! meanwhile, and an item is moved to its place at once.
 

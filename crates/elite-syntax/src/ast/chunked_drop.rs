@@ -3,7 +3,7 @@
 //! A node gives up its parts first and is emptied then, so that dropping the list around it costs next to nothing.
 
 use super::visit::{
-    PartMut, argument_parts_mut, dict_item_parts_mut, expression_parts_mut, format_parts_mut,
+    NodePartMut, argument_parts_mut, dict_item_parts_mut, expression_parts_mut, format_parts_mut,
     statement_parts_mut,
 };
 use super::{Arg, Constant, DictItem, Expr, ExprKind, FStringPart, Module, Stmt, StmtKind};
@@ -28,17 +28,19 @@ fn block(body: &mut [Stmt], budget: &WorkBudget<'_>) {
     }
 }
 
-fn drop_part(part: PartMut<'_>, budget: &WorkBudget<'_>) {
+fn drop_part(part: NodePartMut<'_>, budget: &WorkBudget<'_>) {
     match part {
-        PartMut::Expr(expr) | PartMut::ClauseTarget(expr) | PartMut::Annotation(expr) => {
+        NodePartMut::Expr(expr)
+        | NodePartMut::ClauseTarget(expr)
+        | NodePartMut::Annotation(expr) => {
             expression(expr, budget);
         }
-        PartMut::Name(name) => {
+        NodePartMut::Name(name) => {
             budget.charge(WORK_PER_NODE);
             drop(std::mem::take(&mut name.name));
         }
-        PartMut::Block(body) => block(body, budget),
-        PartMut::Scope(_) | PartMut::Span(_) => {}
+        NodePartMut::Block(body) => block(body, budget),
+        NodePartMut::Scope(_) | NodePartMut::Span(_) => {}
     }
 }
 

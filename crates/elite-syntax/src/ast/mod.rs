@@ -13,7 +13,7 @@ use num_bigint::BigInt;
 pub use stmt::{ClassDef, FunctionDef, Handler, ImportAlias, Stmt, StmtKind, WithItem};
 
 use crate::source::Span;
-use visit::Part;
+use visit::NodePart;
 
 /// A name with its place. Private names (`__x` inside a class) are already mangled by the parser.
 #[derive(Clone, Debug, PartialEq)]
@@ -178,7 +178,7 @@ impl ExprKind {
     fn depth_of_parts(&self) -> u16 {
         let mut depth = 0;
         visit::expression_parts(self, &mut |part| {
-            if let Part::Expr(expr) | Part::ClauseTarget(expr) = part {
+            if let NodePart::Expr(expr) | NodePart::ClauseTarget(expr) = part {
                 depth = expr.depth.max(depth);
             }
         });

@@ -1,7 +1,7 @@
 //! Moves a tree that is kept while the text around it changes: every place in it by the same number of bytes, every
 //! scope by the same number.
 
-use super::visit::{PartMut, expression_parts_mut, statement_parts_mut};
+use super::visit::{NodePartMut, expression_parts_mut, statement_parts_mut};
 use super::{DirectiveAnchor, Stmt};
 use crate::source::Span;
 
@@ -60,16 +60,18 @@ impl Shift {
         }
     }
 
-    fn part(self, part: PartMut<'_>) {
+    fn part(self, part: NodePartMut<'_>) {
         match part {
-            PartMut::Expr(expr) | PartMut::ClauseTarget(expr) | PartMut::Annotation(expr) => {
+            NodePartMut::Expr(expr)
+            | NodePartMut::ClauseTarget(expr)
+            | NodePartMut::Annotation(expr) => {
                 self.span(&mut expr.span);
                 expression_parts_mut(&mut expr.kind, &mut |part| self.part(part));
             }
-            PartMut::Name(name) => self.span(&mut name.span),
-            PartMut::Block(block) => self.block(block),
-            PartMut::Scope(scope) => scope.0 = scope.0.wrapping_add(self.scopes),
-            PartMut::Span(span) => self.span(span),
+            NodePartMut::Name(name) => self.span(&mut name.span),
+            NodePartMut::Block(block) => self.block(block),
+            NodePartMut::Scope(scope) => scope.0 = scope.0.wrapping_add(self.scopes),
+            NodePartMut::Span(span) => self.span(span),
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::ast::{
 use crate::source::Span;
 
 /// A part of a statement or an expression.
-pub enum Part<'t> {
+pub enum NodePart<'t> {
     /// An expression, target of an assignment included.
     Expr(&'t Expr),
     /// The target of a clause of a comprehension.
@@ -28,7 +28,7 @@ pub enum Part<'t> {
 }
 
 /// A part of a statement or an expression, to be changed.
-pub(crate) enum PartMut<'t> {
+pub(crate) enum NodePartMut<'t> {
     Expr(&'t mut Expr),
     ClauseTarget(&'t mut Expr),
     Annotation(&'t mut Expr),
@@ -306,7 +306,7 @@ macro_rules! walk {
 
 walk!(
     pub,
-    Part,
+    NodePart,
     statement_parts,
     expression_parts,
     argument_parts,
@@ -315,7 +315,7 @@ walk!(
     parameter_parts,
 );
 walk!(
-    pub(crate), PartMut, statement_parts_mut, expression_parts_mut, argument_parts_mut, dict_item_parts_mut,
+    pub(crate), NodePartMut, statement_parts_mut, expression_parts_mut, argument_parts_mut, dict_item_parts_mut,
     format_parts_mut, parameter_parts_mut, mut
 );
 
@@ -323,7 +323,7 @@ walk!(
 pub fn blocks(statement: &Stmt) -> Vec<&[Stmt]> {
     let mut blocks = Vec::new();
     statement_parts(statement, &mut |part| {
-        if let Part::Block(block) = part {
+        if let NodePart::Block(block) = part {
             blocks.push(block);
         }
     });
@@ -333,7 +333,7 @@ pub fn blocks(statement: &Stmt) -> Vec<&[Stmt]> {
 /// Calls `visit` with the expressions written in a statement itself, not in its blocks; annotations are left out.
 pub fn own_expressions<'t>(statement: &'t Stmt, visit: &mut dyn FnMut(&'t Expr)) {
     statement_parts(statement, &mut |part| {
-        if let Part::Expr(expr) = part {
+        if let NodePart::Expr(expr) = part {
             visit(expr);
         }
     });
@@ -342,7 +342,7 @@ pub fn own_expressions<'t>(statement: &'t Stmt, visit: &mut dyn FnMut(&'t Expr))
 /// Calls `visit` with the expressions that an expression consists of; targets of comprehensions are left out.
 pub fn parts<'t>(expr: &'t Expr, visit: &mut dyn FnMut(&'t Expr)) {
     expression_parts(&expr.kind, &mut |part| {
-        if let Part::Expr(expr) = part {
+        if let NodePart::Expr(expr) = part {
             visit(expr);
         }
     });

@@ -66,7 +66,7 @@ impl Calibration {
     /// Checks the text of a file; `path` is what errors call it.
     ///
     /// # Errors
-    /// As [`Self::load`].
+    /// The errors of [`Self::load`].
     pub fn from_text(text: &str, path: &Path) -> Result<Self, CalibrationError> {
         let syntax = |line: usize, message: String| CalibrationError::Syntax {
             path: path.to_owned(),

@@ -61,7 +61,7 @@ impl CartesianPlanner {
     /// Begins to plan a movec (manual 3.1.2) from `start` through the position of `via` to the TCP pose `target`.
     ///
     /// # Errors
-    /// As [`line`](Self::line), and [`Refusal::NoArc`] when the three positions do not make an arc.
+    /// The errors of [`line`](Self::line), and [`Refusal::NoArc`] when the three positions do not make an arc.
     pub fn arc(
         start: &JointPositions,
         (via, target): (&RpyPose, &RpyPose),

@@ -1,6 +1,6 @@
 //! `__reduce__`, `__reduce_ex__` and `__getnewargs__`: from what an object is made anew.
 //!
-//! As in CPython the first two are methods of `object`; what they give is a function, its arguments and what is to be
+//! The first two are methods of `object`, as in CPython; what they give is a function, its arguments and what is to be
 //! put into the new object then. Nothing here packs objects into bytes: scripts ask for it, and `copy` where a class
 //! says something of its own.
 
