@@ -440,6 +440,8 @@ export const scenarios = {
     await page.keyboard.type("mov", { delay: 5 });
     const info = page.locator(".cm-completionInfo");
     await info.waitFor();
+    // A list whose line is not measured yet waits above the window, at -10000: it is placed as soon as the editor has scrolled.
+    for (const shown of [page.locator(".cm-tooltip-autocomplete"), info]) await until(async () => (await shown.boundingBox()).y > -5000, "the list in its place");
     await sleep(300);
     const editor = await page.locator(".cm-editor").boundingBox();
     for (const shown of [page.locator(".cm-tooltip-autocomplete"), info]) {

@@ -15,9 +15,9 @@
 //! let valve = IoPoint::Digital(0);
 //! let mut cell = WorldDescription::default();
 //! cell.settings.floor = Some(0.0);
-//! cell.parts.push(Part {
+//! cell.parts.push(PartDescription {
 //!     name: "box".into(),
-//!     shape: Shape::Box { size: [0.05; 3] },
+//!     shape: BodyShape::Box { size: [0.05; 3] },
 //!     mass: Mass::Total(0.125),
 //!     pose: Pose::from_translation(0.0, 0.0, 0.025),
 //!     friction: 0.5,
