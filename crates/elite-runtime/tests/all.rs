@@ -2,6 +2,7 @@
 
 mod common;
 
+mod ahead_of_arm;
 mod external_control;
 mod field_errors;
 mod folders;

@@ -116,7 +116,9 @@ fn needs_motion_sync(builtin: &Builtin, call: &Call<'_, '_>) -> bool {
         // Without joint positions they take those of the arm.
         "get_inverse_kin" | "get_inverse_kin_has_solution" => call.given(1).is_none(),
         "get_forward_kin" => call.given(0).is_none(),
-        // What they change changes when the arm enters the blend zone: see `Call::change`.
+        // What they show is seen when the arm enters the blend zone: see `Call::show_effect`.
+        "textmsg" | "set_flag" => false,
+        // What they change changes then, too: see `Call::change`.
         name if changes_points(builtin.category, name) => false,
         _ => !matches!(builtin.category, Category::Math | Category::Text),
     }
@@ -143,13 +145,7 @@ fn may_hurry(builtin: &Builtin) -> bool {
         | Category::Serial
         | Category::ModbusRtu => true,
         _ => {
-            let names = [
-                "textmsg",
-                "set_flag",
-                "controller_timestamp",
-                "sync",
-                "sleep",
-            ];
+            let names = ["controller_timestamp", "sync", "sleep"];
             names.contains(&builtin.name)
                 || ["get_", "is_"]
                     .iter()

@@ -7,7 +7,7 @@ use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
 use crate::message::{Message, Severity};
 use crate::panel::{FLAGS, Operator, Popup, PopupStyle, WatchdogAction, is_rtsi_input};
-use crate::task::{TaskRequest, Wait};
+use crate::task::{Effect, TaskRequest, Wait};
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -262,13 +262,14 @@ fn controller_timestamp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn set_flag(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let (n, level) = (call.integer(0)?, call.boolean(1)?);
-    call.context().panel().set_flag(n as u8, level);
+    let number = n as u8;
+    call.show_effect(&Effect::Flag { number, level })?;
     Ok(Value::None)
 }
 
 fn get_flag(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let n = call.integer(0)?;
-    Ok(Value::Bool(call.context().panel().flag(n as u8)))
+    Ok(Value::Bool(call.context().flag(n as u8)))
 }
 
 fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
@@ -297,7 +298,8 @@ fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let text = shown(call, 0, "")? + &shown(call, 1, "")?;
-    log(call, Severity::Info, &text);
+    let message = Message::log(Severity::Info, call.origin(), text.as_str());
+    call.show_effect(&Effect::Message(message))?;
     call.native().charge_output(text.len())?;
     Ok(Value::None)
 }

@@ -18,6 +18,7 @@ use motion_api::{CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
 use platform::sockets::LocalStream;
 use thiserror::Error;
 
+use super::deferred::{DeferredEffects, Effect};
 use super::handover::HandoverStop;
 use super::host::Permissions;
 use super::instrumentation::Instrumentation;
@@ -98,6 +99,8 @@ pub(crate) struct TaskContext {
     steering: Cell<Option<(ThreadNumber, CommandId)>>,
     /// Changes of points that wait for the blend zone of a motion: which, and how many so far.
     changes_ahead: Cell<(CommandId, usize)>,
+    /// What is seen when the arm has caught up.
+    deferred: RefCell<DeferredEffects>,
     /// The last change of an output register by each thread that was ahead of the arm.
     register_changes: RefCell<BTreeMap<ThreadNumber, CommandId>>,
     /// Whether what comes from outside is noted, or comes from a recording.
@@ -205,6 +208,7 @@ impl TaskContext {
             left_behind: RefCell::default(),
             steering: Cell::default(),
             changes_ahead: Cell::default(),
+            deferred: RefCell::default(),
             register_changes: RefCell::default(),
             input_mode: settings.course.clone(),
             turn: Cell::default(),
@@ -237,6 +241,49 @@ impl TaskContext {
         let count = if of == motion { count + 1 } else { 1 };
         self.changes_ahead.set((motion, count));
         count
+    }
+
+    /// Shows something: now, or, where the running thread is ahead of the arm, when that enters the blend zone of the
+    /// thread's last motion. False when as much waits for that as may.
+    pub fn show(&self, effect: &Effect) -> bool {
+        // What waits for a motion that has just ended comes first.
+        self.show_due_effects();
+        let motion = self.last_ahead();
+        let Some(motion) = motion.filter(|motion| !self.robot.has_ended(*motion)) else {
+            effect.show(&*self.observer, &self.panel);
+            return true;
+        };
+        let mut deferred = self.deferred.borrow_mut();
+        if deferred.is_full(motion) {
+            return false;
+        }
+        deferred.add(self.running.get().number, motion, effect);
+        true
+    }
+
+    /// Shows what waits for motions that have ended.
+    pub fn show_due_effects(&self) {
+        self.show_effects_if(|motion| self.robot.has_ended(motion));
+    }
+
+    /// Shows what waits for motions that are `over`.
+    pub fn show_effects_if(&self, over: impl Fn(CommandId) -> bool) {
+        let show = |effect: &Effect| effect.show(&*self.observer, &self.panel);
+        self.deferred.borrow_mut().show_if(over, show);
+    }
+
+    /// A thread is stopped before the arm has caught up with it.
+    pub fn drop_effects(&self, thread: ThreadNumber) {
+        self.deferred.borrow_mut().drop_of(thread);
+    }
+
+    /// Level of a flag as the running thread sees it.
+    pub fn flag(&self, number: u8) -> bool {
+        let own = self
+            .deferred
+            .borrow()
+            .flag(self.running.get().number, number);
+        own.unwrap_or_else(|| self.panel.flag(number))
     }
 
     /// The running thread has changed an output register ahead of the arm.

@@ -5,6 +5,7 @@
 //! - `control_channel`: what others ask of it.
 //! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end; `startup`:
 //!   how the program gets there; `pause`: what holds the task and lets it go on.
+//! - `deferred`: messages and flags of a program that is ahead of the arm.
 //! - `robot_view`: the robot as the task sees it in one turn; `inputs`: when it looks round, and what it finds then.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `jobs`: futures that builtins wait for.
@@ -16,6 +17,7 @@
 
 mod context;
 mod controls;
+mod deferred;
 mod files;
 mod handover;
 mod host;
@@ -37,6 +39,7 @@ mod wait;
 
 pub(crate) use context::{CallRestriction, TaskContext, TaskRequest, ThreadLookup};
 pub(crate) use controls::{ControlReceiver, ControlSender, control_channel};
+pub(crate) use deferred::Effect;
 pub(crate) use handover::HandoverStop;
 pub use host::{FileAccess, NetworkAccess, Permissions};
 pub use instrumentation::{Instrumentation, LineCountsByText};

@@ -113,6 +113,8 @@ impl Task {
     }
 
     pub(super) fn report_script_error(&self, error: &ScriptError) {
+        // What the program said before its error is no less true because the arm stops on the way there.
+        self.context.show_effects_if(|_| true);
         self.settings.observer.message(&Message::ScriptError {
             program: self.context.program(),
             line: line_of(error),

@@ -293,6 +293,9 @@ impl Task {
         }
         self.program_is(ProgramState::Stopped);
         let braking = self.settle(&end).await;
+        if end == TaskEnd::Finished {
+            self.context.show_effects_if(|_| true);
+        }
         if let Some(repeat) = self.context.repeat() {
             repeat.ended(self.context.program(), self.context.robot().moment().cycle);
         }
@@ -512,6 +515,7 @@ impl Task {
         let cycle = self.context.robot().moment().cycle;
         if cycle != self.turn.checked_cycle {
             self.turn.checked_cycle = cycle;
+            self.context.show_due_effects();
             self.flush_commands();
             self.check_watchdogs();
             self.publish_variables(false);

@@ -195,6 +195,7 @@ impl Task {
             self.settings.robot.forget(id);
             self.queue_command(CommandKind::Stop { only: id });
         }
+        self.context.drop_effects(number);
         // What it does while it unwinds is not told.
         self.report_last_line(number, None);
         let Some(entry) = self.threads.entries.get_mut(&number) else {

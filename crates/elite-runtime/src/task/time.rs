@@ -278,6 +278,8 @@ impl Task {
             let is_on_its_way = goes_on && is_planned(state.motion_mode);
             let is_over = state.time > deadline && !is_on_its_way;
             let rests = state.cycle > first && (!powered || stands);
+            self.context
+                .show_effects_if(|motion| robot.has_ended(motion));
             if rests || is_over || robot.timeline().has_ended() {
                 return None;
             }

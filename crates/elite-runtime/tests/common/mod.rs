@@ -13,7 +13,7 @@ use elite_runtime::robot::ScriptChannels;
 use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
-    CommandKind, Event, MotionEndpoint, Outcome, ProgramId, RingCapacities, RobotState,
+    CommandId, CommandKind, Event, MotionEndpoint, Outcome, ProgramId, RingCapacities, RobotState,
     ThreadNumber, Timeline, motion_channel,
 };
 use std::sync::{Arc, Mutex};
@@ -27,6 +27,8 @@ pub struct Standing {
     pub safety_bounds: SafetyBounds,
     /// What programs may reach.
     pub permissions: elite_runtime::Permissions,
+    /// Cycles until a motion with a radius enters its zone; the next one may follow at once.
+    pub blend_cycles: u64,
 }
 
 impl Default for Standing {
@@ -38,6 +40,7 @@ impl Default for Standing {
             digital_in: 0,
             safety_bounds: SafetyBounds::default(),
             permissions: elite_runtime::Permissions::default(),
+            blend_cycles: 0,
         }
     }
 }
@@ -62,7 +65,24 @@ pub struct Ran {
 }
 
 /// Time that passes when it is asked to.
-struct Still(Mutex<(MotionEndpoint, RobotState, Vec<CommandKind>)>);
+struct Still(Mutex<StillArm>);
+
+struct StillArm {
+    end: MotionEndpoint,
+    state: RobotState,
+    commands: Vec<CommandKind>,
+    blend_cycles: u64,
+    /// Motions that have not entered their zones, and when they do.
+    on_their_way: Vec<(CommandId, u64)>,
+}
+
+impl StillArm {
+    fn ends(&mut self, id: CommandId) {
+        let (outcome, cycle) = (Outcome::Done, self.state.cycle);
+        let ended = Event::Ended { id, outcome, cycle };
+        self.end.events.push(ended).unwrap();
+    }
+}
 
 impl Timeline for Still {
     fn is_virtual(&self) -> bool {
@@ -70,22 +90,35 @@ impl Timeline for Still {
     }
 
     fn advance(&self) -> bool {
-        let mut still = self.0.lock().unwrap();
-        let (end, state, commands) = &mut *still;
-        state.cycle += 1;
-        state.time += state.step_time;
-        while let Ok(command) = end.commands.pop() {
-            commands.push(command.kind);
+        let arm = &mut *self.0.lock().unwrap();
+        arm.state.cycle += 1;
+        arm.state.time += arm.state.step_time;
+        let cycle = arm.state.cycle;
+        while let Ok(command) = arm.end.commands.pop() {
+            arm.commands.push(command.kind);
             if let CommandKind::EncoderEnableSetTickCount { encoder, range } = command.kind {
-                state.encoder_ranges[usize::from(encoder)] = range.number();
+                arm.state.encoder_ranges[usize::from(encoder)] = range.number();
             }
-            let (id, cycle) = (command.id, state.cycle);
-            let outcome = Outcome::Done;
-            end.events
-                .push(Event::Ended { id, outcome, cycle })
-                .unwrap();
+            let id = command.id;
+            let is_blended =
+                matches!(command.kind, CommandKind::MoveJ { radius, .. } if radius > 0.0);
+            if is_blended && arm.blend_cycles > 0 {
+                let zone_in = cycle + arm.blend_cycles;
+                arm.on_their_way.push((id, zone_in));
+                let ready = Event::ReadyForNext { id, cycle };
+                arm.end.events.push(ready).unwrap();
+                arm.end.events.push(Event::Due { id, cycle }).unwrap();
+            } else {
+                arm.ends(id);
+            }
         }
-        end.snapshot.publish(state);
+        let due: Vec<_> = arm
+            .on_their_way
+            .extract_if(.., |(_, zone_in)| *zone_in <= cycle)
+            .collect();
+        due.into_iter().for_each(|(id, _)| arm.ends(id));
+        let state = arm.state;
+        arm.end.snapshot.publish(&state);
         true
     }
 
@@ -176,7 +209,13 @@ pub fn run_while(
     };
     let (motion, script) = motion_channel(sizes, &state);
     let listener = Arc::new(Listener::default());
-    let timeline = Arc::new(Still(Mutex::new((motion, state, Vec::new()))));
+    let timeline = Arc::new(Still(Mutex::new(StillArm {
+        end: motion,
+        state,
+        commands: Vec::new(),
+        blend_cycles: standing.blend_cycles,
+        on_their_way: Vec::new(),
+    })));
     let end = ScriptChannels::from(script);
     let robot = Robot::new(model, end, timeline.clone(), listener.clone())
         .with_safety_bounds(standing.safety_bounds);
@@ -207,7 +246,7 @@ pub fn run_while(
     });
     let (printed, log, error, report) = std::mem::take(&mut *listener.heard.lock().unwrap());
     let held = std::mem::take(&mut *listener.held.lock().unwrap());
-    let commands = std::mem::take(&mut timeline.0.lock().unwrap().2);
+    let commands = std::mem::take(&mut timeline.0.lock().unwrap().commands);
     Ran {
         end,
         printed,

@@ -16,7 +16,7 @@ use motion_api::{
 
 use super::declare::{Body, Builtin, Parameter};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
-use crate::task::{CallRestriction, JobId, NetworkAccess, TaskContext, TaskEnd, Wait};
+use crate::task::{CallRestriction, Effect, JobId, NetworkAccess, TaskContext, TaskEnd, Wait};
 
 /// Suspends the script thread that `native` belongs to until `future` has its result; other threads go on meanwhile.
 pub(super) fn wait_for_future<T: 'static>(
@@ -405,6 +405,14 @@ impl<'a, 'n> Call<'a, 'n> {
             Some((index, level)) => CommandKind::SetStandardDigitalOut { index, level },
             None => CommandKind::SetIo(change),
         })
+    }
+
+    /// Shows a message or sets a flag: now, or when the arm has caught up with this thread.
+    pub(super) fn show_effect(&mut self, effect: &Effect) -> Result<(), Raised> {
+        while !self.context.show(effect) {
+            self.wait_for_queued_motions(false)?;
+        }
+        Ok(())
     }
 
     /// Changes an output register; the next read of this thread sees it.
