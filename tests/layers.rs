@@ -64,6 +64,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "platform",
             "recorder",
             "supervision",
+            "world",
         ],
     ),
     (

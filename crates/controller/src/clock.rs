@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread::{self, Thread};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use elite_runtime::Robot;
 use motion::ControlLoop;
@@ -14,6 +14,7 @@ use motion::virtual_time::{IdlePacer, VirtualTimeline};
 use motion_api::Timeline;
 use supervision::{ThreadHandle, ThreadSupervisor, injection};
 
+use crate::cell_world::{CellWorld, WorldRunner};
 use crate::options::ClockChoice;
 use crate::start::StartError;
 
@@ -25,23 +26,28 @@ const RARE_PUMP: Duration = Duration::from_millis(100);
 
 /// What moves time.
 pub(crate) enum ClockDriver {
-    Real(MotionThread),
+    Real(MotionThread, Option<WorldThread>),
     Virtual(Option<IdlePacer>),
 }
 
-/// Starts the clock; under the real one the `pump` is woken after each cycle.
+/// Starts the clock; under the real one the `pump` is woken after each cycle, and the world moves on a thread of its own.
 pub(crate) fn start_clock(
     (choice, phase): (ClockChoice, Option<Duration>),
     passes_alone: bool,
-    cycle: ControlLoop,
+    (cycle, world): (ControlLoop, Option<WorldRunner>),
     pump: Thread,
     faults: &ThreadSupervisor,
 ) -> Result<(ClockDriver, Arc<dyn Timeline>), StartError> {
     match choice {
         ClockChoice::Realtime => {
+            let world = world
+                .map(|runner| WorldThread::start(runner, faults))
+                .transpose()?;
+            let mut threads_to_wake = vec![pump];
+            threads_to_wake.extend(world.as_ref().map(WorldThread::thread));
             let options = RealtimeOptions {
                 phase,
-                threads_to_wake: vec![pump],
+                threads_to_wake,
                 faults: faults.clone(),
                 ..RealtimeOptions::default()
             };
@@ -50,10 +56,14 @@ pub(crate) fn start_clock(
                 tracing::warn!("{warning}");
             }
             let timeline = Arc::new(thread.timeline());
-            Ok((ClockDriver::Real(thread), timeline))
+            Ok((ClockDriver::Real(thread, world), timeline))
         }
         ClockChoice::Virtual => {
             let timeline = VirtualTimeline::new(cycle, Vec::new())?;
+            let timeline = match world {
+                Some(mut runner) => timeline.with_follower(Box::new(move || runner.run_waiting())),
+                None => timeline,
+            };
             let timeline = Arc::new(timeline.with_supervisor(faults.clone()));
             let pacer = match passes_alone {
                 true => Some(IdlePacer::start(timeline.clone())?),
@@ -61,6 +71,64 @@ pub(crate) fn start_clock(
             };
             Ok((ClockDriver::Virtual(pacer), timeline))
         }
+    }
+}
+
+/// The thread that moves the world after each cycle of the motion thread, which never waits for it.
+pub(crate) struct WorldThread {
+    thread: ThreadHandle<()>,
+    ending: Arc<AtomicBool>,
+}
+
+impl WorldThread {
+    fn start(mut runner: WorldRunner, faults: &ThreadSupervisor) -> io::Result<Self> {
+        let ending = Arc::new(AtomicBool::new(false));
+        let is_ending = ending.clone();
+        let world = runner.world().clone();
+        let mut late = LateWarnings::default();
+        let thread = faults.start_service("world", move || {
+            while !is_ending.load(Ordering::Acquire) {
+                injection::point("world");
+                runner.run_waiting();
+                late.look(&world);
+                thread::park();
+            }
+        })?;
+        Ok(Self { thread, ending })
+    }
+
+    fn thread(&self) -> Thread {
+        self.thread.thread().clone()
+    }
+
+    /// Ends the thread; the motion thread must have ended.
+    pub(crate) fn stop(self) {
+        self.ending.store(true, Ordering::Release);
+        self.thread.thread().unpark();
+        let _ = self.thread.join();
+    }
+}
+
+/// Warns of a world that comes late, at most every ten seconds.
+#[derive(Default)]
+struct LateWarnings {
+    told: u64,
+    last: Option<Instant>,
+}
+
+impl LateWarnings {
+    const EVERY: Duration = Duration::from_secs(10);
+
+    fn look(&mut self, world: &CellWorld) {
+        let late = world.late_cycles();
+        if late == self.told || self.last.is_some_and(|last| last.elapsed() < Self::EVERY) {
+            return;
+        }
+        tracing::warn!(
+            "the world of parts came late for {} control cycles: this machine is too slow for it, or busy",
+            late - self.told
+        );
+        (self.told, self.last) = (late, Some(Instant::now()));
     }
 }
 

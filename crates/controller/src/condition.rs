@@ -16,6 +16,8 @@ use motion_api::{MotionMode, RobotMode, SafetyMode};
 use recorder::{CycleMessage, FieldValue};
 use thiserror::Error;
 
+use crate::cell_world::facts::{self, WorldFacts, WorldFactsCell};
+use crate::cell_world::topic::WorldMessage;
 pub use crate::program_position::ProgramPosition;
 
 /// Safepoints that one turn of an evaluation may pass, and the turns: a condition is looked at for every cycle, it
@@ -33,7 +35,7 @@ pub enum ConditionError {
     /// The text is no expression, or names something that is not in a cycle. Rendered with the place marked.
     #[error(
         "the condition cannot be read:\n{0}\nnames are the columns of --csv /cycle, \
-         line, program, command and the names of modes"
+         line, program, command and the names of modes; functions are norm, and part, held, count, fallen of a cell with parts"
     )]
     Text(String),
     /// The condition raised an exception.
@@ -55,6 +57,8 @@ pub struct Condition {
     function: Value,
     /// Names that occur in the text; only these are set.
     used: BTreeSet<String>,
+    world: Rc<WorldFactsCell>,
+    uses_world: bool,
 }
 
 /// A condition can reach nothing.
@@ -88,7 +92,11 @@ impl Condition {
         let fields = cycle.fields().map(|(name, _)| name.to_owned());
         let of_the_script = ["line", "program", "command"].map(str::to_owned);
         let values: BTreeSet<String> = fields.into_iter().chain(of_the_script).collect();
-        let natives = vec![norm()];
+        let world = Rc::new(WorldFactsCell::default());
+        let natives: Vec<NativeFunction> = [norm()]
+            .into_iter()
+            .chain(facts::functions(&world))
+            .collect();
         let known = KnownNames::new(
             values
                 .iter()
@@ -134,11 +142,36 @@ impl Condition {
             .into_iter()
             .filter(|name| text.contains(name.as_str()))
             .collect();
+        let mut names = facts::FUNCTION_NAMES.iter();
         Ok(Self {
+            uses_world: names.any(|name| text.contains(name)),
             interpreter,
             function,
             used,
+            world,
         })
+    }
+
+    /// Whether the text asks for parts of the cell.
+    pub const fn uses_world(&self) -> bool {
+        self.uses_world
+    }
+
+    /// The parts of the cell from now on; without them, questions for parts fail.
+    pub fn set_world(&self, facts: Option<WorldFacts>) {
+        *self.world.facts.borrow_mut() = facts;
+    }
+
+    /// The part that the last answer was about, where it asked for one.
+    pub fn deciding_part(&self) -> Option<String> {
+        self.world.deciding.borrow().clone()
+    }
+
+    /// The parts of the cell go on to the state of a message.
+    pub fn advance_world(&self, message: &WorldMessage) {
+        if let Some(facts) = &mut *self.world.facts.borrow_mut() {
+            facts.apply(message);
+        }
     }
 
     /// # Errors
@@ -158,6 +191,7 @@ impl Condition {
             time: cycle.time,
             report: render_script_error(error),
         };
+        self.world.deciding.take();
         let mut thread = self
             .interpreter
             .spawn_call(self.function.clone(), Vec::new())

@@ -15,6 +15,7 @@
 )]
 
 pub mod cell;
+pub mod cell_world;
 mod clock;
 pub mod command_replay;
 pub mod condition;
@@ -39,6 +40,7 @@ mod start;
 pub mod start_configuration;
 pub mod stepped;
 
+pub use cell_world::CellWorld;
 pub use config::ControllerConfig;
 pub use outcome::{NullObserver, ProgramOutcome, ProgramResult, ResultCollector};
 pub use peaks::Peaks;

@@ -12,6 +12,7 @@ use motion::realtime::ClockMetrics;
 use recorder::{CloseHandle, Recorder, RecorderMetrics, ViewerMessages};
 use supervision::{Fault, ThreadSupervisor};
 
+use crate::cell_world::CellWorld;
 use crate::clock::{ClockDriver, EventPump};
 use crate::recording_observer::{LogLines, RecordingObserver};
 
@@ -30,6 +31,7 @@ pub struct Controller {
     pub(crate) viewer: ViewerMessages,
     pub(crate) settings: CycleConfig,
     pub(crate) faults: ThreadSupervisor,
+    pub(crate) world: Option<CellWorld>,
 }
 
 impl Controller {
@@ -84,6 +86,11 @@ impl Controller {
         &self.settings
     }
 
+    /// The parts of the cell and what handles them, where it has any.
+    pub const fn world(&self) -> Option<&CellWorld> {
+        self.world.as_ref()
+    }
+
     /// Makes what viewers show of the arm and its cell.
     pub fn viewer(&self) -> ViewerMessages {
         self.viewer.clone()
@@ -92,7 +99,7 @@ impl Controller {
     /// How well the motion thread meets its deadlines; all zeros under the virtual clock.
     pub fn clock_meter(&self) -> ClockMetrics {
         match &self.clock {
-            ClockDriver::Real(thread) => thread.meter(),
+            ClockDriver::Real(thread, _) => thread.meter(),
             ClockDriver::Virtual(_) => ClockMetrics::default(),
         }
     }
@@ -134,7 +141,12 @@ impl Controller {
     /// to its end.
     pub fn shut_down(self) -> bool {
         match self.clock {
-            ClockDriver::Real(thread) => drop(thread.stop()),
+            ClockDriver::Real(thread, world) => {
+                drop(thread.stop());
+                if let Some(world) = world {
+                    world.stop();
+                }
+            }
             ClockDriver::Virtual(pacer) => drop(pacer),
         }
         self.robot.pump();

@@ -6,7 +6,11 @@ use std::collections::BTreeMap;
 
 use recorder::{CycleMessage, ReadError, Recording, RecordingEntry, Topic};
 
+use crate::cell::Cell;
+use crate::cell_world::facts::WorldFacts;
+use crate::cell_world::topic::{self, WorldMessage};
 use crate::condition::{Condition, ConditionError, ProgramPosition};
+use crate::recorded_run::cell_of;
 
 /// Commands that are remembered by name; more than a controller can have waiting.
 const COMMANDS_MAX: usize = 1024;
@@ -35,6 +39,39 @@ pub struct SearchStats {
     pub cycles: u64,
 }
 
+/// The messages of `/world` beside the cycles, for a condition over parts.
+struct WorldCursor<'a> {
+    messages: Box<dyn Iterator<Item = Result<WorldMessage, ReadError>> + 'a>,
+    next: Option<WorldMessage>,
+}
+
+impl<'a> WorldCursor<'a> {
+    fn new(recording: &'a Recording, condition: &Condition) -> Result<Option<Self>, ReadError> {
+        if !condition.uses_world() {
+            return Ok(None);
+        }
+        let cell = recording
+            .setup()
+            .and_then(|setup| cell_of(setup).ok().flatten());
+        condition.set_world(
+            cell.filter(Cell::has_world)
+                .map(|cell| WorldFacts::of_cell(&cell)),
+        );
+        let mut messages = Box::new(topic::messages(recording)?);
+        let next = messages.next().transpose()?;
+        Ok(Some(Self { messages, next }))
+    }
+
+    /// Lets the condition see the world after a cycle.
+    fn advance(&mut self, cycle: u64, condition: &Condition) -> Result<(), ReadError> {
+        while let Some(message) = self.next.take_if(|message| message.cycle <= cycle) {
+            condition.advance_world(&message);
+            self.next = self.messages.next().transpose()?;
+        }
+        Ok(())
+    }
+}
+
 /// Looks at every cycle of a recording. `place` is what the condition is called in messages; `each` is given every row
 /// as it ends and says whether the search goes on, `wanted` is asked before every cycle.
 ///
@@ -50,6 +87,7 @@ where
     E: From<ReadError> + From<ConditionError>,
 {
     let condition = Condition::new(place, text)?;
+    let mut world = WorldCursor::new(recording, &condition)?;
     let mut doing = ProgramPosition::default();
     let mut commands: BTreeMap<u64, String> = BTreeMap::new();
     let mut current: Option<MatchInterval> = None;
@@ -75,6 +113,9 @@ where
                     return Ok(tally);
                 }
                 tally.cycles += 1;
+                if let Some(world) = &mut world {
+                    world.advance(cycle.cycle, &condition)?;
+                }
                 while let Some(oldest) = commands.first_entry()
                     && *oldest.key() < cycle.command_id
                 {

@@ -24,11 +24,14 @@ use motion_api::{
     motion_channel,
 };
 use platform::sockets::LocalStream;
-use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, ViewerMessages};
+use recorder::{
+    CustomTopic, RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, ViewerMessages,
+};
 use supervision::ThreadSupervisor;
 use thiserror::Error;
 
 use crate::cell::{Cell, CellError};
+use crate::cell_world::{self, WorldRunner, WorldStart, surround};
 use crate::clock::{EventPump, start_clock};
 use crate::config::ControllerConfig;
 use crate::external_topic;
@@ -69,6 +72,9 @@ pub enum StartError {
     /// The cell file is not usable.
     #[error(transparent)]
     Cell(#[from] CellError),
+    /// The world of the cell cannot be.
+    #[error("the cell file: {0}")]
+    World(#[from] Box<world::WorldError>),
     /// A setting does not fit the arm.
     #[error(transparent)]
     Settings(#[from] motion::ConfigError),
@@ -140,6 +146,7 @@ pub struct PreparedController {
     cell: Option<Cell>,
     cycle_config: CycleConfig,
     cycle: ControlLoop,
+    world: Option<WorldRunner>,
     script_end: ScriptEndpoint,
     model: Arc<RobotModel>,
     viewer: ViewerMessages,
@@ -184,6 +191,11 @@ impl PreparedController {
         let (motion_end, mut script_end) = motion_channel(sizes, &first);
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = ControlLoop::new(cycle_config.clone(), motion_end)?;
+        let (cycle, mut world) = surround(
+            cycle,
+            cell.as_ref(),
+            &world_start(&cycle_config, setup.seed),
+        )?;
 
         let obstacles = cell.as_ref().map(Cell::scene_obstacles).unwrap_or_default();
         let viewer = ViewerMessages::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
@@ -211,7 +223,7 @@ impl PreparedController {
                     setup,
                     model: loaded.model.clone(),
                     obstacles,
-                    extra: vec![external_topic::topic()],
+                    extra: topics(world.is_some()),
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     patience: manner.disk_timeout,
@@ -229,7 +241,11 @@ impl PreparedController {
             }
             _ => (None, RecorderHandle::disabled()),
         };
+        if let Some(world) = &mut world {
+            world.record_to(handle.clone());
+        }
         Ok(Self {
+            world,
             clock: (config.clock, config.cycle_phase),
             manner,
             permissions,
@@ -264,9 +280,15 @@ impl PreparedController {
         let (motion_end, script_end) = motion_channel(sizes, &cycle_config.first_state());
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = ControlLoop::new(cycle_config.clone(), motion_end)?;
+        let (cycle, world) = surround(
+            cycle,
+            cell.as_ref(),
+            &world_start(&cycle_config, setup.seed),
+        )?;
         let obstacles = cell.as_ref().map(Cell::scene_obstacles).unwrap_or_default();
         let faults = ThreadSupervisor::default();
         Ok(Self {
+            world,
             clock: (ClockChoice::Virtual, None),
             manner: StartOptions {
                 powered_off: setup.powered_off,
@@ -341,6 +363,7 @@ impl PreparedController {
             cell,
             cycle_config,
             cycle,
+            world: runner,
             script_end,
             model,
             viewer,
@@ -352,6 +375,7 @@ impl PreparedController {
             faults,
             repeat,
         } = self;
+        let world = runner.as_ref().map(|runner| runner.world().clone());
         let has_stand_ins = extras.stand_ins.is_some();
         if permissions.network == NetworkAccess::SimulatedOnly {
             if let Some(cell) = &cell {
@@ -365,8 +389,13 @@ impl PreparedController {
         alarm.connect(&chronicle);
         let (pump, robot_for_pump) = EventPump::start(&faults, manner.advances_when_idle)?;
         let thread = pump.thread();
-        let (clock, timeline) =
-            start_clock(clock, manner.advances_when_idle, cycle, thread, &faults)?;
+        let (clock, timeline) = start_clock(
+            clock,
+            manner.advances_when_idle,
+            (cycle, runner),
+            thread,
+            &faults,
+        )?;
         let timeline = door(timeline);
         let robot = Robot::new(model, script_end.into(), timeline, chronicle.clone());
         let planes = cell.as_ref().map(Cell::planes).unwrap_or_default();
@@ -415,8 +444,28 @@ impl PreparedController {
             viewer,
             settings: cycle_config,
             faults,
+            world,
         })
     }
+}
+
+/// What the world of the cell starts with.
+fn world_start(config: &CycleConfig, seed: u64) -> WorldStart<'_> {
+    WorldStart {
+        model: &config.model,
+        step_time: config.step_time,
+        gravity: config.gravity,
+        seed,
+    }
+}
+
+/// The topics of a recording beside those of every recording.
+fn topics(has_world: bool) -> Vec<CustomTopic> {
+    let mut topics = vec![external_topic::topic()];
+    if has_world {
+        topics.push(cell_world::topic::topic());
+    }
+    topics
 }
 
 /// No machine but those that are played, whoever asks: programs, the cell's signals.

@@ -140,6 +140,16 @@ impl Payload {
         Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }
 
+    /// The payload that a rigid body in the flange frame is.
+    pub fn from_body(body: &RigidBody) -> Self {
+        let i = &body.inertia;
+        Self {
+            mass: body.mass,
+            cog: body.com,
+            inertia: [i.m11, i.m22, i.m33, i.m12, i.m13, i.m23],
+        }
+    }
+
     /// The payload as a rigid body in the flange frame.
     pub fn body(&self) -> RigidBody {
         RigidBody {

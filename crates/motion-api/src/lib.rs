@@ -22,6 +22,7 @@ pub mod snapshot;
 pub mod state;
 pub mod timeline;
 mod words;
+pub mod world;
 
 /// What the sequence lock is made of; its model (`tests/interleavings.rs`) has loom's in this place.
 mod atomics {
@@ -46,3 +47,7 @@ pub use ring::{
 pub use snapshot::SnapshotCell;
 pub use state::{CycleTime, RobotState};
 pub use timeline::{Seconds, Timeline};
+pub use world::{
+    HeldPart, LateCycles, MAX_GRIPPERS, PointLevels, PointSet, WorldEndpoint, WorldInput,
+    WorldOutput, WorldPort, world_channel,
+};

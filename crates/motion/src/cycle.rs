@@ -41,6 +41,7 @@ use crate::sensor::ForceTorqueSensor;
 use crate::setpoint::{
     KinematicsCache, LimitedSetpoint, PositionHistory, Setpoint, SetpointDynamics, check_setpoint,
 };
+use crate::surroundings::Surroundings;
 use crate::thermal::Thermal;
 use crate::upcoming::PendingMotion;
 use crate::waiting::RestCommands;
@@ -145,6 +146,8 @@ pub struct ControlLoop {
     pub(crate) safety: SafetyBounds,
     pub(crate) links: SelfCollisionMonitor,
     pub(crate) thermal: Thermal,
+    /// What stands and moves around the arm, where that is simulated.
+    pub(crate) surroundings: Option<Surroundings>,
 }
 
 impl ControlLoop {
@@ -197,6 +200,7 @@ impl ControlLoop {
             safety: config.safety,
             links: SelfCollisionMonitor::new(&model, limits.link_overlap),
             thermal: Thermal::new(is_powered),
+            surroundings: None,
             commanded: Setpoint::standing(config.home),
             history: PositionHistory::standing(config.home),
             limits,
@@ -251,6 +255,7 @@ impl ControlLoop {
         // After the commands: a register written before a command was sent is seen no later than the command.
         self.out.record_registers(self.io.sample_registers());
         self.io.advance(self.out.cycle as f64 * self.step);
+        self.take_world();
         self.follow_input_actions();
         self.advance_machine();
         self.update_reduced_mode();
@@ -265,6 +270,7 @@ impl ControlLoop {
         self.make_zone_changes();
         let state = robot_state(self, timing);
         self.out.publish(&state, &mut self.io);
+        self.give_to_world();
     }
 
     /// After a fault of ours, when nothing of the cycle can be relied on any more: the plant is held where it is (no

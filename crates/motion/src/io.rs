@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use motion_api::{
-    InputAction, IoChange, IoImage, IoPoint, RegisterCache, RegisterImages, Registers,
-    RunStateChoice, io::DIGITAL_POINTS,
+    InputAction, IoChange, IoImage, IoPoint, PointLevels, PointSet, RegisterCache, RegisterImages,
+    Registers, RunStateChoice, io::DIGITAL_POINTS,
 };
 
 /// An output connected to an input: a pure delay, a pulse keeps its length.
@@ -62,6 +62,9 @@ pub(crate) struct IoSystem {
     /// Freedrive is on because of such an input.
     pub(crate) is_freedrive_by_input: bool,
     program_running: bool,
+    /// Inputs that keep their value, and those that are false or 0, whoever drives them.
+    stuck: PointSet,
+    open: PointSet,
     wires: Box<[DelayLine]>,
     timed: Box<[TimedInput]>,
     timed_done: usize,
@@ -102,6 +105,8 @@ impl IoSystem {
             freedrive_registers: [0; 2],
             is_freedrive_by_input: false,
             program_running: false,
+            stuck: PointSet::default(),
+            open: PointSet::default(),
             wires: setup.wires.iter().map(wire).collect(),
             timed: timed.into(),
             timed_done: 0,
@@ -134,8 +139,73 @@ impl IoSystem {
         }
     }
 
+    /// Inputs with a fault, from now on.
+    pub(crate) fn set_impaired_inputs(&mut self, stuck: &PointSet, open: &PointSet) {
+        (self.stuck, self.open) = (*stuck, *open);
+        if self.open.digital != 0 {
+            let (mask, levels) = (self.open.digital, 0);
+            self.image.apply(&IoChange::DigitalIn { mask, levels });
+        }
+        for port in 0..self.image.analog_in.len() as u8 {
+            if self.open.contains(IoPoint::Analog(port)) {
+                self.image.apply(&IoChange::AnalogIn { port, value: 0.0 });
+            }
+        }
+        for index in 0..128 {
+            if self.open.contains(IoPoint::BooleanRegister(index)) {
+                self.registers.input.set_boolean(index, false);
+            }
+        }
+    }
+
+    /// Puts levels on the inputs that the world drives.
+    pub(crate) fn set_driven_inputs(&mut self, levels: &PointLevels, driven: &PointSet) {
+        let (mask, levels_digital) = (driven.digital, levels.digital);
+        self.apply(&IoChange::DigitalIn {
+            mask,
+            levels: levels_digital,
+        });
+        for port in 0..self.image.analog_in.len() as u8 {
+            let point = IoPoint::Analog(port);
+            if driven.contains(point) {
+                let largest = self.image.config.analog_in[usize::from(port)].measurable_max();
+                self.set_input(point, levels.ratio(point) * largest);
+            }
+        }
+        if driven.booleans == [0; 2] {
+            return;
+        }
+        for index in 0..128 {
+            let point = IoPoint::BooleanRegister(index);
+            if driven.contains(point) {
+                self.set_input(point, f64::from(u8::from(levels.level(point))));
+            }
+        }
+    }
+
+    /// All outputs, for the world.
+    pub(crate) fn output_levels(&self) -> PointLevels {
+        PointLevels {
+            digital: self.image.digital_out,
+            booleans: self.sampled.output.booleans(),
+            analog: self.image.analog_out_ratio,
+        }
+    }
+
+    /// Whether an input keeps what it has, or nothing, whatever drives it.
+    fn is_impaired(&self, input: IoPoint) -> bool {
+        self.stuck.contains(input) || self.open.contains(input)
+    }
+
     /// Applies a change.
     pub(crate) fn apply(&mut self, change: &IoChange) {
+        let mut change = *change;
+        match &mut change {
+            IoChange::DigitalIn { mask, .. } => *mask &= !(self.stuck.digital | self.open.digital),
+            IoChange::AnalogIn { port, .. } if self.is_impaired(IoPoint::Analog(*port)) => return,
+            _ => {}
+        }
+        let change = &change;
         self.image.apply(change);
         match *change {
             IoChange::DigitalOutRunState { bit, choice } => {
@@ -266,6 +336,9 @@ impl IoSystem {
 
     /// Puts a value on an input.
     fn set_input(&mut self, input: IoPoint, value: f64) {
+        if self.is_impaired(input) {
+            return;
+        }
         let level = value != 0.0;
         match input {
             IoPoint::Digital(bit) => {

@@ -82,9 +82,16 @@ impl ControlLoop {
         self.external_wrench =
             self.external
                 .at(time, base_from_flange, &self.flange_from_tcp, &self.gravity);
+        let mut link_torques = JointTorques::ZERO;
+        if let Some(world) = &self.surroundings {
+            self.external_wrench.force += world.tool_wrench().force;
+            self.external_wrench.moment += world.tool_wrench().moment;
+            link_torques = *world.link_torques();
+        }
         self.plant.set_tool_wrench(&ToolWrench {
             wrench: self.external_wrench,
             flange_from_tcp: self.flange_from_tcp,
+            link_torques,
         });
     }
 
@@ -99,8 +106,12 @@ impl ControlLoop {
     pub(crate) fn update_sensors(&mut self) {
         self.measure_force();
         let time = self.out.cycle as f64 * self.step;
-        for encoder in &mut self.encoders {
-            encoder.sample(time, self.io.image.digital_in.into());
+        for (number, encoder) in self.encoders.iter_mut().enumerate() {
+            let ticks = self
+                .surroundings
+                .as_ref()
+                .and_then(|world| world.encoder_ticks[number]);
+            encoder.sample(time, self.io.image.digital_in.into(), ticks);
         }
         if self.is_under_servo() && self.actual.is_finite() {
             let frames = &self.actual_frames;

@@ -64,6 +64,16 @@ impl ForceTorqueSensor {
         }
     }
 
+    /// What really hangs on the flange; `None`: whatever payload is set.
+    pub(crate) const fn actual_payload(&self) -> Option<Payload> {
+        self.actual_payload
+    }
+
+    /// Something else hangs on the flange from now on.
+    pub(crate) fn set_actual_payload(&mut self, payload: Payload) {
+        self.actual_payload = Some(payload);
+    }
+
     /// What is read now counts as nothing from now on.
     pub(crate) fn zero(&mut self) {
         self.zero = self.unzeroed;

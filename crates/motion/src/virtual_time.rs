@@ -23,9 +23,18 @@ const ROOM_POLL: Duration = Duration::from_micros(50);
 /// How long a tick waits for room before it leaves it to another one.
 const ROOM_TURN: Duration = Duration::from_millis(20);
 
+/// What moves after every cycle, on the same thread: the world around the arm.
+pub type CycleFollower = Box<dyn FnMut() + Send>;
+
+/// What a tick moves.
+struct Ticked {
+    cycle: ControlLoop,
+    follower: Option<CycleFollower>,
+}
+
 /// A cycle that is ticked on demand.
 pub struct VirtualTimeline {
-    cycle: Mutex<ControlLoop>,
+    ticked: Mutex<Ticked>,
     drivers: Mutex<DriverCount>,
     drivers_changed: Condvar,
     wake: Vec<Thread>,
@@ -56,7 +65,10 @@ impl VirtualTimeline {
             });
         }
         Ok(Self {
-            cycle: Mutex::new(cycle),
+            ticked: Mutex::new(Ticked {
+                cycle,
+                follower: None,
+            }),
             drivers: Mutex::new(DriverCount {
                 count: 0,
                 is_closed: false,
@@ -73,12 +85,22 @@ impl VirtualTimeline {
         Self { faults, ..self }
     }
 
+    /// Calls `follower` after every cycle.
+    pub fn with_follower(self, follower: CycleFollower) -> Self {
+        self.lock().follower = Some(follower);
+        self
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Ticked> {
+        // A tick that panics ends the clock, so nobody uses what it left half written.
+        self.ticked.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// One cycle; none, and false, while the recorder makes no room, and once a fault has ended the clock.
     fn tick(&self) -> bool {
-        // A tick that panics ends the clock, so nobody uses what it left half written.
-        let mut cycle = self.cycle.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut ticked = self.lock();
         let mut since = None;
-        while !cycle.has_record_room(RECORDS_PER_CYCLE) {
+        while !ticked.cycle.has_record_room(RECORDS_PER_CYCLE) {
             if since.get_or_insert_with(Instant::now).elapsed() > ROOM_TURN {
                 return false;
             }
@@ -87,16 +109,20 @@ impl VirtualTimeline {
         if self.has_ended() {
             return false;
         }
-        let ticked = catch(|| {
+        let Ticked { cycle, follower } = &mut *ticked;
+        let outcome = catch(|| {
             injection::point("motion");
             cycle.tick(CycleTiming::default());
+            if let Some(follow) = follower {
+                follow();
+            }
         });
-        let fault = ticked.err().map(|panicked| {
+        let fault = outcome.err().map(|panicked| {
             // What a fault has left may hold another; the first one is told.
             let _ = catch(|| cycle.hold_after_fault());
             Fault::new(ThreadRole::Motion, "the virtual clock", panicked)
         });
-        drop(cycle);
+        drop(ticked);
         if let Some(fault) = &fault {
             self.has_ended.store(true, Ordering::Release);
             self.faults.tell(fault);
@@ -110,8 +136,7 @@ impl VirtualTimeline {
     }
 
     fn step_time(&self) -> Duration {
-        let cycle = self.cycle.lock().unwrap_or_else(PoisonError::into_inner);
-        Duration::from_secs_f64(cycle.step_time())
+        Duration::from_secs_f64(self.lock().cycle.step_time())
     }
 }
 

@@ -408,7 +408,7 @@ fn a_link_that_stands_in_an_obstacle_at_the_start_is_left_alone() {
     let table = obstacle(Shape::Plane, Pose::from_translation(0.0, 0.0, 0.12), None);
     let surroundings = Environment {
         obstacles: vec![table],
-        tool: None,
+        ..Environment::default()
     };
     assert_eq!(
         surroundings.links_inside_obstacles(&config.model, &HOME),
@@ -430,7 +430,7 @@ fn no_capsule_of_any_arm_at_home_touches_the_floor_it_stands_on() {
         let floor = obstacle(Shape::Plane, Pose::IDENTITY, None);
         let surroundings = Environment {
             obstacles: vec![floor],
-            tool: None,
+            ..Environment::default()
         };
         assert_eq!(
             surroundings.links_inside_obstacles(&config.model, &config.home),

@@ -36,6 +36,7 @@ mod simulated_servers;
 mod test_context;
 mod test_object;
 mod trace;
+mod world_functions;
 
 /// What a test calls the object that makes it one.
 pub const OBJECT: &str = "test";

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use controller::cell_world::facts::WorldFacts;
 use controller::condition::Condition;
 use controller::options::{ClockChoice, RecordTarget};
 use controller::outcome::ResultCollector;
@@ -168,12 +169,17 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
     });
     let controller = controller.map_err(|error| error.to_string())?;
     follower.connect(controller.robot());
+    if let Some(world) = controller.world() {
+        let trace = trace.clone();
+        world.follow(Box::new(move |message| trace.take_world(message)));
+    }
     // The closure was called, or the start has failed.
     let turns = turns.ok_or_else(|| "the clock was not started".to_owned())?;
     let (requests, inbox) = unbounded_channel();
     let folder = case.file.path.parent().unwrap_or(Path::new(""));
     let bench = Arc::new(TestContext::new(ContextParts {
         robot: controller.robot().clone(),
+        world: controller.world().cloned(),
         fieldbus: controller.fieldbus().clone(),
         programs: controller.supervisor().clone(),
         said,
@@ -316,7 +322,7 @@ struct Runner<'r> {
     wall_timeout: Duration,
     stop: &'r AtomicBool,
     /// Conditions, and how many cycles each has been judged by.
-    watched: Vec<(Invariant, Condition, usize)>,
+    watched: Vec<(Invariant, Condition, JudgedCycles)>,
 }
 
 impl Runner<'_> {
@@ -414,7 +420,9 @@ impl Runner<'_> {
             Ok(condition) => condition,
             Err(error) => return InvariantCheck::NoCondition(error.to_string()),
         };
-        let mut judged = 0;
+        let world = self.bench.world.as_ref();
+        condition.set_world(world.map(|world| WorldFacts::new(world.description())));
+        let mut judged = JudgedCycles::default();
         match check_invariant(&self.bench.trace, &watched, &condition, &mut judged) {
             Ok(None) => {
                 self.watched.push((watched, condition, judged));
@@ -438,15 +446,22 @@ impl Runner<'_> {
     }
 }
 
+/// How far a condition has been judged.
+#[derive(Clone, Copy, Default)]
+struct JudgedCycles {
+    cycles: usize,
+    world_messages: usize,
+}
+
 /// Looks at the cycles that a condition has not been judged by; what is wrong, if something is.
 fn check_invariant(
     trace: &CycleTrace,
     watched: &Invariant,
     condition: &Condition,
-    judged: &mut usize,
+    judged: &mut JudgedCycles,
 ) -> Result<Option<String>, String> {
     loop {
-        let (states, missed) = trace.since(*judged, CYCLES_AT_ONCE);
+        let (states, missed) = trace.since(judged.cycles, CYCLES_AT_ONCE);
         if states.is_empty() && missed > 0 {
             return Err(format!(
                 "the test is too long for conditions: {missed} cycles were not kept"
@@ -457,10 +472,20 @@ fn check_invariant(
         }
         for state in &states {
             let cycle = CycleMessage::from(state);
-            let holds = condition.holds(&cycle, &trace.position_at(*judged));
-            *judged += 1;
+            if condition.uses_world() {
+                judged.world_messages =
+                    trace.each_world_message(judged.world_messages, state.cycle, |message| {
+                        condition.advance_world(message);
+                    });
+            }
+            let holds = condition.holds(&cycle, &trace.position_at(judged.cycles));
+            judged.cycles += 1;
             if holds.map_err(|error| error.to_string())? != watched.always {
-                return Ok(Some(broken(watched, state, &cycle)));
+                let mut text = broken(watched, state, &cycle);
+                if let Some(part) = condition.deciding_part() {
+                    text.push_str(&format!("; part {part:?}"));
+                }
+                return Ok(Some(text));
             }
         }
     }

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use controller::io_values::PointChange;
 use controller::outcome::ResultCollector;
-use controller::{ProgramOutcome, ProgramResult};
+use controller::{CellWorld, ProgramOutcome, ProgramResult};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskState};
 use io_bus::{Fieldbus, SimulatedPeers};
 use motion_api::{CommandKind, Origin, Seconds};
@@ -113,6 +113,8 @@ impl Deref for TestContext {
 /// The parts of a bench that are made elsewhere.
 pub(crate) struct ContextParts {
     pub robot: Arc<Robot>,
+    /// The parts of the cell, where it has any.
+    pub world: Option<CellWorld>,
     pub fieldbus: Arc<Fieldbus>,
     pub programs: Supervisor,
     pub said: Arc<ResultCollector>,

@@ -22,6 +22,7 @@ use recorder::{CycleMessage, FieldValue};
 use crate::expect;
 use crate::simulated_servers::{self, SimulatedServer};
 use crate::test_context::{TestAction, TestContext};
+use crate::world_functions;
 
 type NativeResult<T = Value> = Result<T, Raised>;
 type TestFunction = fn(&CallContext, &mut NativeCall<'_>) -> NativeResult;
@@ -81,6 +82,18 @@ const FUNCTIONS: &[(&str, &[&str], TestFunction)] = &[
     ("never", &["condition"], expect::never),
     ("always", &["condition"], expect::always),
     ("peak", &["name"], expect::peak),
+    ("part", &["name"], world_functions::part),
+    ("parts", &[], world_functions::parts),
+    ("gripper", &["name"], world_functions::gripper),
+    ("count", &["sink"], world_functions::count),
+    ("place", &["name", "pose"], world_functions::place),
+    ("remove", &["name"], world_functions::remove),
+    ("add", &["template", "pose"], world_functions::add),
+    (
+        "fault",
+        &["what", "name", "duration?"],
+        world_functions::fault,
+    ),
 ];
 
 /// The names of all functions, for `check`.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use controller::Peaks;
+use controller::cell_world::topic::WorldMessage;
 use controller::program_position::{PositionTracker, ProgramPosition};
 use elite_runtime::message::Observer;
 use elite_syntax::TaskNode;
@@ -11,6 +12,9 @@ use parking_lot::Mutex;
 
 /// Cycles that are kept; what comes after them is counted only. At 4 ms it is the first 400 s of a test.
 const CYCLES_MAX: usize = 100_000;
+
+/// Rows of parts that are kept; some 400 MB.
+const WORLD_ROWS_MAX: usize = 2_000_000;
 
 /// A place on the way of the TCP.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +36,9 @@ struct TraceData {
     doings: Vec<(usize, ProgramPosition)>,
     missed: usize,
     peaks: Peaks,
+    /// What was new among the parts of the cell, in the order of cycles.
+    world: Vec<WorldMessage>,
+    world_rows: usize,
 }
 
 impl CycleTrace {
@@ -55,6 +62,31 @@ impl CycleTrace {
             .checked_sub(1)
             .and_then(|place| kept.doings.get(place));
         before.map(|(_, doing)| doing.clone()).unwrap_or_default()
+    }
+
+    /// Keeps what is new among the parts of the cell, as long as cycles are kept.
+    pub(crate) fn take_world(&self, message: &WorldMessage) {
+        let mut kept = self.0.lock();
+        if kept.states.len() < CYCLES_MAX && kept.world_rows < WORLD_ROWS_MAX {
+            kept.world_rows += 1 + message.parts.len();
+            kept.world.push(message.clone());
+        }
+    }
+
+    /// Shows the messages from number `from` on up to a cycle; the number of the next one.
+    pub(crate) fn each_world_message(
+        &self,
+        from: usize,
+        cycle: u64,
+        mut see: impl FnMut(&WorldMessage),
+    ) -> usize {
+        let kept = self.0.lock();
+        let new = kept
+            .world
+            .iter()
+            .skip(from)
+            .take_while(|message| message.cycle <= cycle);
+        from + new.inspect(|message| see(message)).count()
     }
 
     /// The path of the TCP so far.

@@ -91,6 +91,7 @@ fn execute(command: CliCommand) -> CommandResult {
         CliCommand::Fleet(args) => commands::fleet::fleet(&args),
         CliCommand::Completions(args) => answer(&commands::completions::script(args.shell)),
         CliCommand::Man(args) => commands::man::man(&args),
+        CliCommand::Cell(args) => commands::cell::run(&args),
         CliCommand::Wait(args) => commands::wait::run(&args),
     }
 }

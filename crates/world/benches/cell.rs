@@ -8,9 +8,10 @@
 
 use kinematics::{Pose, RpyPose};
 use motion_api::IoPoint;
+use motion_api::WorldInput;
 use nix::time::ClockId;
 use world::description::*;
-use world::{Input, World, WorldDescription};
+use world::{World, WorldDescription};
 
 const ON: IoPoint = IoPoint::Digital(0);
 const PERIOD: f64 = 0.004;
@@ -125,10 +126,10 @@ fn palletising() {
         }),
     });
     let mut world = World::new(&cell).expect("a possible cell");
-    let mut input = Input {
+    let mut input = WorldInput {
         base_from_joint: [Pose::from_translation(0.0, 0.0, 5.0); 6],
         base_from_flange: down(0.4, 0.6, 0.5),
-        ..Input::default()
+        ..WorldInput::default()
     };
     let begin = cpu_time();
     let mut slowest = 0.0_f64;
@@ -186,10 +187,10 @@ fn parts_at_rest(count: usize) {
             ..part("box")
         });
         let mut world = World::new(&cell).expect("a possible cell");
-        let input = Input {
+        let input = WorldInput {
             base_from_flange: down(0.0, 0.0, 5.0),
             base_from_joint: [down(0.0, 0.0, 5.0); 6],
-            ..Input::default()
+            ..WorldInput::default()
         };
         let begin = cpu_time();
         for _ in 0..15_000 {
@@ -213,10 +214,10 @@ fn copies(count: usize) {
         ..part("box")
     });
     let mut world = World::new(&cell).expect("a possible cell");
-    let input = Input {
+    let input = WorldInput {
         base_from_flange: down(0.0, 0.0, 5.0),
         base_from_joint: [down(0.0, 0.0, 5.0); 6],
-        ..Input::default()
+        ..WorldInput::default()
     };
     for _ in 0..100 {
         world.step(&input);

@@ -6,11 +6,11 @@
 use crate::description::{Actuator as Plan, Travel, WorldDescription};
 use crate::engine::{Engine, MOVED, Material, vector};
 use crate::error::WorldError;
-use crate::levels::Levels;
 use crate::machine_fault::MachineFault;
 use crate::materials::Owner;
 use crate::state::ActuatorState;
 use kinematics::{Pose, rotation};
+use motion_api::PointLevels;
 use nalgebra::{Rotation3, Unit, Vector3};
 use rapier3d_f64::dynamics::{
     GenericJoint, ImpulseJointHandle, JointAxis, MassProperties, MotorModel, PrismaticJointBuilder,
@@ -153,7 +153,7 @@ impl Actuator {
     pub(crate) fn before_step(
         &mut self,
         engine: &mut Engine,
-        outputs: &Levels,
+        outputs: &PointLevels,
         period: f64,
         fault: MachineFault,
     ) {
@@ -196,7 +196,7 @@ impl Actuator {
     }
 
     /// Tells the ends.
-    pub(crate) fn report(&self, inputs: &mut Levels) {
+    pub(crate) fn report(&self, inputs: &mut PointLevels) {
         let margin = self.way() * END;
         let tells = [
             (

@@ -2,9 +2,9 @@
 
 use crate::description::ArmShape;
 use crate::engine::{ARM, Engine, Material, Touch, engine_pose, vector};
-use crate::input::Input;
 use crate::materials::Owner;
 use kinematics::{DOF, Pose, Twist, Wrench, rotation};
+use motion_api::WorldInput;
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::geometry::{ColliderHandle, SharedShape};
@@ -23,6 +23,12 @@ impl FlangeMotion {
     /// Where the flange is at the end of this cycle.
     pub(crate) fn now(&self) -> &Pose {
         &self.poses[0]
+    }
+
+    /// Way of the flange in this cycle, in its own axes, m.
+    pub(crate) fn step(&self) -> Vector3<f64> {
+        let [now, before, _] = &self.poses;
+        now.rotate_back(now.translation - before.translation)
     }
 
     /// Velocity of a frame fixed to the flange during the cycle before this: what a thing has that is let go now.
@@ -120,7 +126,7 @@ impl Arm {
     }
 
     /// Where the bodies are at the end of the coming step. The first time they are put there, without a velocity.
-    pub(crate) fn drive(&mut self, engine: &mut Engine, input: &Input) {
+    pub(crate) fn drive(&mut self, engine: &mut Engine, input: &WorldInput) {
         let [now, before, _] = self.motion.poses;
         self.motion.poses = match self.is_placed {
             true => [input.base_from_flange, now, before],
@@ -137,7 +143,7 @@ impl Arm {
     }
 
     /// What parts and moved obstacles do to each link: about the origin of its joint frame, base axes.
-    pub(crate) fn link_wrenches(&self, engine: &Engine, input: &Input) -> [Wrench; DOF] {
+    pub(crate) fn link_wrenches(&self, engine: &Engine, input: &WorldInput) -> [Wrench; DOF] {
         let mut wrenches = [Wrench::default(); DOF];
         for (link, collider) in &self.link_colliders {
             let about = input.base_from_joint[*link].translation;

@@ -3,8 +3,8 @@
 use crate::check_entry::{Entry, Register};
 use crate::description::*;
 use crate::error::WorldError;
-use crate::levels::PointSet;
 use motion_api::IoPoint;
+use motion_api::PointSet;
 use std::collections::BTreeMap;
 
 /// Parts at most.
@@ -18,7 +18,7 @@ pub const FLOOR: &str = "floor";
 ///
 /// # Errors
 /// The first thing that is wrong.
-pub(crate) fn check(cell: &WorldDescription) -> Result<PointSet, WorldError> {
+pub fn check(cell: &WorldDescription) -> Result<PointSet, WorldError> {
     settings(&cell.settings)?;
     let mut register = Register::default();
     register.names.insert(FLOOR, "world");
@@ -107,7 +107,7 @@ fn counts(cell: &WorldDescription) -> Result<(), WorldError> {
         ("part", parts, MAX_PARTS),
         ("obstacle", cell.obstacles.len(), MAX_PARTS),
         ("friction", cell.frictions.len(), MAX_PARTS),
-        ("gripper", cell.grippers.len(), crate::input::MAX_GRIPPERS),
+        ("gripper", cell.grippers.len(), motion_api::MAX_GRIPPERS),
         ("conveyor", cell.conveyors.len(), MAX_ENTRIES),
         ("source", cell.sources.len(), MAX_ENTRIES),
         ("sink", cell.sinks.len(), MAX_ENTRIES),

@@ -2,9 +2,10 @@
 
 use crate::description::{BodyShape, Trigger};
 use crate::error::WorldError;
-use crate::levels::PointSet;
 use kinematics::Pose;
-use motion_api::IoPoint;
+use motion_api::PointSet;
+use motion_api::io::TOOL_ANALOG;
+use motion_api::{DigitalBank, IoPoint};
 use std::collections::BTreeMap;
 
 /// One entry of one table while it is checked.
@@ -194,7 +195,7 @@ impl<'a> Register<'a> {
             table: entry.table,
             name: entry.name.to_owned(),
             key,
-            given: format!("{point:?}"),
+            given: input_name(point),
             other: other.map(|(_, name)| name.clone()).unwrap_or_default(),
         })
     }
@@ -217,5 +218,27 @@ impl<'a> Register<'a> {
                 allowed,
             }),
         }
+    }
+}
+
+/// The name of an input in the cell file.
+fn input_name(point: IoPoint) -> String {
+    let [standard, configurable, tool] = [
+        DigitalBank::Standard,
+        DigitalBank::Configurable,
+        DigitalBank::Tool,
+    ]
+    .map(|bank| bank.bit(0));
+    match point {
+        IoPoint::Digital(bit) if bit >= tool => format!("tool_digital_in[{}]", bit - tool),
+        IoPoint::Digital(bit) if bit >= configurable => {
+            format!("configurable_digital_in[{}]", bit - configurable)
+        }
+        IoPoint::Digital(bit) => format!("standard_digital_in[{}]", bit - standard),
+        IoPoint::Analog(TOOL_ANALOG) => "tool_analog_in".to_owned(),
+        IoPoint::Analog(port) => format!("standard_analog_in[{port}]"),
+        IoPoint::BooleanRegister(index) => format!("input_boolean_register[{index}]"),
+        IoPoint::IntegerRegister(index) => format!("input_integer_register[{index}]"),
+        IoPoint::FloatRegister(index) => format!("input_float_register[{index}]"),
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::description::{BodyShape, ConveyorDescription as Plan, Surface};
 use crate::engine::{Engine, Material, STILL};
-use crate::levels::Levels;
 use crate::machine_fault::MachineFault;
 use crate::materials::{Owner, SurfaceMotion};
 use crate::state::ConveyorState;
 use kinematics::Pose;
+use motion_api::PointLevels;
 use nalgebra::{Rotation3, Unit, Vector3};
 use rapier3d_f64::dynamics::RigidBodyHandle;
 
@@ -60,7 +60,7 @@ impl Conveyor {
         &mut self,
         index: usize,
         engine: &mut Engine,
-        outputs: &Levels,
+        outputs: &PointLevels,
         time: f64,
         period: f64,
         fault: MachineFault,

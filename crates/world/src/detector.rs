@@ -2,10 +2,10 @@
 
 use crate::description::{Detector as Plan, DetectorKind};
 use crate::engine::{Engine, vector};
-use crate::levels::Levels;
 use crate::parts::PartTable;
 use crate::state::DetectorState;
 use kinematics::Pose;
+use motion_api::PointLevels;
 use nalgebra::Vector3;
 use rapier3d_f64::geometry::Ray;
 use rapier3d_f64::pipeline::QueryFilter;
@@ -87,7 +87,7 @@ impl Detector {
     }
 
     /// Tells the input.
-    pub(crate) fn report(&self, inputs: &mut Levels) {
+    pub(crate) fn report(&self, inputs: &mut PointLevels) {
         match self.plan.kind {
             DetectorKind::Distance { .. } => inputs.set_ratio(self.plan.to, self.signal),
             _ => inputs.set_level(self.plan.to, self.signal > 0.5),

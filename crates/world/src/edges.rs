@@ -1,30 +1,29 @@
 //! Rising edges of points.
 
 use crate::description::Trigger;
-use crate::levels::Levels;
+use motion_api::PointLevels;
 
-/// The level that a trigger's point had. High before the first cycle: a point that is true from the beginning has no edge.
-#[derive(Clone, Copy, Debug)]
+/// The level that a trigger's point had in the cycle before.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Edge {
-    was_high: bool,
-}
-
-impl Default for Edge {
-    fn default() -> Self {
-        Self { was_high: true }
-    }
+    /// `None` before the first cycle: outputs were low then, and an input that is high from the beginning has no edge.
+    was_high: Option<bool>,
 }
 
 impl Edge {
     /// Whether the trigger's point rises in this cycle; never for a time.
-    pub(crate) fn rises(&mut self, trigger: &Trigger, outputs: &Levels, inputs: &Levels) -> bool {
-        let is_high = match trigger {
+    pub(crate) fn rises(
+        &mut self,
+        trigger: &Trigger,
+        outputs: &PointLevels,
+        inputs: &PointLevels,
+    ) -> bool {
+        let (is_high, at_first) = match trigger {
             Trigger::Time(_) => return false,
-            Trigger::Output(point) => outputs.level(*point),
-            Trigger::Input(point) => inputs.level(*point),
+            Trigger::Output(point) => (outputs.level(*point), false),
+            Trigger::Input(point) => (inputs.level(*point), true),
         };
-        let rises = is_high && !self.was_high;
-        self.was_high = is_high;
-        rises
+        let was_high = self.was_high.replace(is_high).unwrap_or(at_first);
+        is_high && !was_high
     }
 }

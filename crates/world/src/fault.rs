@@ -2,9 +2,9 @@
 
 use crate::description::{FaultDescription as Plan, FaultKind, Trigger};
 use crate::edges::Edge;
-use crate::levels::{Levels, PointSet};
 use crate::machine_fault::MachineFault;
 use motion_api::IoPoint;
+use motion_api::{PointLevels, PointSet};
 
 /// A fault of the description or of a test.
 #[derive(Clone, Debug)]
@@ -40,7 +40,12 @@ impl Fault {
     }
 
     /// What it does in this cycle.
-    pub(crate) fn advance(&mut self, outputs: &Levels, inputs: &Levels, time: f64) -> FaultPhase {
+    pub(crate) fn advance(
+        &mut self,
+        outputs: &PointLevels,
+        inputs: &PointLevels,
+        time: f64,
+    ) -> FaultPhase {
         let is_due = match self.plan.when {
             Trigger::Time(at) => !self.has_been && time + 1e-9 >= at,
             when => self.edge.rises(&when, outputs, inputs),
@@ -99,7 +104,12 @@ pub(crate) fn of_inputs(faults: &[Fault]) -> (PointSet, PointSet) {
 }
 
 /// Inputs with their faults; `before` are those of the cycle before.
-pub(crate) fn impair(inputs: &mut Levels, before: &Levels, stuck: &PointSet, open: &PointSet) {
+pub(crate) fn impair(
+    inputs: &mut PointLevels,
+    before: &PointLevels,
+    stuck: &PointSet,
+    open: &PointSet,
+) {
     inputs.digital = inputs.digital & !stuck.digital | before.digital & stuck.digital;
     inputs.digital &= !open.digital;
     for k in 0..2 {

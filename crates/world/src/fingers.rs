@@ -9,11 +9,11 @@ use crate::engine::{ARM, Engine, Material, engine_pose, vector};
 use crate::error::OrderError;
 use crate::gripper::GripContext;
 use crate::hold::Hold;
-use crate::levels::Levels;
 use crate::materials::Owner;
 use crate::parts::{PartNumber, PartTable};
 use crate::state::FingerState;
 use kinematics::{Pose, Wrench};
+use motion_api::PointLevels;
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::geometry::{BoundingVolume, ColliderHandle, Ray};
@@ -135,7 +135,7 @@ impl FingerPair {
     }
 
     /// Where the outputs send the fingers.
-    fn obey(&mut self, outputs: &Levels) {
+    fn obey(&mut self, outputs: &PointLevels) {
         let FingerControl::Points { close, open } = self.plan.control else {
             return;
         };
@@ -345,7 +345,19 @@ impl FingerPair {
             -across.normalize()
         };
         let change = (-across - against * friction) / mass * context.period;
-        let slip = self.slip + change;
+        let mut slip = self.slip + change;
+        if context.touched_by.force.norm() > friction {
+            // A contact pushes the part back as fast as the flange presses it on, and no faster.
+            let (pressing, slipping) = (
+                context.motion.step().norm() / context.period,
+                self.slip.norm(),
+            );
+            slip = slip.cap_magnitude(if pressing > slipping {
+                pressing
+            } else {
+                slipping
+            });
+        }
         // Friction stops the part where it would turn it around.
         let sticks = is_slipping && slip.dot(&self.slip) <= 0.0 && across.norm() <= friction;
         self.slip = if sticks { Vector3::zeros() } else { slip };
@@ -423,7 +435,7 @@ impl FingerPair {
         &self.colliders
     }
 
-    pub(crate) fn report(&self, inputs: &mut Levels) {
+    pub(crate) fn report(&self, inputs: &mut PointLevels) {
         let grips = matches!(
             self.state,
             FingerState::GrippingInside | FingerState::BlockedOpening

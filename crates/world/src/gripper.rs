@@ -5,13 +5,13 @@ use crate::description::{Gripper as Plan, GripperKind};
 use crate::engine::Engine;
 use crate::fingers::FingerPair;
 use crate::hold::Hold;
-use crate::input::{HeldPart, Output};
-use crate::levels::Levels;
 use crate::materials::Owner;
 use crate::parts::{PartNumber, PartTable};
 use crate::state::{FingerState, GripperState};
 use crate::vacuum::Cups;
 use kinematics::Wrench;
+use motion_api::PointLevels;
+use motion_api::{HeldPart, WorldOutput};
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyHandle;
 
@@ -20,7 +20,7 @@ pub(crate) struct GripContext<'a> {
     pub(crate) engine: &'a mut Engine,
     pub(crate) parts: &'a mut PartTable,
     pub(crate) motion: &'a FlangeMotion,
-    pub(crate) outputs: &'a Levels,
+    pub(crate) outputs: &'a PointLevels,
     /// Number of the gripper.
     pub(crate) gripper: usize,
     /// What obstacles do to the held part, about the origin of the flange, base axes.
@@ -121,7 +121,7 @@ impl Gripper {
         }
     }
 
-    pub(crate) fn report(&self, inputs: &mut Levels) {
+    pub(crate) fn report(&self, inputs: &mut PointLevels) {
         match &self.kind {
             Kind::Cups(cups) => cups.report(inputs),
             Kind::Fingers(fingers) => fingers.report(inputs),
@@ -156,7 +156,7 @@ impl Gripper {
         engine: &Engine,
         parts: &PartTable,
         motion: &FlangeMotion,
-        output: &mut Output,
+        output: &mut WorldOutput,
     ) {
         let about = motion.now().translation;
         let colliders = match &self.kind {
@@ -185,6 +185,7 @@ impl Gripper {
             *slot = Some(HeldPart {
                 template: part.template as u16,
                 flange_from_part: hold.flange_from_part,
+                play: hold.play.into(),
             });
         }
     }

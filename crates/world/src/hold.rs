@@ -25,6 +25,8 @@ const ASIDE: f64 = 1e-3;
 pub(crate) struct Hold {
     pub(crate) part: PartNumber,
     pub(crate) flange_from_part: Pose,
+    /// How far the part can be pushed back before the gripper bears on it, flange frame.
+    pub(crate) play: Vector3<f64>,
     support: Option<Support>,
 }
 
@@ -67,11 +69,26 @@ impl Hold {
         Some(Self {
             part,
             flange_from_part: flange.inverse() * pose,
+            play: Vector3::zeros(),
             support: stands.then_some(Support {
                 up,
                 center: pose.translation,
             }),
         })
+    }
+
+    /// Lets the flange come nearer to a part that still stands, by what play there is. A part that was lifted keeps its place.
+    pub(crate) fn close_play(&mut self, motion: &FlangeMotion) {
+        if self.support.is_none() {
+            self.play = Vector3::zeros();
+        }
+        let Some(back) = self.play.try_normalize(1e-12) else {
+            return;
+        };
+        let approach = -motion.step().dot(&back);
+        let closing = back * kinematics::bounds::within(approach, 0.0, self.play.norm());
+        self.flange_from_part.translation += closing;
+        self.play -= closing;
     }
 
     /// Lets the part move with the flange in the coming step.

@@ -2,14 +2,15 @@
 //!
 //! Owns the rigid bodies (rapier, with the same bits on every machine) and the laws of grippers. Knows no script, no port and no file: the
 //! cell is a [`WorldDescription`] in SI units, and one call moves it by one control cycle. In goes the arm at the end of the cycle with all
-//! outputs ([`Input`]); out comes what the next cycle has to know ([`Output`]): inputs, wrenches, and what hangs on the flange. Both are
-//! `Copy` and of fixed size. The step itself allocates, so it runs beside the control loop and not in it.
+//! outputs ([`WorldInput`](motion_api::WorldInput)); out comes what the next cycle has to know ([`WorldOutput`](motion_api::WorldOutput)):
+//! inputs, wrenches, and what hangs on the flange. Both are `Copy` and of fixed size. The step itself allocates, so it runs beside the control
+//! loop and not in it.
 //!
 //! ```
 //! use kinematics::{Pose, RpyPose};
-//! use motion_api::IoPoint;
+//! use motion_api::{IoPoint, WorldInput};
 //! use world::description::*;
-//! use world::{Input, World, WorldDescription};
+//! use world::{World, WorldDescription};
 //!
 //! // A floor, a box of 125 g, and one suction cup 0.1 m below a flange that looks down.
 //! let valve = IoPoint::Digital(0);
@@ -45,7 +46,7 @@
 //!
 //! // The flange stands above the box until there is a vacuum, and goes up by 0.1 m in half a second.
 //! let flange = |z| Pose::from_rpy(&RpyPose { xyz: [0.0, 0.0, z], rpy: [core::f64::consts::PI, 0.0, 0.0] });
-//! let mut input = Input::default();
+//! let mut input = WorldInput::default();
 //! input.base_from_joint = [Pose::from_translation(5.0, 0.0, 0.0); 6];
 //! for cycle in 0..375 {
 //!     input.outputs.set_level(valve, cycle >= 50);
@@ -64,7 +65,7 @@
 //! - [`World::place`], [`World::add`], [`World::remove`], [`World::fail`] and [`World::order_fingers`] act between two steps.
 //! - A clone of a [`World`] is a snapshot: it goes on exactly as the original does.
 //! - A part of the arm's contact code moves to the world with an actuator: obstacles that one moves push the arm through
-//!   [`Output::link_wrenches`] and [`Output::tool_wrench`], and must not be in the scene of the arm's own contacts.
+//!   [`link_wrenches`](motion_api::WorldOutput::link_wrenches) and [`tool_wrench`](motion_api::WorldOutput::tool_wrench), and must not be in the scene of the arm's own contacts.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
@@ -83,8 +84,6 @@ mod fault;
 mod fingers;
 mod gripper;
 mod hold;
-mod input;
-mod levels;
 mod machine_fault;
 mod materials;
 mod orders;
@@ -97,11 +96,9 @@ mod state;
 mod vacuum;
 mod world;
 
-pub use check::{FLOOR, MAX_ENTRIES, MAX_PARTS};
+pub use check::{FLOOR, MAX_ENTRIES, MAX_PARTS, check};
 pub use description::WorldDescription;
 pub use error::{OrderError, WorldError};
 pub use fingers::FingerOrder;
-pub use input::{HeldPart, Input, MAX_GRIPPERS, Output};
-pub use levels::{Levels, PointSet};
 pub use state::*;
 pub use world::World;

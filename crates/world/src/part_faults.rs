@@ -2,9 +2,9 @@
 
 use crate::description::{FaultDescription as Plan, FaultKind};
 use crate::fault::{Fault, FaultPhase};
-use crate::levels::Levels;
 use crate::world::World;
 use kinematics::Pose;
+use motion_api::PointLevels;
 use nalgebra::{Rotation3, Unit, Vector3};
 use std::sync::Arc;
 
@@ -18,7 +18,12 @@ pub(crate) struct MissingPart {
 }
 
 impl World {
-    pub(crate) fn advance_faults(&mut self, outputs: &Levels, inputs: &Levels, time: f64) {
+    pub(crate) fn advance_faults(
+        &mut self,
+        outputs: &PointLevels,
+        inputs: &PointLevels,
+        time: f64,
+    ) {
         self.drops.clear();
         for number in 0..self.faults.len() {
             let phase = self.faults[number].advance(outputs, inputs, time);

@@ -3,11 +3,11 @@
 use crate::description::{SourceDescription as Plan, Trigger};
 use crate::edges::Edge;
 use crate::engine::{Engine, engine_pose, engine_shape};
-use crate::levels::Levels;
 use crate::parts::PartTable;
 use crate::scatter::Scatter;
 use crate::state::SourceState;
 use kinematics::{Pose, rotation};
+use motion_api::PointLevels;
 use nalgebra::Vector3;
 use rapier3d_f64::pipeline::QueryFilter;
 
@@ -41,8 +41,8 @@ impl Source {
         &mut self,
         engine: &mut Engine,
         parts: &mut PartTable,
-        outputs: &Levels,
-        inputs: &Levels,
+        outputs: &PointLevels,
+        inputs: &PointLevels,
         time: f64,
     ) {
         let is_due = match self.plan.when {

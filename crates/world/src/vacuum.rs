@@ -115,6 +115,9 @@ impl Cups {
         if !on {
             self.came_off = None;
         }
+        if let Some(hold) = &mut self.hold {
+            hold.close_play(context.motion);
+        }
         let Some(hold) = &self.hold else { return false };
         let no_cup_seals = !self.cups.iter().any(|cup| cup.seals);
         let need = hold.need(
@@ -201,9 +204,11 @@ impl Cups {
                     Some(hold) => hold.part == **number,
                     None => part.gripper.is_none() && self.came_off != Some(**number),
                 });
-            let under_rim = free
-                .find(|(number, _)| self.seals_on(context.engine, context.parts, &rim, **number));
-            let Some(part) = under_rim.map(|(number, _)| *number) else {
+            let under_rim = free.find_map(|(number, _)| {
+                let gap = self.gap_to(context.engine, context.parts, &rim, *number)?;
+                Some((*number, gap))
+            });
+            let Some((part, gap)) = under_rim else {
                 continue;
             };
             if self.hold.is_none() {
@@ -215,6 +220,9 @@ impl Cups {
                     part,
                     &flange,
                 );
+                if let Some(hold) = &mut self.hold {
+                    hold.play = -self.axis * gap;
+                }
             }
             self.cups[i].seals = self.hold.is_some();
         }
@@ -222,33 +230,34 @@ impl Cups {
 
     fn is_near(&self, context: &GripContext<'_>, part: PartNumber) -> bool {
         let flange = context.motion.now();
-        self.rims
-            .iter()
-            .any(|rim| self.seals_on(context.engine, context.parts, &(*flange * *rim), part))
+        self.rims.iter().any(|rim| {
+            let rim = *flange * *rim;
+            self.gap_to(context.engine, context.parts, &rim, part)
+                .is_some()
+        })
     }
 
-    /// Whether the whole rim lies on one face of the part within reach.
-    fn seals_on(&self, engine: &Engine, parts: &PartTable, rim: &Pose, part: PartNumber) -> bool {
-        let Some(collider) = parts
-            .bodies
-            .get(&part)
-            .and_then(|p| engine.physics.colliders.get(p.collider))
-        else {
-            return false;
-        };
+    /// The widest gap between a rim and the face of the part that it lies on, m; `None` where it does not lie on one face within reach.
+    fn gap_to(
+        &self,
+        engine: &Engine,
+        parts: &PartTable,
+        rim: &Pose,
+        part: PartNumber,
+    ) -> Option<f64> {
+        let body = parts.bodies.get(&part)?;
+        let collider = engine.physics.colliders.get(body.collider)?;
         let center = engine_pose(rim).translation;
         let reach = self.plan.reach + 2.0 * self.plan.radius;
-        if !collider
-            .compute_aabb()
-            .loosened(reach)
-            .contains_local_point(center)
-        {
-            return false;
+        let around = collider.compute_aabb().loosened(reach);
+        if !around.contains_local_point(center) {
+            return None;
         }
         // The rays begin behind the rim: a rim that is pressed on a little seals as well.
         let behind = self.plan.radius.min(0.005);
         let axis = rim.rotate(Vector3::z());
-        (0..RIM_POINTS).all(|k| {
+        let mut widest = 0.0_f64;
+        for k in 0..RIM_POINTS {
             let (sin, cos) =
                 elementary::sin_cos(core::f64::consts::TAU * k as f64 / RIM_POINTS as f64);
             let radius = self.plan.radius * (1.0 - 1e-6);
@@ -260,8 +269,10 @@ impl Cups {
                 behind + self.plan.reach,
                 false,
             );
-            hit.is_some_and(|hit| -our_vector(hit.normal).dot(&axis) > FLATNESS)
-        })
+            let hit = hit.filter(|hit| -our_vector(hit.normal).dot(&axis) > FLATNESS)?;
+            widest = widest.max(hit.time_of_impact - behind);
+        }
+        Some(widest)
     }
 
     /// Largest pressure of the sealed cups, Pa below ambient.
@@ -278,7 +289,7 @@ impl Cups {
     }
 
     /// Tells switch and gauge.
-    pub(crate) fn report(&self, inputs: &mut crate::levels::Levels) {
+    pub(crate) fn report(&self, inputs: &mut motion_api::PointLevels) {
         let pressure = self.pressure();
         if let Some(point) = self.plan.switch {
             inputs.set_level(point, pressure >= self.plan.threshold * self.plan.pressure);

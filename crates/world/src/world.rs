@@ -10,8 +10,6 @@ use crate::engine::{Engine, Material, STILL};
 use crate::error::WorldError;
 use crate::fault::{self, Fault};
 use crate::gripper::{GripContext, Gripper};
-use crate::input::{Input, Output};
-use crate::levels::PointSet;
 use crate::materials::{Materials, Owner};
 use crate::overlap::refuse_overlaps;
 use crate::part_faults::MissingPart;
@@ -20,6 +18,8 @@ use crate::scatter::Scatter;
 use crate::source::Source;
 use crate::state::{PartState, WorldState};
 use kinematics::Pose;
+use motion_api::PointSet;
+use motion_api::{WorldInput, WorldOutput};
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use std::sync::Arc;
 
@@ -52,7 +52,7 @@ pub struct World {
     detectors: Vec<Detector>,
     sources: Vec<Source>,
     sinks: Vec<Sink>,
-    output: Output,
+    output: WorldOutput,
 }
 
 /// Names in the order of the description.
@@ -154,7 +154,7 @@ impl World {
             drops: Vec::new(),
             scatter: Scatter::new(seed, FAULT_STREAM),
             driven,
-            output: Output::default(),
+            output: WorldOutput::default(),
             state: WorldState {
                 sinks: vec![0; cell.sinks.len()],
                 ..WorldState::default()
@@ -165,7 +165,7 @@ impl World {
     }
 
     /// Moves the world by one period: with the arm where it is at the end of the cycle, and the outputs of the cycle.
-    pub fn step(&mut self, input: &Input) -> &Output {
+    pub fn step(&mut self, input: &WorldInput) -> &WorldOutput {
         let time = self.time();
         self.state.cycle += 1;
         let before = self.output.inputs;
@@ -232,7 +232,7 @@ impl World {
     }
 
     /// What the last step gave to the cycle.
-    pub fn output(&self) -> &Output {
+    pub fn output(&self) -> &WorldOutput {
         &self.output
     }
 
@@ -241,7 +241,7 @@ impl World {
         &self.state
     }
 
-    fn grip(&mut self, input: &Input, what: fn(&mut Gripper, GripContext<'_>)) {
+    fn grip(&mut self, input: &WorldInput, what: fn(&mut Gripper, GripContext<'_>)) {
         for (number, gripper) in self.grippers.iter_mut().enumerate() {
             let held = gripper.hold().map(|hold| hold.part);
             what(
@@ -292,8 +292,11 @@ impl World {
         }
     }
 
-    fn border(&self, input: &Input) -> Output {
-        let mut output = Output::default();
+    fn border(&self, input: &WorldInput) -> WorldOutput {
+        let mut output = WorldOutput {
+            cycle: input.cycle,
+            ..WorldOutput::default()
+        };
         let about = input.base_from_flange.translation;
         for collider in &self.arm.tool_colliders {
             add_touches(

@@ -1,8 +1,9 @@
 //! Cells that the tests build.
 
 use kinematics::{Pose, RpyPose};
+use motion_api::WorldInput;
 use world::description::*;
-use world::{Input, World, WorldDescription};
+use world::{World, WorldDescription};
 
 /// A pose as scripts write it.
 pub fn pose(p: [f64; 6]) -> Pose {
@@ -47,11 +48,11 @@ pub fn obstacle(name: &str, size: [f64; 3], p: [f64; 6]) -> ObstacleDescription 
 }
 
 /// An arm far away from everything.
-pub fn far_away() -> Input {
-    Input {
+pub fn far_away() -> WorldInput {
+    WorldInput {
         base_from_joint: [Pose::from_translation(0.0, 0.0, 50.0); 6],
         base_from_flange: Pose::from_translation(0.0, 0.0, 50.0),
-        ..Input::default()
+        ..WorldInput::default()
     }
 }
 

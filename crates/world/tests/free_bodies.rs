@@ -2,8 +2,9 @@
 
 use crate::cells::*;
 use kinematics::{Pose, Twist};
+use motion_api::WorldInput;
 use world::description::*;
-use world::{Input, World, WorldDescription};
+use world::{World, WorldDescription};
 
 const G: f64 = 9.81;
 
@@ -85,7 +86,7 @@ fn a_box_that_slides_into_another_keeps_the_momentum_of_both() {
     let mut x: f64 = -0.06;
     for cycle in 0..700 {
         x += if cycle < 25 { 0.002 } else { 0.0 };
-        let input = Input {
+        let input = WorldInput {
             base_from_flange: Pose::from_translation(x, 0.0, 1.0),
             ..far_away()
         };

@@ -3,16 +3,17 @@
 use crate::cells::*;
 use kinematics::Pose;
 use motion_api::IoPoint;
-use world::{Input, Levels, World, WorldDescription};
+use motion_api::{PointLevels, WorldInput};
+use world::{World, WorldDescription};
 
-/// Output that closes or sucks.
+/// WorldOutput that closes or sucks.
 pub const ON: IoPoint = IoPoint::Digital(0);
 
 /// A world and the flange in it.
 pub struct Hand {
     pub world: World,
     pub flange: Pose,
-    pub outputs: Levels,
+    pub outputs: PointLevels,
 }
 
 impl Hand {
@@ -22,14 +23,14 @@ impl Hand {
         let mut hand = Self {
             world: build(cell),
             flange,
-            outputs: Levels::default(),
+            outputs: PointLevels::default(),
         };
         hand.wait(0.1);
         hand
     }
 
     fn step(&mut self) {
-        let input = Input {
+        let input = WorldInput {
             base_from_flange: self.flange,
             outputs: self.outputs,
             ..far_away()

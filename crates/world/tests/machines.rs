@@ -2,8 +2,9 @@
 
 use crate::cells::*;
 use motion_api::IoPoint;
+use motion_api::WorldInput;
 use world::description::*;
-use world::{Input, World, WorldDescription};
+use world::{World, WorldDescription};
 
 const RUN: IoPoint = IoPoint::Digital(3);
 const SIGNAL: IoPoint = IoPoint::Digital(7);
@@ -426,7 +427,7 @@ fn the_arm_stops_an_actuator_and_feels_its_force() {
     let mut cell = pusher();
     cell.arm.tool = Some((BodyShape::Box { size: [0.04; 3] }, pose([0.0; 6])));
     let mut world = build(&cell);
-    let mut input = Input {
+    let mut input = WorldInput {
         base_from_flange: pose([0.04, 0.0, 0.04, 0.0, 0.0, 0.0]),
         ..far_away()
     };

@@ -3,10 +3,11 @@
 use crate::cells::*;
 use crate::hand::{Hand, ON};
 use kinematics::Pose;
+use motion_api::WorldInput;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use world::description::*;
-use world::{Input, World, WorldDescription, WorldState};
+use world::{World, WorldDescription, WorldState};
 
 const G: f64 = 9.81;
 
@@ -161,7 +162,7 @@ fn nothing_passes_through_anything_at_two_metres_a_second() {
         let mut world = build(&cell);
         for cycle in 0..150 {
             let x = -0.3 + 0.008 * f64::from(cycle);
-            world.step(&Input {
+            world.step(&WorldInput {
                 base_from_flange: pose([x, 0.0, 1.0, 0.0, 0.0, 0.0]),
                 ..far_away()
             });

@@ -19,18 +19,23 @@ pub(super) struct InvalidValue {
 type ValidationResult = Result<(), InvalidValue>;
 
 /// A table under check.
-struct TableCheck(String);
+pub(super) struct TableCheck(String);
 
 impl TableCheck {
-    fn named(kind: &str, name: &str) -> Self {
+    pub(super) fn named(kind: &str, name: &str) -> Self {
         Self(format!("{kind} \"{name}\""))
     }
 
-    fn numbered(kind: &str, index: usize) -> Self {
+    pub(super) fn numbered(kind: &str, index: usize) -> Self {
         Self(format!("{kind} {}", index + 1))
     }
 
-    fn wrong(
+    /// A key that is not there.
+    pub(super) fn missing(&self, key: &'static str, allowed: impl Into<String>) -> InvalidValue {
+        self.wrong(key, "nothing", allowed)
+    }
+
+    pub(super) fn wrong(
         &self,
         key: &'static str,
         given: impl fmt::Display,
@@ -87,7 +92,7 @@ impl TableCheck {
         Ok(())
     }
 
-    fn shape(&self, shape: ShapeName, size: &Size) -> ValidationResult {
+    pub(super) fn shape(&self, shape: ShapeName, size: &Size) -> ValidationResult {
         let numbers = size.numbers();
         if numbers.len() != shape.numbers_of_size() {
             let allowed = match shape {
@@ -101,7 +106,7 @@ impl TableCheck {
         self.positive("size", numbers)
     }
 
-    fn direction(
+    pub(super) fn direction(
         &self,
         key: &'static str,
         point: IoPointName,
@@ -215,11 +220,12 @@ pub(super) fn values(cell: &Tables) -> ValidationResult {
     for (index, belt) in cell.conveyor.iter().enumerate() {
         let table = TableCheck::numbered("conveyor", index);
         conveyor(&table, belt)?;
-        if cell.conveyor[..index]
-            .iter()
-            .any(|other| other.encoder == belt.encoder)
+        if let Some(encoder) = belt.encoder
+            && cell.conveyor[..index]
+                .iter()
+                .any(|other| other.encoder == belt.encoder)
         {
-            return Err(table.wrong("encoder", belt.encoder, "one conveyor turns an encoder"));
+            return Err(table.wrong("encoder", encoder, "one conveyor turns an encoder"));
         }
     }
     for (index, wire) in cell.wire.iter().enumerate() {
@@ -343,11 +349,30 @@ fn payload(cell: &Tables) -> ValidationResult {
 }
 
 fn conveyor(table: &TableCheck, belt: &Conveyor) -> ValidationResult {
-    if belt.encoder > 1 {
-        return Err(table.wrong("encoder", belt.encoder, "allowed are 0 and 1"));
-    }
     table.finite("speed", &[belt.speed])?;
     table.not_negative("start_at", &[belt.start_at])?;
+    if !belt.has_surface() {
+        let keys = [
+            ("run", belt.run.is_some()),
+            ("speed_from", belt.speed_from.is_some()),
+            ("acceleration", belt.acceleration.is_some()),
+            ("friction", belt.friction.is_some()),
+            ("pose", belt.pose.is_some()),
+        ];
+        if let Some((key, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
+            let allowed = "it goes with a surface: pose and size of a belt, radius of a turntable";
+            return Err(table.wrong(key, "given", allowed));
+        }
+    }
+    let Some(encoder) = belt.encoder else {
+        return match belt.has_surface() {
+            true => Ok(()),
+            false => Err(table.missing("encoder", "a conveyor turns an encoder, or carries parts")),
+        };
+    };
+    if encoder > 1 {
+        return Err(table.wrong("encoder", encoder, "allowed are 0 and 1"));
+    }
     match (
         belt.direction,
         belt.ticks_per_meter,
@@ -364,7 +389,7 @@ fn conveyor(table: &TableCheck, belt: &Conveyor) -> ValidationResult {
         }
         _ => Err(table.wrong(
             "encoder",
-            belt.encoder,
+            encoder,
             "a conveyor is linear, with direction and ticks_per_meter, \
              or circular, with center and ticks_per_revolution",
         )),

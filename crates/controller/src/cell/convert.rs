@@ -12,6 +12,7 @@ use motion::external::{TimedWrench, WrenchFrame};
 use motion::modes::encoder::Belt;
 use motion::{Drivetrain, PlantParameters};
 
+use super::Cell;
 use super::schema::{
     Conveyor, ExternalWrench, LoadFrame as TableFrame, PlaneMode, ShapeName, SixNumbers, Size,
     Tables,
@@ -50,11 +51,15 @@ pub(super) fn safety_bounds(tables: &Tables) -> Result<SafetyBounds, SafetySetti
 pub(super) fn truth(tables: &Tables) -> PlantParameters {
     let arm = &tables.arm;
     PlantParameters {
-        payload: tables.payload.as_ref().map(|table| Payload {
-            mass: table.mass,
-            cog: table.cog.into(),
-            inertia: table.inertia,
-        }),
+        // What a gripper holds adds to what is true, so nothing is taken from what the controller was told.
+        payload: match &tables.payload {
+            Some(table) => Some(Payload {
+                mass: table.mass,
+                cog: table.cog.into(),
+                inertia: table.inertia,
+            }),
+            None => (!tables.gripper.is_empty()).then_some(Payload::NONE),
+        },
         drivetrain: Drivetrain {
             coulomb: JointTorques(arm.coulomb),
             viscous: arm.viscous,
@@ -63,8 +68,9 @@ pub(super) fn truth(tables: &Tables) -> PlantParameters {
     }
 }
 
-/// `[[obstacle]]` and `[tool]`.
-pub(super) fn surroundings(tables: &Tables) -> Environment {
+/// What the arm touches: obstacles that stand still, floor and conveyors of a world; the tool; what grippers may hold.
+pub(super) fn surroundings(cell: &Cell) -> Environment {
+    let tables = cell.tables();
     let obstacle = |table: &super::schema::Obstacle| Obstacle {
         name: table.name.clone(),
         solid: solid(table.shape, &table.size, table.pose),
@@ -72,10 +78,27 @@ pub(super) fn surroundings(tables: &Tables) -> Environment {
         damping: table.damping.unwrap_or(0.0),
         friction: table.friction.unwrap_or(0.0),
     };
+    let still = tables
+        .obstacle
+        .iter()
+        .filter(|table| !cell.is_moved(&table.name));
+    let part_shapes = match tables.gripper.is_empty() {
+        true => Vec::new(),
+        false => super::world::description(tables)
+            .map(|world| {
+                world
+                    .parts
+                    .iter()
+                    .map(|part| super::world::contact_shape(&part.shape))
+                    .collect()
+            })
+            .unwrap_or_default(),
+    };
     let tool = tables.tool.as_ref();
     Environment {
-        obstacles: tables.obstacle.iter().map(obstacle).collect(),
+        obstacles: still.map(obstacle).chain(cell.world_obstacles()).collect(),
         tool: tool.map(|tool| solid(tool.shape, &tool.size, tool.pose)),
+        part_shapes,
     }
 }
 
@@ -99,14 +122,19 @@ fn solid(shape: ShapeName, size: &Size, pose: SixNumbers) -> PlacedShape {
     }
 }
 
+/// Ticks of an encoder for a metre of a belt, or for a radian of a turntable.
+pub(super) fn ticks_per_unit(conveyor: &Conveyor) -> Option<f64> {
+    let turn = conveyor.ticks_per_revolution.map(|ticks| ticks / TAU);
+    conveyor.ticks_per_meter.or(turn)
+}
+
 /// `[[conveyor]]`, by encoder.
 pub(super) fn belts(conveyors: &[Conveyor]) -> [Option<Belt>; 2] {
     core::array::from_fn(|encoder| {
         let conveyor = conveyors
             .iter()
-            .find(|c| usize::from(c.encoder) == encoder)?;
-        let turn = conveyor.ticks_per_revolution.map(|ticks| ticks / TAU);
-        let per_unit = conveyor.ticks_per_meter.or(turn)?;
+            .find(|c| c.encoder.map(usize::from) == Some(encoder))?;
+        let per_unit = ticks_per_unit(conveyor)?;
         Some(Belt {
             encoder,
             ticks_per_second: conveyor.speed * per_unit,

@@ -5,10 +5,13 @@
 //! `[x, y, z, Rx, Ry, Rz]` in the base frame, m and rad.
 
 mod check;
+pub mod connections;
 mod convert;
 pub mod point;
 mod scene;
 pub mod schema;
+pub mod world;
+pub mod world_schema;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -86,6 +89,14 @@ pub enum CellError {
         /// What is behind it.
         device: String,
     },
+    /// A world of parts that cannot be.
+    #[error("{}: {source}", path.display())]
+    World {
+        /// The cell file.
+        path: PathBuf,
+        /// What is impossible.
+        source: Box<::world::WorldError>,
+    },
     /// A safety setting that cannot be used.
     #[error("{}: {source}", path.display())]
     Safety {
@@ -152,11 +163,43 @@ impl Cell {
             path: path.to_owned(),
             source,
         })?;
-        Ok(Self {
+        let cell = Self {
             safety,
             tables,
             text,
-        })
+        };
+        cell.check_drivers(path)?;
+        Ok(cell)
+    }
+
+    /// Refuses an input that a wire or the clock gives values, and the world of parts as well.
+    fn check_drivers(&self, path: &Path) -> Result<(), CellError> {
+        let connections = self.connections();
+        let drivers: Vec<_> = connections
+            .iter()
+            .filter(|connection| connection.drives())
+            .collect();
+        for (index, second) in drivers.iter().enumerate() {
+            if !matches!(second.table, "wire" | "input") {
+                continue;
+            }
+            let of_world = |first: &&&connections::Connection| {
+                first.point == second.point && !matches!(first.table, "wire" | "input")
+            };
+            if let Some(first) = drivers[..index].iter().find(of_world) {
+                return Err(CellError::Value {
+                    path: path.to_owned(),
+                    table: format!("{} {}", second.table, second.entry),
+                    key: second.key,
+                    given: second.point.to_string(),
+                    allowed: format!(
+                        "{} {:?} drives this input already",
+                        first.table, first.entry
+                    ),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Every table of the file.
@@ -298,7 +341,7 @@ impl Cell {
 
     /// `[[obstacle]]` and `[tool]`: what the arm touches, and with what.
     pub fn surroundings(&self) -> Environment {
-        convert::surroundings(&self.tables)
+        convert::surroundings(self)
     }
 
     /// `[payload]` and `[arm]`: what is true of the arm though the controller does not know it.
@@ -332,13 +375,21 @@ impl Cell {
 /// Reads the text of a file and checks what each table says; `path` is named in errors.
 fn parse(text: &str, path: &Path) -> Result<Tables, CellError> {
     let tables: Tables = toml::from_str(text).map_err(|error| schema_error(text, path, &error))?;
-    check::values(&tables).map_err(|wrong| CellError::Value {
+    let invalid = |wrong: check::InvalidValue| CellError::Value {
         path: path.to_owned(),
         table: wrong.table,
         key: wrong.key,
         given: wrong.given,
         allowed: wrong.allowed,
-    })?;
+    };
+    check::values(&tables).map_err(invalid)?;
+    if world::has_world(&tables) {
+        let description = world::description(&tables).map_err(invalid)?;
+        ::world::check(&description).map_err(|source| CellError::World {
+            path: path.to_owned(),
+            source: Box::new(source),
+        })?;
+    }
     Ok(tables)
 }
 

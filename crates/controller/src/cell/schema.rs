@@ -5,6 +5,10 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::point::IoPointName;
+use super::world_schema::{
+    ActuatorTable, DetectorTable, FaultTable, FrictionTable, GripperTable, PartTable, SinkTable,
+    SourceTable, WorldTable,
+};
 
 /// Six numbers: a pose, a wrench, or one value a joint.
 pub type SixNumbers = [f64; 6];
@@ -43,6 +47,24 @@ pub struct Tables {
     pub modbus: Vec<ModbusSignal>,
     /// What people call inputs and outputs, by point.
     pub names: BTreeMap<IoPointName, String>,
+    /// Floor, gravity and steps of the world of parts.
+    pub world: Option<WorldTable>,
+    /// Free bodies.
+    pub part: Vec<PartTable>,
+    /// Grippers on the flange.
+    pub gripper: Vec<GripperTable>,
+    /// Places where parts appear.
+    pub source: Vec<SourceTable>,
+    /// Places where parts leave.
+    pub sink: Vec<SinkTable>,
+    /// Sensors that see parts.
+    pub detector: Vec<DetectorTable>,
+    /// Cylinders and the like, which move obstacles.
+    pub actuator: Vec<ActuatorTable>,
+    /// Friction between two things.
+    pub friction: Vec<FrictionTable>,
+    /// Things that go wrong.
+    pub fault: Vec<FaultTable>,
 }
 
 /// The shape of an obstacle or tool.
@@ -282,8 +304,10 @@ pub struct ExternalWrench {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Conveyor {
-    /// Number of the encoder, 0 or 1.
-    pub encoder: u8,
+    /// Name, which one with a surface needs.
+    pub name: Option<String>,
+    /// Number of the encoder, 0 or 1; one with a surface may be without.
+    pub encoder: Option<u8>,
     /// Direction of a belt.
     pub direction: Option<[f64; 3]>,
     /// Pose of a turntable, which turns about its z.
@@ -297,6 +321,27 @@ pub struct Conveyor {
     /// Time when the conveyor starts, s.
     #[serde(default)]
     pub start_at: f64,
+    /// Pose of the box whose top carries.
+    pub pose: Option<SixNumbers>,
+    /// Edges of that box, m.
+    pub size: Option<[f64; 3]>,
+    /// Radius of the disc that carries, m.
+    pub radius: Option<f64>,
+    /// Coefficient of friction of the surface.
+    pub friction: Option<f64>,
+    /// Output: the conveyor moves while it is true.
+    pub run: Option<IoPointName>,
+    /// Analog output: the speed in proportion to `speed`.
+    pub speed_from: Option<IoPointName>,
+    /// Rate of change of the speed, m/s² or rad/s².
+    pub acceleration: Option<f64>,
+}
+
+impl Conveyor {
+    /// Whether it carries parts.
+    pub const fn has_surface(&self) -> bool {
+        self.size.is_some() || self.radius.is_some()
+    }
 }
 
 /// `[[wire]]`: a pure delay; a pulse keeps its length.

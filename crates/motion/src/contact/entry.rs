@@ -5,13 +5,14 @@
 //! there, because it stood inside at the start, leaves by the nearest way.
 
 use kinematics::{DOF, Frames, Pose};
+use motion_api::MAX_GRIPPERS;
 use nalgebra::Vector3;
 
 use super::nearest::ContactPoint;
 use super::{ArmPart, PlacedShape};
 
-/// The links and the tool.
-const PARTS: usize = DOF + 1;
+/// The links, the tool, and the parts in the grippers.
+const PARTS: usize = DOF + 1 + MAX_GRIPPERS;
 /// A point this little below the surface is on it, m.
 const ON_SURFACE: f64 = 1e-9;
 
@@ -51,6 +52,15 @@ impl EntryFaces {
             update_count: 0,
             poses: [Pose::IDENTITY; PARTS],
             previous_poses: [Pose::IDENTITY; PARTS],
+        }
+    }
+
+    /// Another part hangs there now: it has no past.
+    pub(super) fn forget(&mut self, part: ArmPart) {
+        let first = self.index(part, 0);
+        let obstacles = self.obstacles;
+        if let Some(entries) = self.entries.get_mut(first..first + obstacles) {
+            entries.fill(None);
         }
     }
 
@@ -163,9 +173,10 @@ impl EntryFaces {
     }
 }
 
-const fn slot(part: ArmPart) -> usize {
+pub(super) const fn slot(part: ArmPart) -> usize {
     match part {
         ArmPart::Link(link) => link,
         ArmPart::Tool => DOF,
+        ArmPart::Held(slot) => DOF + 1 + slot,
     }
 }

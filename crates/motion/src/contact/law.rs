@@ -7,6 +7,7 @@
 //! times the greatest depth. Dry friction of the joints is solved for in the same rounds.
 
 use kinematics::{DOF, Frames, JointSpeeds, JointTorques, Wrench};
+use motion_api::MAX_GRIPPERS;
 use nalgebra::{Cholesky, Const, Matrix3x6, Matrix6, Matrix6x3, Vector3, Vector6};
 
 use super::{ArmPart, Contact, ContactList, MAX_CONTACTS, Obstacle};
@@ -39,6 +40,8 @@ pub(crate) struct ContactForces {
     pub forces: [Vector3<f64>; MAX_CONTACTS],
     /// What touches the tool: base axes, about the TCP.
     pub tool: Wrench,
+    /// The share of `tool` that touches the part in each gripper.
+    pub held: [Wrench; MAX_GRIPPERS],
     /// Joint torques of what touches the tool, Nm.
     pub tool_torque: JointTorques,
     /// Joint torques of everything that touches the arm, Nm.
@@ -57,6 +60,10 @@ impl ContactForces {
             force: Vector3::new(0.0, 0.0, 0.0),
             moment: Vector3::new(0.0, 0.0, 0.0),
         },
+        held: [Wrench {
+            force: Vector3::new(0.0, 0.0, 0.0),
+            moment: Vector3::new(0.0, 0.0, 0.0),
+        }; MAX_GRIPPERS],
         tool_torque: JointTorques::ZERO,
         torque: JointTorques::ZERO,
         friction: JointTorques::ZERO,
@@ -186,10 +193,16 @@ impl ContactForces {
             let force = self.forces[k];
             let torque = row.jacobian.transpose() * force;
             all += torque;
-            if touch.part == ArmPart::Tool {
-                tool += torque;
-                self.tool.force += force;
-                self.tool.moment += (touch.place.point - tcp).cross(&force);
+            if matches!(touch.part, ArmPart::Link(_)) {
+                continue;
+            }
+            tool += torque;
+            let moment = (touch.place.point - tcp).cross(&force);
+            self.tool.force += force;
+            self.tool.moment += moment;
+            if let ArmPart::Held(slot) = touch.part {
+                self.held[slot].force += force;
+                self.held[slot].moment += moment;
             }
         }
         self.torque = JointTorques(all.into());

@@ -7,6 +7,7 @@
 
 mod among;
 mod entry;
+mod held;
 pub(crate) mod law;
 mod near;
 mod nearest;
@@ -18,6 +19,7 @@ use kinematics::{
 use nalgebra::Vector3;
 
 use entry::EntryFaces;
+use held::HeldParts;
 use law::ContactForces;
 pub use law::RIGID_STIFFNESS;
 use near::BroadPhase;
@@ -55,6 +57,8 @@ pub struct Environment {
     pub obstacles: Vec<Obstacle>,
     /// The tool, in the flange frame. Without it a ball at the TCP touches.
     pub tool: Option<PlacedShape>,
+    /// Shapes of what grippers may hold, by number of the template.
+    pub part_shapes: Vec<Shape>,
 }
 
 impl Environment {
@@ -97,6 +101,8 @@ pub(crate) enum ArmPart {
     Link(usize),
     /// Beyond the flange: felt by the force sensor.
     Tool,
+    /// The part in the gripper of this number, felt as the tool is.
+    Held(usize),
 }
 
 impl ArmPart {
@@ -104,7 +110,7 @@ impl ArmPart {
     pub(crate) const fn link(self) -> usize {
         match self {
             Self::Link(link) => link,
-            Self::Tool => DOF - 1,
+            Self::Tool | Self::Held(_) => DOF - 1,
         }
     }
 }
@@ -176,6 +182,7 @@ pub(crate) struct ContactModel {
     excluded_pairs: Vec<(usize, usize)>,
     entry_faces: EntryFaces,
     broad_phase: BroadPhase,
+    held: HeldParts,
 }
 
 impl ContactModel {
@@ -187,6 +194,7 @@ impl ContactModel {
     ) -> Self {
         let links = model.collision();
         let extents = core::array::from_fn(|part| match &surroundings.tool {
+            _ if part > DOF => 0.0,
             Some(tool) if part == DOF => tool.pose.translation.norm() + tool.bounding_radius(),
             None if part == DOF => TCP_BALL,
             _ => links.bounding_radius(part + 1),
@@ -195,6 +203,7 @@ impl ContactModel {
             excluded_pairs: surroundings.links_inside_obstacles(model, home),
             entry_faces: EntryFaces::new(surroundings.obstacles.len()),
             broad_phase: BroadPhase::new(surroundings.obstacles.len(), extents),
+            held: HeldParts::new(surroundings.part_shapes, surroundings.obstacles.len()),
             obstacles: surroundings.obstacles,
             tool: surroundings.tool,
             links: model.collision().clone(),
@@ -240,6 +249,7 @@ impl ContactModel {
             self.touches_of_link(link, frames, &mut touches);
         }
         self.touches_of_tool(&frames.base_from_flange, flange_from_tcp, &mut touches);
+        self.touches_of_held_parts(&frames.base_from_flange, &mut touches);
         touches
     }
 

@@ -4,9 +4,10 @@
 //! each pair of part and obstacle knows the count at which it is due again, and each part the earliest of those.
 
 use kinematics::{DOF, Frames, Pose};
+use motion_api::MAX_GRIPPERS;
 
-/// The links and the tool.
-pub(super) const PARTS: usize = DOF + 1;
+/// The links, the tool, and the parts in the grippers.
+pub(super) const PARTS: usize = DOF + 1 + MAX_GRIPPERS;
 
 /// The distances that parts of the arm still have to go before a pair of part and obstacle is looked at again.
 #[derive(Clone, Debug)]
@@ -20,6 +21,8 @@ pub(super) struct BroadPhase {
     flange_from_tcp: Pose,
     /// How far the farthest point of a part is from its origin, m.
     extents: [f64; PARTS],
+    /// How many of the parts there are.
+    parts: usize,
 }
 
 impl BroadPhase {
@@ -33,7 +36,17 @@ impl BroadPhase {
             previous_poses: [Pose::IDENTITY; PARTS],
             flange_from_tcp: Pose::IDENTITY,
             extents,
+            parts: DOF + 1,
         }
+    }
+
+    /// Another body, with a point that is this far from the origin of the flange, m, is part number `part` now.
+    pub(super) fn replace(&mut self, part: usize, extent: f64) {
+        self.parts = self.parts.max(part + 1);
+        self.extents[part] = extent;
+        self.earliest[part] = f64::NEG_INFINITY;
+        let pairs = part * self.obstacles..(part + 1) * self.obstacles;
+        self.next_check[pairs].fill(f64::NEG_INFINITY);
     }
 
     /// The arm has moved on to `frames`.
@@ -45,7 +58,7 @@ impl BroadPhase {
             self.next_check[tool].fill(f64::NEG_INFINITY);
         }
         let tcp_away = flange_from_tcp.translation.norm();
-        for part in 0..PARTS {
+        for part in 0..self.parts {
             let now = frames.base_from_joint.get(part);
             let now = now.unwrap_or(&frames.base_from_flange);
             let before = &self.previous_poses[part];

@@ -60,6 +60,8 @@ pub struct Encoder {
     total: f64,
     /// The ticks of the belt when its pulses were last looked at.
     belt_before: f64,
+    /// Ticks with fraction that a world has turned the belt by, and when that was.
+    world_ticks: Option<(f64, f64)>,
     edges: [Edge; EDGES],
     count: usize,
     now: f64,
@@ -74,6 +76,7 @@ impl Encoder {
             belt,
             total: 0.0,
             belt_before: 0.0,
+            world_ticks: None,
             edges: [Edge::default(); EDGES],
             count: 0,
             now: 0.0,
@@ -108,9 +111,12 @@ impl Encoder {
     fn restart(&mut self) {
         self.total = 0.0;
         self.count = 0;
-        self.belt_before = self
-            .belt
-            .map_or(0.0, |belt| truncated_ticks(belt.ticks(self.now)));
+        let ticks = match (self.world_ticks, self.belt) {
+            (Some((ticks, _)), _) => ticks,
+            (None, Some(belt)) => belt.ticks(self.now),
+            (None, None) => 0.0,
+        };
+        self.belt_before = truncated_ticks(ticks);
     }
 
     /// True when the program gives the counts.
@@ -142,8 +148,10 @@ impl Encoder {
         is_first
     }
 
-    /// The end of a cycle at `time`, s.
-    pub fn sample(&mut self, time: f64, inputs: u64) {
+    /// The end of a cycle at `time`, s. `world_ticks` are those that a world has turned the belt by since the start.
+    pub fn sample(&mut self, time: f64, inputs: u64, world_ticks: Option<f64>) {
+        let before = self.world_ticks;
+        self.world_ticks = world_ticks.map(|ticks| (ticks, time));
         self.now = time;
         match &mut self.source {
             CountSource::Program => {}
@@ -161,13 +169,32 @@ impl Encoder {
                     self.add_edge(time);
                 }
             }
-            CountSource::Belt | CountSource::Pulses { .. } => self.sample_belt(time),
+            CountSource::Belt | CountSource::Pulses { .. } => self.sample_belt(time, before),
         }
     }
 
-    fn sample_belt(&mut self, time: f64) {
+    /// `before` is what `world_ticks` was a cycle ago.
+    fn sample_belt(&mut self, time: f64, before: Option<(f64, f64)>) {
         let Some(belt) = self.belt else { return };
-        let ticks = truncated_ticks(belt.ticks(time));
+        let (ticks, edge_time) = match self.world_ticks {
+            None => {
+                let ticks = truncated_ticks(belt.ticks(time));
+                (ticks, belt.start_at + ticks / belt.ticks_per_second)
+            }
+            Some((now, _)) => {
+                let ticks = truncated_ticks(now);
+                let (then, at) = before.unwrap_or((now, time));
+                let share = if now == then {
+                    1.0
+                } else {
+                    (ticks - then) / (now - then)
+                };
+                (
+                    ticks,
+                    at + (time - at) * kinematics::bounds::within(share, 0.0, 1.0),
+                )
+            }
+        };
         let mut moved = ticks - self.belt_before;
         if moved == 0.0 {
             return;
@@ -180,7 +207,7 @@ impl Encoder {
             moved = moved.abs();
         }
         self.total += moved;
-        self.add_edge(belt.start_at + ticks / belt.ticks_per_second);
+        self.add_edge(edge_time);
     }
 
     fn add_edge(&mut self, time: f64) {
@@ -286,7 +313,7 @@ mod tests {
             let mut encoder = Encoder::new(Some(belt));
             for cycle in 1..500 {
                 let time = f64::from(cycle) * 0.004;
-                encoder.sample(time, 0);
+                encoder.sample(time, 0, None);
                 assert_eq!(encoder.counts().fract(), 0.0);
                 if time > 0.4 {
                     let (position, rate) = encoder.position();
@@ -336,7 +363,7 @@ mod tests {
         let mut encoder = Encoder::new(None);
         encoder.take_from_program(EncoderRange::Unsigned16);
         for (cycle, count) in [65_520.0, 65_530.0, 4.0, 14.0].into_iter().enumerate() {
-            encoder.sample(cycle as f64 * 0.004, 0);
+            encoder.sample(cycle as f64 * 0.004, 0, None);
             encoder.set_count(count);
         }
         assert_eq!(encoder.counts(), 14.0);

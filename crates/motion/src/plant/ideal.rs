@@ -48,6 +48,7 @@ impl IdealPlant {
             .arm
             .drive_torques(&target.q, &target.qd, &target.qdd, believed);
         let pressing = contacts.forces_at(&target.q, &target.qd, &self.push.flange_from_tcp);
+        contacts.add_held_forces(&pressing, 1.0);
         let mut torque = JointTorques(core::array::from_fn(|j| free[j] - pressing.torque[j]));
         if !self.push.is_nothing() {
             let (_, pushed) = self.push.at(&contacts.forward(&target.q));
@@ -70,6 +71,7 @@ impl IdealPlant {
     pub(super) fn step_with_brakes(&mut self, contacts: &mut ContactModel) -> ArmState {
         let torque = self.arm.dynamics().gravity_torques(&self.q);
         let pressing = contacts.forces_at(&self.q, &JointSpeeds::ZERO, &self.push.flange_from_tcp);
+        contacts.add_held_forces(&pressing, 1.0);
         self.torque = None;
         ArmState {
             q: self.q,

@@ -10,7 +10,7 @@ mod rigid;
 mod servo;
 
 use kinematics::{
-    Dynamics, Frames, JointPositions, JointSpeeds, JointTorques, Pose, RobotModel, Wrench,
+    Dynamics, Frames, JointPositions, JointSpeeds, JointTorques, Payload, Pose, RobotModel, Wrench,
 };
 use nalgebra::Vector3;
 
@@ -45,18 +45,24 @@ pub struct ToolWrench {
     pub wrench: Wrench,
     /// Where the TCP is. Obstacles touch there too when the tool has no shape.
     pub flange_from_tcp: Pose,
+    /// Joint torques of what pushes the links, Nm.
+    pub link_torques: JointTorques,
 }
 
 impl ToolWrench {
     fn is_nothing(&self) -> bool {
-        self.wrench.is_zero()
+        self.wrench.is_zero() && self.link_torques == JointTorques::ZERO
     }
 
-    /// The TCP in the base frame, m, and the joint torques that the wrench makes, Nm.
+    /// The TCP in the base frame, m, and the joint torques that all of it makes, Nm.
     fn at(&self, frames: &Frames) -> (Vector3<f64>, JointTorques) {
         let tcp = frames.base_from_flange * self.flange_from_tcp;
         let torque = wrench_to_torques(&self.wrench, frames, &tcp);
-        (tcp.translation, torque)
+        let links = &self.link_torques;
+        (
+            tcp.translation,
+            JointTorques(core::array::from_fn(|j| torque[j] + links[j])),
+        )
     }
 }
 
@@ -65,6 +71,7 @@ impl Default for ToolWrench {
         Self {
             wrench: Wrench::default(),
             flange_from_tcp: Pose::IDENTITY,
+            link_torques: JointTorques::ZERO,
         }
     }
 }
@@ -145,6 +152,14 @@ impl Plant {
         match self {
             Self::Ideal(plant) => plant.arm.set_controller_model(believed, gravity),
             Self::Rigid(plant) => plant.set_controller_model(believed, gravity),
+        }
+    }
+
+    /// What hangs on the flange has changed to `payload`, which counts where the truth has a payload of its own.
+    pub fn set_actual_payload(&mut self, payload: &Payload) {
+        match self {
+            Self::Ideal(plant) => plant.arm.set_actual_payload(payload),
+            Self::Rigid(plant) => plant.set_actual_payload(payload),
         }
     }
 

@@ -36,6 +36,9 @@ pub(super) struct PlantDynamics {
     chain: Chain,
     links: [RigidBody; DOF],
     parameters: PlantParameters,
+    /// `parameters.payload` with what the grippers hold.
+    actual_payload: Option<Payload>,
+    gravity: Vector3<f64>,
     dynamics: Dynamics,
 }
 
@@ -51,6 +54,8 @@ impl PlantDynamics {
             chain: *model.chain(),
             links: *model.link_bodies(),
             parameters: truth,
+            actual_payload: truth.payload,
+            gravity: *gravity,
             dynamics: *believed,
         };
         arm.set_controller_model(believed, gravity);
@@ -60,10 +65,24 @@ impl PlantDynamics {
     /// The controller was told another payload or gravity. Gravity is what it is told, the payload only where no other
     /// hangs there.
     pub(super) fn set_controller_model(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
-        self.dynamics = match &self.parameters.payload {
+        self.gravity = *gravity;
+        self.dynamics = match &self.actual_payload {
             None => *believed,
             Some(payload) => Dynamics::new(self.chain, self.links, payload, *gravity),
         };
+    }
+
+    /// The true payload with what the grippers hold; only where a payload of its own hangs on the flange.
+    pub(super) fn set_actual_payload(&mut self, payload: &Payload) {
+        if self.actual_payload.is_some() {
+            self.actual_payload = Some(*payload);
+            self.dynamics = Dynamics::new(self.chain, self.links, payload, self.gravity);
+        }
+    }
+
+    /// Free-fall acceleration in the base frame, m/s².
+    pub(super) const fn gravity(&self) -> &Vector3<f64> {
+        &self.gravity
     }
 
     /// The rigid bodies.

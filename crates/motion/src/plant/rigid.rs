@@ -6,7 +6,9 @@
 //! torques are found with the same masses stays on its targets to the last digits.
 
 use kinematics::chain::{Chain, Frames};
-use kinematics::{DOF, Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel, Wrench};
+use kinematics::{
+    DOF, Dynamics, JointPositions, JointSpeeds, JointTorques, Payload, RobotModel, Wrench,
+};
 use nalgebra::{Vector3, Vector6};
 
 use super::rapier::RapierBodies;
@@ -38,6 +40,8 @@ struct StepContext {
     frames: Frames,
     tcp: Vector3<f64>,
     hand: JointTorques,
+    /// Part of the cycle that the step is.
+    share: f64,
 }
 
 impl RigidPlant {
@@ -127,6 +131,14 @@ impl RigidPlant {
         }
     }
 
+    /// What hangs on the flange has changed.
+    pub(super) fn set_actual_payload(&mut self, payload: &Payload) {
+        self.arm.set_actual_payload(payload);
+        if let Some(engine) = &mut self.engine {
+            engine.set_masses(self.arm.dynamics(), self.arm.gravity());
+        }
+    }
+
     /// One cycle of `step` seconds under servo control.
     pub(super) fn step_to_target(
         &mut self,
@@ -150,7 +162,7 @@ impl RigidPlant {
             let by = if is_left_alone {
                 None
             } else {
-                Some(self.step_context(&q))
+                Some(self.step_context(&q, 1.0 / servo_steps))
             };
             let hand = by.as_ref().map_or(JointTorques::ZERO, |by| by.hand);
             let servo = &mut self.servo;
@@ -172,10 +184,15 @@ impl RigidPlant {
     }
 
     /// Where the arm is, and the hand on it.
-    fn step_context(&self, q: &JointPositions) -> StepContext {
+    fn step_context(&self, q: &JointPositions, share: f64) -> StepContext {
         let frames = self.chain.forward(q);
         let (tcp, hand) = self.push.at(&frames);
-        StepContext { frames, tcp, hand }
+        StepContext {
+            frames,
+            tcp,
+            hand,
+            share,
+        }
     }
 
     /// Moves the bodies by `step` seconds under the drives' `torque`; without `step_context` nothing else acts on them.
@@ -202,7 +219,9 @@ impl RigidPlant {
         if let Some(engine) = &mut self.engine {
             let forces = forces.unwrap_or(ContactForces::NONE);
             let by = (&self.push, around.tcp);
-            let (q, qd) = engine.step(torque, by, (&touches, &forces), &around.frames, step);
+            let links = &self.push.link_torques;
+            let torque = JointTorques(core::array::from_fn(|j| torque[j] + links[j]));
+            let (q, qd) = engine.step(&torque, by, (&touches, &forces), &around.frames, step);
             (self.state.q, self.state.qd) = (q, qd);
             return forces.tool;
         }
@@ -250,8 +269,11 @@ impl RigidPlant {
             dry_friction: coulomb.map(|most| (most, self.friction)),
         };
         let obstacles = &contacts.obstacles;
-        let StepContext { frames, tcp, .. } = around;
+        let StepContext {
+            frames, tcp, share, ..
+        } = around;
         let forces = law::solve(touches, obstacles, frames, *tcp, &free, Some(&answer));
+        contacts.add_held_forces(&forces, *share);
         Some(forces)
     }
 
@@ -273,8 +295,9 @@ impl RigidPlant {
         self.state.mean_torque = self.state.torque;
         let standing = JointSpeeds::ZERO;
         let pressing = contacts.forces_at(&q, &standing, &self.push.flange_from_tcp);
+        contacts.add_held_forces(&pressing, 1.0);
         self.state.contact = pressing.tool;
-        let StepContext { hand, .. } = self.step_context(&q);
+        let StepContext { hand, .. } = self.step_context(&q, 1.0);
         let thought = believed.gravity_torques(&q);
         let torque = &self.state.torque;
         self.servo

@@ -55,6 +55,9 @@ pub enum CliCommand {
     Run(Box<RunArgs>),
     /// Parse and check scripts without running them. Exit status: 0 clean, 1 findings, 2 unreadable
     Check(CheckArgs),
+    /// Read a cell file: what it describes, which point is connected to what, and what is doubtful.
+    /// Exit status: 0 clean, 1 findings, 2 unreadable
+    Cell(CellArgs),
     /// Run the tests of programs: every test_ function of test_*.script and *_test.script files.
     /// Exit status: 0 all passed, 1 some failed, 2 nothing to run
     Test(TestArgs),
@@ -103,6 +106,7 @@ impl CliCommand {
     pub const fn log_args(&self) -> Option<&LogArgs> {
         match self {
             Self::Check(args) => Some(&args.log),
+            Self::Cell(args) => Some(&args.log),
             Self::Test(args) => Some(&args.log),
             Self::Debug(args) => Some(&args.log),
             Self::Replay(args) => Some(&args.log),
@@ -389,6 +393,23 @@ pub struct CheckArgs {
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     /// For people, or one JSON object a finding
+    #[arg(long, value_enum, default_value_t)]
+    pub format: FindingFormat,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+/// Options of `cell`.
+#[derive(Args, Clone, Debug)]
+pub struct CellArgs {
+    /// The cell file (TOML)
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Draw the cell from two sides
+    #[arg(long, value_name = "OUT.png")]
+    pub picture: Option<PathBuf>,
+    /// For people, or one JSON object
     #[arg(long, value_enum, default_value_t)]
     pub format: FindingFormat,
     #[command(flatten)]

@@ -2,6 +2,7 @@
 
 pub mod builtins;
 pub mod calibrate;
+pub mod cell;
 pub mod check;
 pub mod compare;
 pub mod completions;

@@ -2,20 +2,43 @@
 
 use std::io::{self, Write};
 
+use controller::cell_world::topic;
 use recorder::{Recording, TopicTable};
 
 use super::ReplayError;
 
 pub(super) fn print(
     recording: &Recording,
-    topic: &str,
+    name: &str,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
-    let table = TopicTable::new(recording, topic)?;
+    if name.trim_start_matches('/') == topic::TOPIC.trim_start_matches('/') {
+        return print_world(recording, out);
+    }
+    let table = TopicTable::new(recording, name)?;
     line(table.columns().iter().map(String::as_str), out)?;
     for row in table.rows()? {
         let row = row?;
         line(row.iter().map(|cell| cell.as_deref().unwrap_or("")), out)?;
+    }
+    Ok(())
+}
+
+/// `/world`: a row for every part in the first cycle, and for each that moved or changed its holder since.
+fn print_world(recording: &Recording, out: &mut impl Write) -> Result<(), ReplayError> {
+    // A recording without the topic is told so, with the topics that it has.
+    TopicTable::new(recording, topic::TOPIC)?;
+    let period = recording.setup().map_or(0.0, |setup| setup.step_time);
+    out.write_all(b"cycle,time,name,x,y,z,Rx,Ry,Rz,held_by\n")?;
+    for message in topic::messages(recording)? {
+        let message = message?;
+        let (cycle, time) = (message.cycle.to_string(), message.cycle as f64 * period);
+        for part in &message.parts {
+            let mut cells = vec![cycle.clone(), time.to_string(), part.name.clone()];
+            cells.extend(part.pose.iter().map(ToString::to_string));
+            cells.push(part.held_by.clone().unwrap_or_default());
+            line(cells.iter().map(String::as_str), out)?;
+        }
     }
     Ok(())
 }

@@ -5,13 +5,14 @@
 
 use std::fmt;
 
+use controller::cell_world::{WorldError, WorldRunner, WorldStart, surround};
 use controller::command_replay::{CommandReplayError, CommandReplayer};
 use controller::recorded_run::{
     InitialSetupError, RecordedModelError, cell_of, initial_setup, model_of,
 };
 use controller::register_write::RegisterWrite;
 use controller::start_configuration::cycle_config;
-use motion::{ConfigError, ControlLoop, CycleConfig, CycleTiming};
+use motion::{ConfigError, ControlLoop, CycleTiming};
 use motion_api::{RingCapacities, ScriptEndpoint, motion_channel};
 use recorder::{
     CommandMessage, Difference, ReadError, Recording, RecordingEntry, Setup, Topic,
@@ -40,6 +41,9 @@ pub enum RerunError {
     /// The controller cannot be made.
     #[error("the controller of the recording cannot be made: {0}")]
     Config(#[from] ConfigError),
+    /// The world of the cell cannot be made.
+    #[error("the cell of the recording: {0}")]
+    World(#[from] Box<WorldError>),
     /// A recorded command cannot be given again.
     #[error(transparent)]
     Feed(#[from] CommandReplayError),
@@ -108,7 +112,7 @@ impl fmt::Display for Comparison {
 /// # Errors
 /// [`RerunError`] when the recording does not tell enough to do so.
 pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
-    let mut controller = RerunCycle::new(started_with(initial_setup(recording)?)?)?;
+    let mut controller = RerunCycle::new(initial_setup(recording)?)?;
     let mut commands = Vec::new();
     let mut writes = Vec::new();
     let mut compared = 0;
@@ -140,6 +144,7 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
 /// A controller without threads.
 struct RerunCycle {
     cycle: ControlLoop,
+    world: Option<WorldRunner>,
     script: ScriptEndpoint,
     /// The latest cycle that ran.
     latest: u64,
@@ -149,15 +154,27 @@ struct RerunCycle {
 }
 
 impl RerunCycle {
-    fn new(config: CycleConfig) -> Result<Self, RerunError> {
+    fn new(setup: &Setup) -> Result<Self, RerunError> {
+        let cell = cell_of(setup).map_err(RecordedModelError::from)?;
+        let config = cycle_config(setup, model_of(setup)?, cell.as_ref());
+        let config = config.map_err(InitialSetupError::from)?;
         let sizes = RingCapacities {
             records: None,
             frames: 0,
             ..RingCapacities::default()
         };
         let (motion, script) = motion_channel(sizes, &config.first_state());
+        let cycle = ControlLoop::new(config.clone(), motion)?;
+        let start = WorldStart {
+            model: &config.model,
+            step_time: config.step_time,
+            gravity: config.gravity,
+            seed: setup.seed,
+        };
+        let (cycle, world) = surround(cycle, cell.as_ref(), &start)?;
         Ok(Self {
-            cycle: ControlLoop::new(config, motion)?,
+            cycle,
+            world,
             script,
             latest: 0,
             missing: 0,
@@ -192,16 +209,12 @@ impl RerunCycle {
                 write.apply(&self.script.registers);
             }
             self.cycle.tick(CycleTiming::default());
+            if let Some(world) = &mut self.world {
+                world.run_waiting();
+            }
             self.latest = next;
             while self.script.events.next_event().is_some() {}
         }
         Ok(())
     }
-}
-
-/// The configuration that the controller was started with.
-fn started_with(setup: &Setup) -> Result<CycleConfig, RerunError> {
-    let cell = cell_of(setup).map_err(RecordedModelError::from)?;
-    let config = cycle_config(setup, model_of(setup)?, cell.as_ref());
-    Ok(config.map_err(InitialSetupError::from)?)
 }

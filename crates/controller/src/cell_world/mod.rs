@@ -1,0 +1,197 @@
+//! The world of a cell at work: moved after every control cycle, seen and changed by tests, page and programs of others between two cycles.
+//!
+//! Owns the meeting of three: the control cycle (rings, never waited for), the world (behind a lock of this side), and the recording (a
+//! message for each cycle in which a part moved). Under the virtual clock the world moves on the thread of the cycle, under the real one on
+//! a thread of its own ([`crate::clock`]).
+
+pub mod facts;
+pub mod part_names;
+pub mod topic;
+
+use std::sync::Arc;
+
+use motion::{ControlLoop, WorldSetup};
+use motion_api::{LateCycles, WorldEndpoint, world_channel};
+use nalgebra::Vector3;
+use parking_lot::{Mutex, MutexGuard};
+use recorder::RecorderHandle;
+pub use world::description::{BodyShape, PartDescription, Surface};
+pub use world::{FingerState, OrderError, World, WorldDescription, WorldError, WorldState};
+
+use crate::cell::Cell;
+use crate::cell::world::WorldSettings;
+use facts::WorldFacts;
+use kinematics::RobotModel;
+use topic::{WorldChanges, WorldMessage};
+
+/// The world around a controller's arm, shared by all who look at it.
+#[derive(Clone)]
+pub struct CellWorld(Arc<Shared>);
+
+struct Shared {
+    description: WorldDescription,
+    world: Mutex<World>,
+    late: LateCycles,
+    followers: Mutex<Vec<WorldFollower>>,
+}
+
+/// Is told what is new in the world after a cycle.
+pub type WorldFollower = Box<dyn FnMut(&WorldMessage) + Send>;
+
+impl CellWorld {
+    /// The world, to look at or to change between two cycles. The world does not move meanwhile, so nobody keeps it for long.
+    pub fn lock(&self) -> MutexGuard<'_, World> {
+        self.0.world.lock()
+    }
+
+    /// What the cell file says.
+    pub fn description(&self) -> &WorldDescription {
+        &self.0.description
+    }
+
+    /// Tells `follower` of everything from now on, first of all that there is. Called on the thread that moves the world.
+    pub fn follow(&self, mut follower: WorldFollower) {
+        let world = self.lock();
+        follower(&self.whole_state(&world));
+        self.0.followers.lock().push(follower);
+    }
+
+    /// What conditions and tests may ask, as of now.
+    pub fn facts(&self) -> WorldFacts {
+        let mut facts = WorldFacts::new(&self.0.description);
+        facts.apply(&self.whole_state(&self.lock()));
+        facts
+    }
+
+    fn whole_state(&self, world: &World) -> WorldMessage {
+        let state = world.state();
+        // The first message of all has everything.
+        let whole = WorldChanges::new(&self.0.description).next(state.cycle, state);
+        whole.unwrap_or_default()
+    }
+
+    /// For how many cycles the world came late; none under the virtual clock.
+    pub fn late_cycles(&self) -> u64 {
+        self.0.late.count()
+    }
+}
+
+/// The side of the world that moves it.
+pub struct WorldRunner {
+    world: CellWorld,
+    endpoint: WorldEndpoint,
+    changes: WorldChanges,
+    recording: Option<RecorderHandle>,
+}
+
+impl WorldRunner {
+    /// Moves the world by all cycles that wait.
+    pub fn run_waiting(&mut self) {
+        while let Some(input) = self.endpoint.next_cycle() {
+            let mut world = self.world.lock();
+            let output = *world.step(&input);
+            self.endpoint.answer(&output);
+            if let Some(message) = self.changes.next(input.cycle, world.state()) {
+                drop(world);
+                self.tell(&message);
+            }
+        }
+    }
+
+    fn tell(&self, message: &WorldMessage) {
+        let shared = &self.world.0;
+        if let Some(recording) = &self.recording {
+            topic::write(recording, message, shared.description.settings.period);
+        }
+        for follower in shared.followers.lock().iter_mut() {
+            follower(message);
+        }
+    }
+
+    /// Writes what moves to a recording; the state before the first cycle is written at once.
+    pub fn record_to(&mut self, recording: RecorderHandle) {
+        self.recording = Some(recording);
+        let first = self.changes.next(0, self.world.lock().state());
+        if let Some(first) = first {
+            self.tell(&first);
+        }
+    }
+
+    /// The world that is moved.
+    pub const fn world(&self) -> &CellWorld {
+        &self.world
+    }
+}
+
+/// What the start of a controller says about its world.
+#[derive(Clone, Copy, Debug)]
+pub struct WorldStart<'a> {
+    /// The arm.
+    pub model: &'a RobotModel,
+    /// Length of a control cycle, s.
+    pub step_time: f64,
+    /// Free-fall acceleration at the arm, base frame, m/s².
+    pub gravity: Vector3<f64>,
+    /// Seed of all scatter.
+    pub seed: u64,
+}
+
+impl WorldStart<'_> {
+    const fn settings(&self) -> WorldSettings<'_> {
+        WorldSettings {
+            model: self.model,
+            step_time: self.step_time,
+            gravity: self.gravity,
+            seed: self.seed,
+        }
+    }
+}
+
+/// The description of the world of a cell, whose start is possible; `None` for a cell without one.
+///
+/// # Errors
+/// Parts that overlap at the start.
+pub fn check_world(
+    cell: &Cell,
+    start: &WorldStart<'_>,
+) -> Result<Option<WorldDescription>, Box<WorldError>> {
+    let Some(description) = cell.world(&start.settings()) else {
+        return Ok(None);
+    };
+    World::new(&description)?;
+    Ok(Some(description))
+}
+
+/// Puts the world of a cell around a control loop; nothing happens to a cell without one.
+///
+/// # Errors
+/// A world that cannot be: parts that overlap at the start.
+pub fn surround(
+    cycle: ControlLoop,
+    cell: Option<&Cell>,
+    start: &WorldStart<'_>,
+) -> Result<(ControlLoop, Option<WorldRunner>), Box<WorldError>> {
+    let settings = start.settings();
+    let Some((cell, description)) = cell.and_then(|cell| Some((cell, cell.world(&settings)?)))
+    else {
+        return Ok((cycle, None));
+    };
+    let world = World::new(&description)?;
+    let (port, endpoint) = world_channel();
+    let setup = WorldSetup {
+        driven_inputs: world.driven_inputs(),
+        ticks_per_unit: cell.world_encoders(),
+    };
+    let runner = WorldRunner {
+        changes: WorldChanges::new(&description),
+        world: CellWorld(Arc::new(Shared {
+            description,
+            world: Mutex::new(world),
+            late: endpoint.late_cycles(),
+            followers: Mutex::default(),
+        })),
+        endpoint,
+        recording: None,
+    };
+    Ok((cycle.with_world(port, setup), Some(runner)))
+}

@@ -1,0 +1,242 @@
+//! The topic `/world` of a recording: parts that moved, machines that changed, as JSON, and back.
+//!
+//! Message k is the state after the world's step of cycle k. Only what differs from the message before is in it; the first one (cycle 0) has
+//! everything. Numbers come back bit for bit.
+
+use kinematics::Pose;
+use recorder::{CustomTopic, CustomTopicId, ReadError, RecorderHandle, Recording};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use world::{WorldDescription, WorldState};
+
+/// Name of the topic.
+pub const TOPIC: &str = "/world";
+/// The second extra topic of a recording of ours.
+pub(crate) const NUMBER: CustomTopicId = CustomTopicId(1);
+
+/// One message.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WorldMessage {
+    /// Number of the control cycle.
+    pub cycle: u64,
+    /// Parts that moved, or that another gripper holds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartRow>,
+    /// Parts that are not there any more.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub removed: Vec<String>,
+    /// Those of them that were removed far below, where there is no floor.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lost: Vec<String>,
+    /// Numbers of parts that the sinks have removed, in the order of the cell file; where one has changed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub counts: Vec<u64>,
+    /// Poses of obstacles, by name, that an actuator has moved.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<ObstacleRow>,
+}
+
+/// A part in a cycle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PartRow {
+    /// Name.
+    pub name: String,
+    /// x, y, z, Rx, Ry, Rz in the base frame, m and rad.
+    pub pose: [f64; 6],
+    /// Speed of its centre, m/s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub speed: f64,
+    /// Whether it touches the floor.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub on_floor: bool,
+    /// Name of the gripper that holds it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_by: Option<String>,
+}
+
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
+}
+
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+const fn is_false(value: &bool) -> bool {
+    !*value
+}
+
+/// An obstacle that an actuator moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObstacleRow {
+    /// Name.
+    pub name: String,
+    /// x, y, z, Rx, Ry, Rz in the base frame, m and rad.
+    pub pose: [f64; 6],
+}
+
+/// The topic, for a recording that is begun.
+pub(crate) fn topic() -> CustomTopic {
+    let integer = json!({"type": "integer", "minimum": 0});
+    let pose = json!({"type": "array", "items": {"type": "number"}});
+    let row = json!({
+        "type": "object",
+        "properties": {
+            "name": {"type": "string"},
+            "pose": pose,
+            "speed": {"type": "number"},
+            "on_floor": {"type": "boolean"},
+            "held_by": {"type": "string"},
+        },
+        "required": ["name", "pose"],
+    });
+    CustomTopic {
+        name: TOPIC.to_owned(),
+        schema_name: "elite.World".to_owned(),
+        schema: json!({
+            "type": "object",
+            "properties": {
+                "cycle": integer,
+                "parts": {"type": "array", "items": row},
+                "removed": {"type": "array", "items": {"type": "string"}},
+                "lost": {"type": "array", "items": {"type": "string"}},
+                "counts": {"type": "array", "items": integer},
+                "obstacles": {"type": "array", "items": row},
+            },
+            "required": ["cycle"],
+        })
+        .to_string(),
+    }
+}
+
+/// Finds what differs from one state to the next.
+#[derive(Clone, Debug, Default)]
+pub struct WorldChanges {
+    grippers: Vec<String>,
+    obstacles: Vec<String>,
+    before: Option<WorldState>,
+}
+
+impl WorldChanges {
+    /// For the world of a description.
+    pub fn new(description: &WorldDescription) -> Self {
+        Self {
+            grippers: description
+                .grippers
+                .iter()
+                .map(|gripper| gripper.name.clone())
+                .collect(),
+            obstacles: description
+                .obstacles
+                .iter()
+                .map(|obstacle| obstacle.name.clone())
+                .collect(),
+            before: None,
+        }
+    }
+
+    /// What is new in the state after a cycle; `None` when nothing is.
+    pub fn next(&mut self, cycle: u64, state: &WorldState) -> Option<WorldMessage> {
+        let before = self.before.as_ref();
+        let mut message = WorldMessage {
+            cycle,
+            ..WorldMessage::default()
+        };
+        let known = before.map_or(&[][..], |before| &before.parts);
+        for (index, part) in state.parts.iter().enumerate() {
+            // Parts stand in the order of making, so an old one is at its place or before it.
+            let old = known[..known.len().min(index + 1)]
+                .iter()
+                .rev()
+                .chain(known);
+            let old = old.into_iter().find(|old| old.name == part.name);
+            if old != Some(part) {
+                message.parts.push(PartRow {
+                    name: part.name.to_string(),
+                    pose: numbers(&part.pose),
+                    speed: part.velocity.linear.norm(),
+                    on_floor: part.touches_floor,
+                    held_by: part
+                        .held_by
+                        .and_then(|number| self.grippers.get(number).cloned()),
+                });
+            }
+        }
+        if known.len() + message.parts.len() > state.parts.len() || before.is_none() {
+            let is_gone = |name: &str| !state.parts.iter().any(|part| &*part.name == name);
+            let gone = known.iter().filter(|old| is_gone(&old.name));
+            message.removed = gone.map(|old| old.name.to_string()).collect();
+        }
+        let old_lost = before.map_or(0, |before| before.lost_below.len());
+        let lost = state.lost_below.iter().skip(old_lost);
+        message.lost = lost.map(|name| name.to_string()).collect();
+        if before.is_none_or(|before| before.sinks != state.sinks) {
+            message.counts.clone_from(&state.sinks);
+        }
+        let old_obstacles = before.map_or(&[][..], |before| &before.obstacles);
+        for (number, pose) in state.obstacles.iter().enumerate() {
+            if before.is_some()
+                && old_obstacles.get(number) != Some(pose)
+                && let Some(name) = self.obstacles.get(number)
+            {
+                message.obstacles.push(ObstacleRow {
+                    name: name.clone(),
+                    pose: numbers(pose),
+                });
+            }
+        }
+        let is_first = before.is_none();
+        let is_empty = message.parts.is_empty()
+            && message.removed.is_empty()
+            && message.lost.is_empty()
+            && message.counts.is_empty()
+            && message.obstacles.is_empty();
+        if is_empty && !is_first {
+            return None;
+        }
+        self.before = Some(state.clone());
+        Some(message)
+    }
+}
+
+fn numbers(pose: &Pose) -> [f64; 6] {
+    pose.to_rpy().to_array()
+}
+
+/// Gives a message to a recording.
+pub(crate) fn write(recording: &RecorderHandle, message: &WorldMessage, period: f64) {
+    // Only maps with keys that are no texts fail, and there are none.
+    if let Ok(bytes) = serde_json::to_vec(message) {
+        recording.extra(message.cycle as f64 * period, NUMBER, bytes);
+    }
+}
+
+/// Reads a message back.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn read(bytes: &[u8]) -> Result<WorldMessage, String> {
+    serde_json::from_slice(bytes).map_err(|error| error.to_string())
+}
+
+/// The messages of a recording, in the order of cycles.
+///
+/// # Errors
+/// The recording cannot be read. A message that cannot be read comes as its error.
+pub fn messages(
+    recording: &Recording,
+) -> Result<impl Iterator<Item = Result<WorldMessage, ReadError>>, ReadError> {
+    let messages = recording.messages()?;
+    let of_topic = messages.filter(|message| message.channel.topic == TOPIC);
+    Ok((1..).zip(of_topic).map(|(number, message)| {
+        read(&message.data).map_err(|reason| ReadError::Message {
+            topic: TOPIC.to_owned(),
+            number,
+            reason,
+        })
+    }))
+}

@@ -1,0 +1,153 @@
+//! Parts in the grippers: they touch obstacles as the tool does, from the cycle in which they are held.
+//!
+//! A part that is taken while it lies on an obstacle is pressed into that a little, by the engine that had it before. A hard obstacle would
+//! throw the arm up for a tenth of a millimetre. So the depth at which a part was taken is its zero, until it has come out further. And a
+//! cup that sealed from a distance bears on its part only after that distance.
+
+use kinematics::{Pose, Wrench};
+use motion_api::{HeldPart, MAX_GRIPPERS};
+use nalgebra::Vector3;
+
+use super::entry::slot;
+use super::law::ContactForces;
+use super::nearest::ContactPoint;
+use super::{ArmPart, Contact, ContactList, ContactModel, MARGIN, PlacedShape, Shape, nearest};
+
+/// What hangs in the grippers.
+#[derive(Clone, Debug)]
+pub(super) struct HeldParts {
+    shapes: Vec<Shape>,
+    parts: [Option<HeldPart>; MAX_GRIPPERS],
+    /// For each pair of gripper and obstacle: the depth at which the part counts as only just touching, m.
+    rest_depths: Vec<f64>,
+    /// What obstacles do to each part, mean over the cycle: base axes, about the TCP.
+    forces: [Wrench; MAX_GRIPPERS],
+}
+
+impl HeldParts {
+    pub(super) fn new(shapes: Vec<Shape>, obstacles: usize) -> Self {
+        let pairs = if shapes.is_empty() {
+            0
+        } else {
+            MAX_GRIPPERS * obstacles
+        };
+        Self {
+            shapes,
+            parts: [None; MAX_GRIPPERS],
+            rest_depths: vec![0.0; pairs],
+            forces: [Wrench::default(); MAX_GRIPPERS],
+        }
+    }
+}
+
+impl ContactModel {
+    /// The parts that the grippers hold from now on.
+    pub(crate) fn set_held_parts(&mut self, parts: &[Option<HeldPart>; MAX_GRIPPERS]) {
+        self.held.forces = [Wrench::default(); MAX_GRIPPERS];
+        for (number, part) in parts.iter().enumerate() {
+            if *part == self.held.parts[number] {
+                continue;
+            }
+            let is_same = matches!(
+                (part, &self.held.parts[number]),
+                (Some(now), Some(before)) if now.template == before.template
+            );
+            self.held.parts[number] = *part;
+            let Some(solid) = self.held_solid(number) else {
+                continue;
+            };
+            let extent = solid.pose.translation.norm() + solid.bounding_radius();
+            self.broad_phase
+                .replace(slot(ArmPart::Held(number)), extent);
+            // One that slips between fingers stays the part that it was.
+            if !is_same {
+                self.entry_faces.forget(ArmPart::Held(number));
+                let first = number * self.obstacles.len();
+                let depths = first..first + self.obstacles.len();
+                self.held.rest_depths[depths].fill(f64::INFINITY);
+            }
+        }
+    }
+
+    /// What obstacles have done to each held part since [`set_held_parts`](Self::set_held_parts): base axes, about the TCP.
+    pub(crate) const fn held_forces(&self) -> &[Wrench; MAX_GRIPPERS] {
+        &self.held.forces
+    }
+
+    /// Adds the forces of a step that is this part of a cycle.
+    pub(crate) fn add_held_forces(&mut self, forces: &ContactForces, share: f64) {
+        for (sum, more) in self.held.forces.iter_mut().zip(&forces.held) {
+            sum.force += more.force * share;
+            sum.moment += more.moment * share;
+        }
+    }
+
+    /// The part in a gripper, in the flange frame.
+    fn held_solid(&self, number: usize) -> Option<PlacedShape> {
+        let part = self.held.parts[number]?;
+        let shape = *self.held.shapes.get(usize::from(part.template))?;
+        let pose = part.flange_from_part;
+        Some(PlacedShape { pose, shape })
+    }
+
+    pub(super) fn touches_of_held_parts(
+        &mut self,
+        base_from_flange: &Pose,
+        touches: &mut ContactList,
+    ) {
+        if self.held.shapes.is_empty() {
+            return;
+        }
+        for number in 0..MAX_GRIPPERS {
+            if let (Some(solid), Some(part)) = (self.held_solid(number), self.held.parts[number]) {
+                let held = solid.expressed_in(base_from_flange);
+                let play = base_from_flange.rotate(part.play.into());
+                self.touches_of_held_part(number, (&held, play), touches);
+            }
+        }
+    }
+
+    fn touches_of_held_part(
+        &mut self,
+        number: usize,
+        (held, play): (&PlacedShape, Vector3<f64>),
+        touches: &mut ContactList,
+    ) {
+        let Self {
+            obstacles,
+            entry_faces,
+            broad_phase,
+            held: HeldParts { rest_depths, .. },
+            ..
+        } = self;
+        let part = ArmPart::Held(number);
+        let first = number * obstacles.len();
+        broad_phase.check_due_pairs(slot(part), |obstacle| {
+            let solid = &obstacles[obstacle].solid;
+            let rest = &mut rest_depths[first + obstacle];
+            let mut find = |found: &mut dyn FnMut(ContactPoint)| {
+                nearest::solid(held, solid, MARGIN, &mut |place| {
+                    let point = (place.point, 0.0);
+                    found(entry_faces.reorient_to_entry_face(
+                        part,
+                        (obstacle, solid),
+                        point,
+                        place,
+                    ));
+                });
+            };
+            let mut deepest = 0.0_f64;
+            find(&mut |place| deepest = deepest.max(place.depth));
+            *rest = rest.min(deepest);
+            find(&mut |mut place| {
+                place.depth -= *rest + place.normal.dot(&play).max(0.0);
+                touches.push(Contact {
+                    part,
+                    obstacle,
+                    place,
+                });
+            });
+            solid.distance(held.pose.translation).0 - held.bounding_radius() - MARGIN
+        });
+    }
+}

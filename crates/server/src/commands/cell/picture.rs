@@ -1,0 +1,203 @@
+//! A cell drawn from two sides: outlines of everything that has a shape, from above and from the front.
+
+use controller::cell::Cell;
+use controller::cell_world::{BodyShape, Surface, WorldDescription};
+use kinematics::{Pose, RpyPose};
+use motion::CycleConfig;
+
+use crate::plot::{Curve, Figure, PlotPanel};
+
+/// Corners of a circle as it is drawn.
+const CIRCLE_CORNERS: usize = 24;
+
+/// A name, the colour of its kind, and the corners of a solid, base frame.
+struct Solid {
+    name: String,
+    color: usize,
+    corners: Vec<[f64; 3]>,
+}
+
+/// The picture of a cell; the arm stands at its default place.
+pub(super) fn figure(
+    cell: &Cell,
+    world: Option<&WorldDescription>,
+    config: &CycleConfig,
+) -> Figure {
+    let solids = solids(cell, world);
+    let from = |title: &str, y: &str, view: fn(&[f64; 3]) -> (f64, f64)| {
+        let mut panel = PlotPanel::plane(title, "x in mm", y);
+        for solid in &solids {
+            let outline = hull(
+                solid
+                    .corners
+                    .iter()
+                    .map(view)
+                    .map(|(a, b)| (a * 1e3, b * 1e3))
+                    .collect(),
+            );
+            panel = panel.curve(Curve::new(&solid.name, outline).color_of(solid.color));
+        }
+        let frames = config.model.forward(&config.home);
+        let mut joints = vec![[0.0; 3]];
+        let places = frames.base_from_joint.iter();
+        joints.extend(places.map(|frame| <[f64; 3]>::from(frame.translation)));
+        joints.push(frames.base_from_flange.translation.into());
+        let arm = joints.iter().map(view).map(|(a, b)| (a * 1e3, b * 1e3));
+        panel.curve(Curve::new("arm", arm))
+    };
+    Figure::new("The cell")
+        .panel(from("From above", "y in mm", |p| (p[0], p[1])))
+        .panel(from("From the front", "z in mm", |p| (p[0], p[2])))
+        .size(1400, 700)
+}
+
+fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
+    let mut solids = Vec::new();
+    let obstacles = cell.surroundings().obstacles;
+    for obstacle in &obstacles {
+        let shape = match obstacle.solid.shape {
+            motion::contact::Shape::Box { half } => BodyShape::Box {
+                size: half.map(|half| 2.0 * half),
+            },
+            motion::contact::Shape::Cylinder {
+                radius,
+                half_length,
+            } => BodyShape::Cylinder {
+                radius,
+                length: 2.0 * half_length,
+            },
+            motion::contact::Shape::Sphere { radius } => BodyShape::Sphere { radius },
+            motion::contact::Shape::Plane => continue,
+        };
+        solids.push(Solid {
+            name: obstacle.name.clone(),
+            color: 0,
+            corners: corners(&shape, &obstacle.solid.pose),
+        });
+    }
+    let Some(world) = world else { return solids };
+    let is_still = |name: &str| obstacles.iter().any(|obstacle| obstacle.name == name);
+    for moved in world
+        .obstacles
+        .iter()
+        .filter(|obstacle| !is_still(&obstacle.name))
+    {
+        solids.push(Solid {
+            name: moved.name.clone(),
+            color: 1,
+            corners: corners(&moved.shape, &moved.pose),
+        });
+    }
+    for conveyor in &world.conveyors {
+        if let Surface::Turntable { center, radius } = conveyor.surface {
+            let disc = BodyShape::Cylinder {
+                radius,
+                length: 0.01,
+            };
+            solids.push(Solid {
+                name: conveyor.name.clone(),
+                color: 0,
+                corners: corners(&disc, &center),
+            });
+        }
+    }
+    for part in &world.parts {
+        let sources = world
+            .sources
+            .iter()
+            .filter(|source| source.part == part.name);
+        let made = sources
+            .map(|source| (source.name.clone(), source.pose))
+            .collect::<Vec<_>>();
+        let places = match made.is_empty() {
+            true => copies(part),
+            false => made,
+        };
+        solids.extend(places.into_iter().map(|(name, pose)| Solid {
+            name,
+            color: 2,
+            corners: corners(&part.shape, &pose),
+        }));
+    }
+    for sink in &world.sinks {
+        solids.push(Solid {
+            name: sink.name.clone(),
+            color: 3,
+            corners: corners(&BodyShape::Box { size: sink.size }, &sink.pose),
+        });
+    }
+    solids
+}
+
+fn copies(part: &controller::cell_world::PartDescription) -> Vec<(String, Pose)> {
+    let Some(copies) = part.copies else {
+        return vec![(part.name.clone(), part.pose)];
+    };
+    let [nx, ny, nz] = copies.count;
+    let mut places = Vec::new();
+    for (z, y, x) in
+        (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
+    {
+        let shift = [x, y, z].map(|n| n as f64);
+        let shift: [f64; 3] = core::array::from_fn(|k| shift[k] * copies.pitch[k]);
+        let shift = Pose::from_rpy(&RpyPose::from_array([
+            shift[0], shift[1], shift[2], 0.0, 0.0, 0.0,
+        ]));
+        places.push((part.name.clone(), part.pose * shift));
+    }
+    places
+}
+
+fn corners(shape: &BodyShape, pose: &Pose) -> Vec<[f64; 3]> {
+    let circle = |radius: f64, z: f64| {
+        (0..CIRCLE_CORNERS).map(move |k| {
+            let angle = core::f64::consts::TAU * k as f64 / CIRCLE_CORNERS as f64;
+            [radius * angle.cos(), radius * angle.sin(), z]
+        })
+    };
+    let local: Vec<[f64; 3]> = match *shape {
+        BodyShape::Box { size } => (0..8)
+            .map(|k| {
+                let side = |axis: usize| if k >> axis & 1 == 0 { -0.5 } else { 0.5 };
+                [side(0) * size[0], side(1) * size[1], side(2) * size[2]]
+            })
+            .collect(),
+        BodyShape::Cylinder { radius, length } => circle(radius, -length / 2.0)
+            .chain(circle(radius, length / 2.0))
+            .collect(),
+        BodyShape::Sphere { radius } => (0..7)
+            .flat_map(|k| {
+                let z = radius * (f64::from(k) / 3.0 - 1.0);
+                circle((radius * radius - z * z).max(0.0).sqrt(), z)
+            })
+            .collect(),
+        BodyShape::Plane => Vec::new(),
+    };
+    local
+        .into_iter()
+        .map(|corner| pose.transform_point(corner.into()).into())
+        .collect()
+}
+
+/// The convex outline of points in a plane, closed (Andrew's monotone chain).
+fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let turns_left = |o: (f64, f64), a: (f64, f64), b: (f64, f64)| {
+        (a.0 - o.0) * (b.1 - o.1) - (a.1 - o.1) * (b.0 - o.0) > 0.0
+    };
+    let chain = |points: &mut dyn Iterator<Item = (f64, f64)>| {
+        let mut chain: Vec<(f64, f64)> = Vec::new();
+        for point in points {
+            while chain.len() >= 2
+                && !turns_left(chain[chain.len() - 2], chain[chain.len() - 1], point)
+            {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain
+    };
+    let mut outline = chain(&mut points.iter().copied());
+    outline.extend(chain(&mut points.iter().rev().copied()));
+    outline
+}
