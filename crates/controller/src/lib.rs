@@ -15,6 +15,7 @@
 )]
 
 pub mod cell;
+pub mod clearance;
 mod clock;
 pub mod command_replay;
 pub mod condition;

@@ -10,7 +10,7 @@ mod pair;
 use kinematics::{Frames, JointPositions, Pose, RobotModel};
 
 pub use body::LINK_NAMES;
-pub use pair::{Pair, TouchRule};
+pub use pair::{Pair, TouchRule, fits_pattern};
 
 use crate::shape::{PlacedShape, Shape};
 use crate::solid::Solid;

@@ -34,13 +34,13 @@ pub struct TouchRule {
 impl TouchRule {
     /// Whether the two may touch, in either order.
     pub fn allows(&self, first: &str, second: &str) -> bool {
-        (matches(&self.a, first) && matches(&self.b, second))
-            || (matches(&self.a, second) && matches(&self.b, first))
+        (fits_pattern(&self.a, first) && fits_pattern(&self.b, second))
+            || (fits_pattern(&self.a, second) && fits_pattern(&self.b, first))
     }
 }
 
 /// Whether a name fits a pattern in which `*` stands for any letters.
-fn matches(pattern: &str, name: &str) -> bool {
+pub fn fits_pattern(pattern: &str, name: &str) -> bool {
     let mut pieces = pattern.split('*');
     let Some(mut rest) = pieces.next().and_then(|first| name.strip_prefix(first)) else {
         return false;
@@ -135,7 +135,7 @@ mod tests {
             ("", "", true),
             ("", "x", false),
         ] {
-            assert_eq!(matches(pattern, name), fits, "{pattern} {name}");
+            assert_eq!(fits_pattern(pattern, name), fits, "{pattern} {name}");
         }
         let rule = TouchRule {
             a: "tool".to_owned(),
