@@ -28,6 +28,7 @@ mod loaded_model;
 pub mod options;
 pub mod outcome;
 pub mod peaks;
+pub mod planned_path;
 pub mod program_position;
 pub mod recorded_run;
 mod recording_files;

@@ -43,6 +43,29 @@ pub struct ClearanceRun {
     pub end: MeasuredEnd,
     /// What it printed, and how long it took.
     pub result: ProgramResult,
+    /// Where asked for: the least distance, m, at the end of every cycle, by its simulated time, s.
+    pub history: Vec<(f64, f64)>,
+}
+
+/// How a program is measured.
+#[derive(Clone, Debug)]
+pub struct MeasureOptions {
+    /// Globals that it finds set.
+    pub presets: Vec<Preset>,
+    /// Longest simulated time, s.
+    pub limit: f64,
+    /// Whether the distance of every cycle is kept, too.
+    pub has_history: bool,
+}
+
+impl Default for MeasureOptions {
+    fn default() -> Self {
+        Self {
+            presets: Vec::new(),
+            limit: 600.0,
+            has_history: false,
+        }
+    }
 }
 
 /// How a measured program ended.
@@ -156,15 +179,29 @@ pub fn collision_scene(config: &ControllerConfig) -> Result<CollisionScene, Star
     })
 }
 
-/// Runs a program for at most `limit` simulated seconds and measures its motions. `keep_going` is asked now and then.
+/// Runs a program and measures its motions. `keep_going` is asked now and then.
 ///
 /// # Errors
 /// [`ClearanceError`]; what the program itself does wrong is in the result.
 pub fn measure(
     config: &ControllerConfig,
     program: ProgramText,
-    presets: &[Preset],
-    limit: f64,
+    options: &MeasureOptions,
+    keep_going: &mut dyn FnMut() -> bool,
+) -> Result<ClearanceRun, ClearanceError> {
+    let scene = collision_scene(config)?;
+    measure_in(scene, config, program, options, keep_going)
+}
+
+/// [`measure`] in a scene of the caller's, which is the one of these settings but for what the caller changed in it.
+///
+/// # Errors
+/// The errors of [`measure`].
+pub fn measure_in(
+    scene: CollisionScene,
+    config: &ControllerConfig,
+    program: ProgramText,
+    options: &MeasureOptions,
     keep_going: &mut dyn FnMut() -> bool,
 ) -> Result<ClearanceRun, ClearanceError> {
     let config = ControllerConfig {
@@ -172,12 +209,18 @@ pub fn measure(
         record: RecordTarget::Off,
         ..config.clone()
     };
-    let scene = collision_scene(&config)?;
-    let observer = Arc::new(ClearanceObserver::new(scene, Arc::new(NullObserver)));
-    let options = StartOptions::for_measuring();
-    let controller = SteppedController::open_with(&config, options, observer.clone())?;
+    let observer = ClearanceObserver::new(scene, Arc::new(NullObserver));
+    let observer = Arc::new(match options.has_history {
+        true => observer.with_history(),
+        false => observer,
+    });
+    let start = StartOptions::for_measuring();
+    let controller = SteppedController::open_with(&config, start, observer.clone())?;
     observer.connect(controller.controller().robot());
-    controller.controller().supervisor().set_presets(presets);
+    controller
+        .controller()
+        .supervisor()
+        .set_presets(&options.presets);
     let step = config.step.as_secs();
     let (mut moved, mut moved_at) = (0, Instant::now());
     let (mut waits, mut is_interrupted) = (false, false);
@@ -195,7 +238,7 @@ pub fn measure(
         wall: STUCK,
         keep_going: &mut goes_on,
     };
-    let seconds = Seconds::new(limit).unwrap_or_default();
+    let seconds = Seconds::new(options.limit).unwrap_or_default();
     let ran = controller.run_program(program, seconds, &mut patience);
     let line = controller.collector().line();
     // What is measured is written nowhere: how the end goes does not matter to it.
@@ -213,7 +256,7 @@ pub fn measure(
             MeasuredEnd::NotCompiled { error, line: at }
         }
         ProgramOutcome::Timeout => MeasuredEnd::TimedOut {
-            seconds: limit,
+            seconds: options.limit,
             line,
         },
         ProgramOutcome::Failed
@@ -223,6 +266,7 @@ pub fn measure(
     };
     Ok(ClearanceRun {
         rows: observer.rows(),
+        history: observer.history(),
         end,
         result,
     })

@@ -16,6 +16,9 @@ use super::motion_row::{LeastDistance, MotionClearance};
 /// Most motions that are told one by one; of a program with more the rest is one row.
 const ROWS_MAX: usize = 100_000;
 
+/// Most cycles whose distance is kept.
+const HISTORY_MAX: usize = 1_000_000;
+
 /// Measures clearances of the newest program; passes everything on.
 pub struct ClearanceObserver {
     measured: Mutex<MeasuredProgram>,
@@ -37,6 +40,8 @@ struct MeasuredProgram {
     has_begun: bool,
     /// Cycles in which the arm has not moved, since it last did.
     still_cycles: u64,
+    /// Where somebody wants them: times and distances of all cycles.
+    history: Option<Vec<(f64, f64)>>,
 }
 
 impl ClearanceObserver {
@@ -52,10 +57,22 @@ impl ClearanceObserver {
                 nodes: Vec::new(),
                 has_begun: false,
                 still_cycles: 0,
+                history: None,
             }),
             robot: OnceLock::new(),
             next,
         }
+    }
+
+    /// Keeps the distance of every cycle as well.
+    pub fn with_history(mut self) -> Self {
+        self.measured.get_mut().history = Some(Vec::new());
+        self
+    }
+
+    /// The least distance, m, at the end of every cycle, by its simulated time, s.
+    pub fn history(&self) -> Vec<(f64, f64)> {
+        self.measured.lock().history.clone().unwrap_or_default()
     }
 
     /// Says whose commands they are, once.
@@ -101,6 +118,12 @@ impl MeasuredProgram {
         match has_moved {
             true => self.still_cycles = 0,
             false => self.still_cycles += 1,
+        }
+        if let Some(history) = &mut self.history
+            && history.len() < HISTORY_MAX
+            && let Some(nearest) = self.scene.nearest(&q)
+        {
+            history.push((state.time, nearest.distance));
         }
         let before = self.rows.len();
         if state.command_id != CommandId::NONE && state.command_id != self.command {

@@ -3,6 +3,7 @@
 pub mod builtins;
 pub mod calibrate;
 pub mod check;
+pub mod clearance;
 pub mod compare;
 pub mod completions;
 pub mod debug;
@@ -11,6 +12,7 @@ pub mod fleet;
 pub mod lsp;
 pub mod man;
 pub mod mcp;
+pub mod plan;
 pub mod record;
 pub mod replay;
 mod robot_consent;
