@@ -35,6 +35,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     ("world", &["kinematics", "motion-api"]),
+    ("path-planning", &["kinematics"]),
     ("io-bus", &["motion-api", "platform", "supervision"]),
     ("recorder", &["kinematics", "motion-api", "supervision"]),
     (
@@ -61,6 +62,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "kinematics",
             "motion",
             "motion-api",
+            "path-planning",
             "platform",
             "recorder",
             "supervision",
@@ -170,6 +172,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 /// Libraries that must stay behind one crate: the crate's name and who alone may name it.
 const KEPT_IN: &[(&str, &[&str])] = &[
     ("rapier3d-f64", &["motion", "world"]),
+    ("parry3d-f64", &["path-planning"]),
     ("rsruckig", &["motion"]),
     ("clarabel", &["force", "world"]),
     ("corosensei", &["elite-lang", "elite-syntax"]),

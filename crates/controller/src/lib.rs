@@ -16,6 +16,7 @@
 
 pub mod cell;
 pub mod cell_world;
+pub mod clearance;
 mod clock;
 pub mod command_replay;
 pub mod condition;
@@ -28,6 +29,7 @@ mod loaded_model;
 pub mod options;
 pub mod outcome;
 pub mod peaks;
+pub mod planned_path;
 pub mod program_position;
 pub mod recorded_run;
 mod recording_files;

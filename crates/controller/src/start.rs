@@ -111,6 +111,8 @@ pub struct StartOptions {
     pub advances_when_idle: bool,
     /// A disk that takes nothing while the robot waits for it is given up after this.
     pub disk_timeout: Duration,
+    /// Whether contact stops the arm, with obstacles and with itself.
+    pub contact_stops: bool,
 }
 
 impl StartOptions {
@@ -121,6 +123,7 @@ impl StartOptions {
             powered_off,
             advances_when_idle: true,
             disk_timeout: Duration::from_secs(2),
+            contact_stops: true,
         }
     }
 
@@ -132,6 +135,15 @@ impl StartOptions {
             powered_off: false,
             advances_when_idle: false,
             disk_timeout: Duration::from_secs(60),
+            contact_stops: true,
+        }
+    }
+
+    /// One program, to measure how far it is from collisions: it runs through them.
+    pub const fn for_measuring() -> Self {
+        Self {
+            contact_stops: false,
+            ..Self::for_single_run()
         }
     }
 }
@@ -180,8 +192,13 @@ impl PreparedController {
         });
         let cell = cell.transpose()?;
         let setup = setup(config, &loaded, cell.as_ref(), manner.powered_off);
-        let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
-        warn_of_overlaps(&cycle_config);
+        let mut cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
+        if manner.contact_stops {
+            warn_of_overlaps(&cycle_config);
+        } else {
+            cycle_config.contact_stops = false;
+            cycle_config.limits.self_collision = Some(false);
+        }
         let first = cycle_config.first_state();
         let path = recording_files::path(&config.record);
         let sizes = RingCapacities {

@@ -117,6 +117,18 @@ impl SteppedController {
         config: &ControllerConfig,
         observer: Arc<dyn Observer>,
     ) -> Result<Self, StartError> {
+        Self::open_with(config, StartOptions::for_single_run(), observer)
+    }
+
+    /// [`open`](Self::open) with other options of the start.
+    ///
+    /// # Errors
+    /// [`StartError`], in a sentence.
+    pub fn open_with(
+        config: &ControllerConfig,
+        options: StartOptions,
+        observer: Arc<dyn Observer>,
+    ) -> Result<Self, StartError> {
         let config = ControllerConfig {
             clock: ClockChoice::Virtual,
             ..config.clone()
@@ -124,7 +136,7 @@ impl SteppedController {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
-        let prepared = PreparedController::new(&config, StartOptions::for_single_run())?;
+        let prepared = PreparedController::new(&config, options)?;
         let collector = Arc::new(ResultCollector::new(observer));
         let herald = Arc::new(GateObserver::new(collector.clone()));
         let mut gate = None;

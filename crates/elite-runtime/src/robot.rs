@@ -307,6 +307,11 @@ impl Robot {
         awaited.open.get(&id).map(|entry| entry.command.kind.name())
     }
 
+    /// A command that has not been forgotten yet, with where it was asked for.
+    pub fn command(&self, id: CommandId) -> Option<Command> {
+        self.awaited().open.get(&id).map(|entry| entry.command)
+    }
+
     /// True once a requested command has ended.
     pub fn has_ended(&self, id: CommandId) -> bool {
         self.has_ended_by(id, u64::MAX)

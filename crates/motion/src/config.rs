@@ -92,6 +92,9 @@ pub struct CycleConfig {
     pub sensor_noise: SensorNoise,
     /// What is true of the arm though the controller does not know it.
     pub truth: PlantParameters,
+    /// Whether contact stops the arm: collisions, and forces at the TCP above their limit. Who measures how far a
+    /// program is from collisions lets it run through them.
+    pub contact_stops: bool,
 }
 
 /// The limits a motion is planned and checked with.
@@ -163,6 +166,7 @@ impl CycleConfig {
             surroundings: Environment::default(),
             sensor_noise: SensorNoise::default(),
             truth: PlantParameters::default(),
+            contact_stops: true,
         }
     }
 

@@ -143,6 +143,8 @@ pub struct ControlLoop {
     pub(crate) force: ForceMode,
     pub(crate) sensor: ForceTorqueSensor,
     pub(crate) collision: CollisionDetector,
+    /// Contact stops the arm.
+    pub(crate) contact_stops: bool,
     pub(crate) safety: SafetyBounds,
     pub(crate) links: SelfCollisionMonitor,
     pub(crate) thermal: Thermal,
@@ -197,6 +199,7 @@ impl ControlLoop {
             force: ForceMode::new()?,
             sensor: ForceTorqueSensor::new(config.sensor_noise, config.truth.payload),
             collision: CollisionDetector::default(),
+            contact_stops: config.contact_stops,
             safety: config.safety,
             links: SelfCollisionMonitor::new(&model, limits.link_overlap),
             thermal: Thermal::new(is_powered),

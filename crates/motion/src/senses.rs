@@ -43,6 +43,9 @@ impl ControlLoop {
                 return;
             }
         }
+        if !self.contact_stops {
+            return;
+        }
         let limit = self.limits.tcp_force;
         if let Some(force) = self.sensor.exceeds(limit)
             && self.is_under_servo()

@@ -9,7 +9,7 @@ use std::time::Duration;
 use clap::Parser;
 use supervision::{Fault, ThreadRole, catch};
 
-use crate::cli::{Cli, CliCommand};
+use crate::cli::{Cli, CliCommand, RunArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::config::{LogConfig, RunConfig, ServeConfig};
 use crate::{commands, language, logging};
@@ -75,6 +75,20 @@ fn execute(command: CliCommand) -> CommandResult {
             begin_log(&config.log)?;
             let (report, status) = commands::doctor::doctor(&config, args.format);
             answer(report.as_bytes()).map(|written| written.max(status))
+        }
+        CliCommand::Clearance(args) => {
+            let config = RunConfig::load(args.run.clone())?;
+            begin_log(&config.log)?;
+            commands::clearance::clearance(&args, &config)
+        }
+        CliCommand::Plan(args) => {
+            let robot = RunArgs {
+                shared: args.shared.clone(),
+                ..RunArgs::default()
+            };
+            let config = RunConfig::load(robot)?;
+            begin_log(&config.log)?;
+            commands::plan::plan(&args, &config)
         }
         CliCommand::Check(args) => commands::check::check(&args),
         CliCommand::Test(args) => commands::test::test(&args),

@@ -4,6 +4,8 @@ use core::fmt;
 
 use motion::InputPair;
 use motion::contact::RIGID_STIFFNESS;
+use path_planning::LINK_NAMES;
+use path_planning::scene::fits_pattern;
 
 use super::point::{IoDirection, IoPointName};
 use super::schema::{Conveyor, InputValue, ModbusSignal, ShapeName, Size, Tables};
@@ -184,6 +186,16 @@ pub(super) fn values(cell: &Tables) -> ValidationResult {
         table.shape(tool.shape, &tool.size)?;
         table.finite("pose", &tool.pose)?;
     }
+    for (index, touch) in cell.touch.iter().enumerate() {
+        let table = TableCheck::numbered("touch", index);
+        for (key, pattern) in [("a", &touch.a), ("b", &touch.b)] {
+            if !names_something(cell, pattern) {
+                let allowed = "the name of a link (shoulder, upper_arm, forearm, wrist_1, wrist_2, wrist_3, base), \
+                               of the tool, or of something in this cell; * stands for any letters";
+                return Err(table.wrong(key, format_args!("{pattern:?}"), allowed));
+            }
+        }
+    }
     for (index, plane) in cell.safety_plane.iter().enumerate() {
         let table = TableCheck::named("safety_plane", &plane.name);
         if cell.safety_plane[..index]
@@ -300,6 +312,15 @@ pub(super) fn values(cell: &Tables) -> ValidationResult {
         modbus(&TableCheck::numbered("modbus", index), signal)?;
     }
     names(cell)
+}
+
+/// Whether a pattern fits anything that can touch.
+fn names_something(cell: &Tables, pattern: &str) -> bool {
+    let mut names = LINK_NAMES
+        .into_iter()
+        .chain(["tool"])
+        .chain(cell.obstacle.iter().map(|obstacle| &*obstacle.name));
+    names.any(|name| fits_pattern(pattern, name))
 }
 
 /// Names are read on buttons: short, of one line, and each for one point of a direction.

@@ -21,6 +21,8 @@ pub struct Tables {
     pub obstacle: Vec<Obstacle>,
     /// What touches obstacles; without it the TCP does.
     pub tool: Option<Tool>,
+    /// What may touch each other.
+    pub touch: Vec<Touch>,
     /// Planes the arm may not cross.
     pub safety_plane: Vec<SafetyPlane>,
     /// Limits below the model's own.
@@ -149,6 +151,16 @@ pub struct Tool {
     pub size: Size,
     /// Pose of the shape in the flange frame.
     pub pose: SixNumbers,
+}
+
+/// `[[touch]]`: a pair that may touch. Counts for clearances and paths, not for the simulation.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Touch {
+    /// Name of one of the two, a `*` in it stands for any letters.
+    pub a: String,
+    /// Name of the other one.
+    pub b: String,
 }
 
 /// Safety modes in which a plane counts.

@@ -3,6 +3,7 @@
 //! Owns the shape of the command line only. Options keep "not given" apart from "given", so that [`crate::config`] can
 //! put a flag over the configuration file over the default; the defaults are written there, the texts here name them.
 
+mod paths;
 mod robot;
 mod test;
 
@@ -20,6 +21,7 @@ use elite_runtime::Preset;
 use crate::config::PRIMARY_PORT;
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
+pub use paths::{ClearanceArgs, PlanArgs};
 pub use test::{TestArgs, TestFormat};
 
 pub use robot::{
@@ -58,6 +60,12 @@ pub enum CliCommand {
     /// Read a cell file: what it describes, which point is connected to what, and what is doubtful.
     /// Exit status: 0 clean, 1 findings, 2 unreadable
     Cell(CellArgs),
+    /// Tell how near every motion of a program comes to anything in its cell: the program is run on an ideal arm that
+    /// contacts do not stop. Exit status: 0 it keeps the margin, 1 it does not or fails, 2 it cannot be run
+    Clearance(Box<ClearanceArgs>),
+    /// Find a way around what is in the way and write it as a program; what comes out was driven on a simulated arm.
+    /// Exit status: 0 a path was found, 1 there is none, 2 wrong arguments
+    Plan(Box<PlanArgs>),
     /// Run the tests of programs: every test_ function of test_*.script and *_test.script files.
     /// Exit status: 0 all passed, 1 some failed, 2 nothing to run
     Test(TestArgs),
@@ -122,6 +130,8 @@ impl CliCommand {
             Self::Wait(args) => Some(&args.log),
             Self::Serve(_)
             | Self::Run(_)
+            | Self::Clearance(_)
+            | Self::Plan(_)
             | Self::Doctor(_)
             | Self::Completions(_)
             | Self::Man(_) => None,

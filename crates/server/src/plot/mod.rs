@@ -29,6 +29,7 @@
 
 mod axis;
 mod canvas;
+pub mod clearance;
 mod draw;
 
 use std::io;

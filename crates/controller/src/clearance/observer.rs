@@ -1,0 +1,240 @@
+//! Follows a program cycle by cycle and measures how near each of its motions comes to anything.
+
+use std::sync::{Arc, OnceLock, Weak};
+
+use elite_runtime::Robot;
+use elite_runtime::message::Observer;
+use elite_syntax::SourceFile;
+use elite_syntax::parser::parse;
+use kinematics::{JointPositions, Pose};
+use motion_api::{CommandId, CommandKind, CycleFrame, ProgramId, RobotState};
+use parking_lot::Mutex;
+use path_planning::{ClearanceTracker, CollisionScene};
+
+use super::motion_row::{LeastDistance, MotionClearance};
+
+/// Most motions that are told one by one; of a program with more the rest is one row.
+const ROWS_MAX: usize = 100_000;
+
+/// Most cycles whose distance is kept.
+const HISTORY_MAX: usize = 1_000_000;
+
+/// Measures clearances of the newest program; passes everything on.
+pub struct ClearanceObserver {
+    measured: Mutex<MeasuredProgram>,
+    /// Knows commands by their numbers.
+    robot: OnceLock<Weak<Robot>>,
+    next: Arc<dyn Observer>,
+}
+
+struct MeasuredProgram {
+    scene: CollisionScene,
+    tracker: ClearanceTracker,
+    rows: Vec<MotionClearance>,
+    /// The command of the last row.
+    command: CommandId,
+    /// The place of the cycle before.
+    last: Option<JointPositions>,
+    /// The nodes of the pendant's task, by the line at which each begins.
+    nodes: Vec<(u32, String)>,
+    has_begun: bool,
+    /// Cycles in which the arm has not moved, since it last did.
+    still_cycles: u64,
+    /// Where somebody wants them: times and distances of all cycles.
+    history: Option<Vec<(f64, f64)>>,
+}
+
+impl ClearanceObserver {
+    /// Measures in `scene`; `next` is told everything as well.
+    pub fn new(scene: CollisionScene, next: Arc<dyn Observer>) -> Self {
+        Self {
+            measured: Mutex::new(MeasuredProgram {
+                scene,
+                tracker: ClearanceTracker::default(),
+                rows: Vec::new(),
+                command: CommandId::NONE,
+                last: None,
+                nodes: Vec::new(),
+                has_begun: false,
+                still_cycles: 0,
+                history: None,
+            }),
+            robot: OnceLock::new(),
+            next,
+        }
+    }
+
+    /// Keeps the distance of every cycle as well.
+    pub fn with_history(mut self) -> Self {
+        self.measured.get_mut().history = Some(Vec::new());
+        self
+    }
+
+    /// The least distance, m, at the end of every cycle, by its simulated time, s.
+    pub fn history(&self) -> Vec<(f64, f64)> {
+        self.measured.lock().history.clone().unwrap_or_default()
+    }
+
+    /// Says whose commands they are, once.
+    pub fn connect(&self, robot: &Arc<Robot>) {
+        let _ = self.robot.set(Arc::downgrade(robot));
+    }
+
+    /// Whether the program compiled, so that there is something to measure.
+    pub fn has_begun(&self) -> bool {
+        self.measured.lock().has_begun
+    }
+
+    /// How many cycles ago the arm moved last.
+    pub fn still_cycles(&self) -> u64 {
+        self.measured.lock().still_cycles
+    }
+
+    /// The motions so far.
+    pub fn rows(&self) -> Vec<MotionClearance> {
+        self.measured.lock().rows.clone()
+    }
+
+    /// The least distance so far, with the line of its motion; `None` before the first motion, or where nothing can
+    /// touch.
+    pub fn least(&self) -> Option<(LeastDistance, u32)> {
+        let measured = self.measured.lock();
+        let rows = measured.rows.iter();
+        let nearest = rows.min_by(|a, b| a.distance().total_cmp(&b.distance()))?;
+        Some((nearest.least.clone()?, nearest.line))
+    }
+
+    /// Changes the scene between two cycles: what parts and machines do.
+    pub fn with_scene<T>(&self, change: impl FnOnce(&mut CollisionScene) -> T) -> T {
+        change(&mut self.measured.lock().scene)
+    }
+}
+
+impl MeasuredProgram {
+    fn cycle(&mut self, state: &RobotState, robot: Option<&Robot>) {
+        self.scene.set_tcp(Pose::from_rpy(&state.tcp_offset));
+        let q = state.actual_q;
+        let has_moved = self.last.replace(q).is_none_or(|last| last != q);
+        match has_moved {
+            true => self.still_cycles = 0,
+            false => self.still_cycles += 1,
+        }
+        if let Some(history) = &mut self.history
+            && history.len() < HISTORY_MAX
+            && let Some(nearest) = self.scene.nearest(&q)
+        {
+            history.push((state.time, nearest.distance));
+        }
+        let before = self.rows.len();
+        if state.command_id != CommandId::NONE && state.command_id != self.command {
+            self.command = state.command_id;
+            self.begin_row(robot);
+        }
+        let Some(row) = self.rows.last() else {
+            // The arm stands and no motion has begun: only the place counts from which one will.
+            self.tracker.advance(&self.scene, &q, f64::NEG_INFINITY);
+            return;
+        };
+        // The cycle in which one motion takes over from another is of both.
+        let is_shared = self.rows.len() > before;
+        let threshold = match is_shared {
+            true => f64::INFINITY,
+            false => row.distance(),
+        };
+        let found = self.tracker.advance(&self.scene, &q, threshold);
+        let first = self.rows.len() - 1 - usize::from(is_shared && before > 0);
+        for row in &mut self.rows[first..] {
+            if let Some(place) = &found {
+                row.note_place(place, &self.scene, state);
+            }
+            if has_moved || is_shared {
+                row.note_posture(&q, &self.scene);
+            }
+        }
+    }
+
+    /// A command has begun: it gets a row, unless it goes on with what the last one did.
+    fn begin_row(&mut self, robot: Option<&Robot>) {
+        let command = robot.and_then(|robot| robot.command(self.command));
+        let (line, kind, is_planned) = match &command {
+            Some(command) => {
+                let kind = &command.kind;
+                (command.origin.line, kind.name(), kind.is_motion())
+            }
+            None => (0, "motion", false),
+        };
+        // A belt, a force or an offset is laid over motions and is none by itself.
+        let is_overlay = matches!(
+            command.map(|command| command.kind),
+            Some(
+                CommandKind::ForceMode { .. }
+                    | CommandKind::TrackConveyorLinear { .. }
+                    | CommandKind::TrackConveyorCircular { .. }
+                    | CommandKind::PathOffsetEnable
+            )
+        );
+        let goes_on = self
+            .rows
+            .last()
+            .is_some_and(|last| !is_planned && last.line == line && last.kind == kind);
+        let is_full = self.rows.len() >= ROWS_MAX;
+        if goes_on || is_full || (is_overlay && !self.rows.is_empty()) {
+            return;
+        }
+        let before = self.nodes.partition_point(|(begins, _)| *begins <= line);
+        let node = before.checked_sub(1).and_then(|at| self.nodes.get(at));
+        let node = node.map(|(_, label)| label.clone());
+        self.rows.push(MotionClearance::new(line, node, kind));
+    }
+}
+
+impl Observer for ClearanceObserver {
+    fn next(&self) -> Option<&dyn Observer> {
+        Some(&*self.next)
+    }
+
+    fn program_compiled(&self, program: ProgramId, text: &str) {
+        {
+            let mut measured = self.measured.lock();
+            measured.has_begun = true;
+            measured.nodes = task_nodes(text);
+        }
+        self.next.program_compiled(program, text);
+    }
+
+    fn cycle_ended(&self, frame: &CycleFrame) {
+        {
+            let mut measured = self.measured.lock();
+            if measured.has_begun {
+                let robot = self.robot.get().and_then(Weak::upgrade);
+                measured.cycle(&frame.state, robot.as_deref());
+            }
+        }
+        self.next.cycle_ended(frame);
+    }
+}
+
+/// The nodes of the pendant's task that the text was made from, by the line at which each begins.
+fn task_nodes(text: &str) -> Vec<(u32, String)> {
+    if !text.contains('$') {
+        return Vec::new();
+    }
+    let file = SourceFile::new("program", text);
+    let parsed = parse(&file);
+    let line_at = |start: u32| {
+        1 + text
+            .bytes()
+            .take(start as usize)
+            .filter(|b| *b == b'\n')
+            .count()
+    };
+    let nodes = parsed.module.nodes.iter();
+    nodes
+        .map(|node| {
+            (
+                u32::try_from(line_at(node.start)).unwrap_or(u32::MAX),
+                node.label.to_string(),
+            )
+        })
+        .collect()
+}

@@ -1,0 +1,493 @@
+//! A path around what is in the way, as a program that is proven by running it.
+//!
+//! `path-planning` finds corners and proves the straight lines between them; here they become motions with blends as
+//! large as the margin allows, which only the controller itself can tell: every program that comes out was run, and the
+//! distance and time in the result are those of that run.
+
+mod goals;
+mod program;
+mod request;
+
+use std::time::Instant;
+
+use elite_runtime::ProgramText;
+use kinematics::{JointPositions, Pose};
+use path_planning::{CollisionScene, ObstaclePlace, PathError, PathRequest};
+use thiserror::Error;
+
+use crate::clearance::{
+    ClearanceError, ClearanceRun, MeasureOptions, MeasuredEnd, collision_scene, measure_in,
+};
+use crate::config::ControllerConfig;
+use crate::start::StartError;
+use goals::Goal;
+use program::ProgramOfPath;
+
+pub use request::{DEFAULT_ACCELERATION, DEFAULT_SPEED, PathTarget, PlanOptions};
+
+/// The search keeps this more than the margin, m: what is proven is proven to less, and rounding is not to count.
+const RESERVE: f64 = 3e-4;
+/// Of the shorter of its two pieces a blend takes so much, as seen from the TCP.
+const BLEND_SHARE: f64 = 0.45;
+/// Largest blend, m.
+const BLEND_MAX: f64 = 0.25;
+/// Blends smaller than this are none, m.
+const BLEND_MIN: f64 = 0.001;
+/// A blend at a position that the path has to pass takes this much of its pieces, rad, so that it passes near.
+const VIA_ZONE: f64 = 0.12;
+/// Runs in which blends become smaller.
+const BLEND_RUNS: u32 = 10;
+
+/// A path that was driven.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedPath {
+    /// Start, corners and goal.
+    pub waypoints: Vec<JointPositions>,
+    /// The program.
+    pub program: String,
+    /// The least distance on the driven path, m; `None` where nothing can touch.
+    pub distance: Option<f64>,
+    /// Sum of the Euclidean distances between the waypoints, rad.
+    pub length: f64,
+    /// How long it takes to drive, s.
+    pub time: f64,
+    /// How long it took to plan, time of the machine, s.
+    pub planning_time: f64,
+    /// What a person should know of it.
+    pub warnings: Vec<String>,
+}
+
+/// A reason why there is no path.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// No path, for a reason that lies in the cell.
+    #[error("{detail}")]
+    NoPath {
+        /// Which kind of reason.
+        reason: NoPathReason,
+        /// The sentence.
+        detail: String,
+    },
+    /// What was asked for makes no sense.
+    #[error("{0}")]
+    Request(String),
+    /// No controller.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// The run met a fault.
+    #[error(transparent)]
+    Run(#[from] ClearanceError),
+}
+
+/// The kinds of reasons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoPathReason {
+    /// Something touches at the start.
+    StartInCollision,
+    /// Something touches at the goal.
+    GoalInCollision,
+    /// The arm does not reach the goal.
+    OutOfReach,
+    /// Tries or time were used up, or the controller does not drive what was found.
+    NoPath,
+}
+
+impl NoPathReason {
+    /// The word for it.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::StartInCollision => "start_in_collision",
+            Self::GoalInCollision => "goal_in_collision",
+            Self::OutOfReach => "out_of_reach",
+            Self::NoPath => "no_path",
+        }
+    }
+}
+
+fn no_path(reason: NoPathReason, detail: impl Into<String>) -> PlanError {
+    PlanError::NoPath {
+        reason,
+        detail: detail.into(),
+    }
+}
+
+/// Plans a path from the home position of `config`, and drives it.
+///
+/// # Errors
+/// [`PlanError`]
+pub fn plan_path(
+    config: &ControllerConfig,
+    options: &PlanOptions,
+    keep_going: &mut dyn FnMut() -> bool,
+) -> Result<PlannedPath, PlanError> {
+    let began = Instant::now();
+    let scene = scene_with_held(config, options)?;
+    let planner = PathPlanner {
+        config,
+        options,
+        scene: &scene,
+    };
+    planner.check_request()?;
+    let goals = planner.goals()?;
+    let starts: Vec<JointPositions> = goals.iter().map(|goal| goal.before_line).collect();
+    let request = PathRequest {
+        scene: &scene,
+        limits: scene.model().limits(),
+        start: config.home,
+        via: &options.via,
+        goals: &starts,
+        margin: options.margin + RESERVE,
+        seed: config.seed,
+    };
+    let mut should_stop = || began.elapsed() > options.time || !keep_going();
+    let path =
+        path_planning::plan(&request, &mut should_stop).map_err(|error| planner.explain(error))?;
+    let end = path.corners.last().copied().unwrap_or(config.home);
+    let mut waypoints = path.corners.clone();
+    let goal = goals.iter().find(|goal| goal.before_line == end);
+    let has_line = options.approach > 0.0;
+    if let Some(goal) = goal.filter(|_| has_line) {
+        waypoints.push(goal.target);
+    }
+    let mut warnings = Vec::new();
+    let mut least_allowed = options.margin;
+    for (pair, left) in &path.lowered {
+        let (a, b) = scene.names(*pair);
+        least_allowed = least_allowed.min(*left - RESERVE);
+        warnings.push(format!(
+            "{a} and {b} are only {:.1} mm apart at an end of the path; there the margin of {:.1} mm is not kept",
+            left * 1e3,
+            options.margin * 1e3
+        ));
+    }
+    let mut radii = planner.first_radii(&waypoints, &path.via);
+    let planning_time = began.elapsed().as_secs_f64();
+    let (text, run) = planner.drive(&waypoints, &mut radii, least_allowed, keep_going)?;
+    let distance = run.distance();
+    Ok(PlannedPath {
+        length: path_planning::length(&waypoints),
+        waypoints,
+        program: text,
+        distance: distance.is_finite().then_some(distance),
+        time: run.result.time,
+        planning_time,
+        warnings,
+    })
+}
+
+/// The scene of the settings, with what is held on the flange.
+fn scene_with_held(
+    config: &ControllerConfig,
+    options: &PlanOptions,
+) -> Result<CollisionScene, PlanError> {
+    let mut scene = collision_scene(config)?;
+    let Some(name) = &options.held else {
+        return Ok(scene);
+    };
+    let flange = scene.model().flange_pose(&config.home);
+    match scene.obstacle(name).map(|id| (id, scene.place(id))) {
+        Some((id, Some(ObstaclePlace::Standing(pose)))) => {
+            scene.set_place(id, ObstaclePlace::Held(flange.inverse() * pose));
+            Ok(scene)
+        }
+        _ => {
+            let names: Vec<&str> = scene.obstacle_names().collect();
+            Err(PlanError::Request(format!(
+                "there is nothing called {name:?} in the cell that could be held; there is {}",
+                match names.is_empty() {
+                    true => "nothing".to_owned(),
+                    false => names.join(", "),
+                }
+            )))
+        }
+    }
+}
+
+struct PathPlanner<'a> {
+    config: &'a ControllerConfig,
+    options: &'a PlanOptions,
+    scene: &'a CollisionScene,
+}
+
+impl PathPlanner<'_> {
+    /// Joint positions that were typed are within the ranges of the joints.
+    fn check_request(&self) -> Result<(), PlanError> {
+        let limits = self.scene.model().limits();
+        let target = match &self.options.target {
+            PathTarget::Joints(q) => Some(("the target", *q)),
+            PathTarget::Pose(_) => None,
+        };
+        let named = [("the start", self.config.home)].into_iter().chain(target);
+        let via = self.options.via.iter().map(|q| ("a via position", *q));
+        for (name, q) in named.chain(via) {
+            if let Some((joint, value)) = limits.position_violation(&q) {
+                return Err(PlanError::Request(format!(
+                    "{name} has joint {} at {value} rad, allowed is {:.4} to {:.4} rad",
+                    joint + 1,
+                    limits.position_min[joint],
+                    limits.position_max[joint]
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the path may end.
+    fn goals(&self) -> Result<Vec<Goal>, PlanError> {
+        let model = self.scene.model();
+        let tcp = Pose::from_rpy(&self.config.tcp);
+        let targets = match &self.options.target {
+            PathTarget::Joints(q) => vec![*q],
+            PathTarget::Pose(pose) => {
+                let pose = Pose::from_rpy(pose);
+                let near = self.options.via.last().unwrap_or(&self.config.home);
+                let all = goals::joint_positions_of(model, &pose, &tcp, near);
+                if all.is_empty() {
+                    let detail = match model.inverse_all(&pose, &tcp).is_empty() {
+                        true => format!(
+                            "no joint positions bring the TCP to {}: it is out of the arm's reach; with another base \
+                             pose or a longer tool (--tcp) it may not be",
+                            self.options.target
+                        ),
+                        false => format!(
+                            "every way to bring the TCP to {} needs a joint beyond its range",
+                            self.options.target
+                        ),
+                    };
+                    return Err(no_path(NoPathReason::OutOfReach, detail));
+                }
+                all
+            }
+        };
+        if self.options.approach <= 0.0 {
+            let goal = |q| Goal {
+                target: q,
+                before_line: q,
+            };
+            return Ok(targets.into_iter().map(goal).collect());
+        }
+        let (mut found, mut touching) = (Vec::new(), None);
+        for target in targets {
+            let length = self.options.approach;
+            let Some(places) = goals::before_line(model, &tcp, &target, length) else {
+                continue;
+            };
+            match goals::touches_on_line(self.scene, &places) {
+                Some(names) => touching = touching.or(Some(names)),
+                None => found.push(Goal {
+                    target,
+                    before_line: places[places.len() - 1],
+                }),
+            }
+        }
+        if !found.is_empty() {
+            return Ok(found);
+        }
+        let millimetres = self.options.approach * 1e3;
+        Err(match touching {
+            Some((a, b)) => no_path(
+                NoPathReason::GoalInCollision,
+                format!(
+                    "{a} touches {b} on the last {millimetres:.0} mm, on every line to the target"
+                ),
+            ),
+            None => no_path(
+                NoPathReason::OutOfReach,
+                format!(
+                    "the arm cannot follow the last {millimetres:.0} mm to the target on a line; --approach is shorter or 0"
+                ),
+            ),
+        })
+    }
+
+    /// The search's reasons in sentences.
+    fn explain(&self, error: PathError) -> PlanError {
+        let named = |pair| {
+            let (a, b) = self.scene.names(pair);
+            format!("{a} touches {b}")
+        };
+        match error {
+            PathError::StartInCollision { pair } => no_path(
+                NoPathReason::StartInCollision,
+                format!(
+                    "{} at the start; what may touch is named by [[touch]] in the cell file",
+                    named(pair)
+                ),
+            ),
+            PathError::GoalInCollision { pairs } => {
+                let mut names: Vec<String> = pairs.into_iter().map(named).collect();
+                names.sort();
+                names.dedup();
+                no_path(
+                    NoPathReason::GoalInCollision,
+                    format!(
+                        "{} at the goal; what may touch is named by [[touch]] in the cell file",
+                        names.join(", ")
+                    ),
+                )
+            }
+            PathError::ViaInCollision { number, pair } => no_path(
+                NoPathReason::NoPath,
+                format!("{} at via position {number}", named(pair)),
+            ),
+            PathError::NotFound {
+                tries,
+                out_of_time,
+                in_the_way,
+            } => {
+                let mut names = Vec::new();
+                for pair in in_the_way {
+                    let (a, b) = self.scene.names(pair);
+                    let name = format!("{a} and {b}");
+                    if names.len() < 3 && !names.contains(&name) {
+                        names.push(name);
+                    }
+                }
+                let ended = match out_of_time {
+                    true => format!(
+                        "after {} s and {tries} tries",
+                        self.options.time.as_secs_f64()
+                    ),
+                    false => format!("in {tries} tries"),
+                };
+                let advice = match out_of_time {
+                    true => "; --time gives it longer",
+                    false => "; a position in --via or a smaller --margin may help",
+                };
+                no_path(
+                    NoPathReason::NoPath,
+                    format!(
+                        "no path was found {ended}; most often in the way were {}{advice}",
+                        names.join("; ")
+                    ),
+                )
+            }
+            other => PlanError::Request(other.to_string()),
+        }
+    }
+
+    /// Blend radii as large as the pieces of the path allow, for every waypoint.
+    fn first_radii(&self, waypoints: &[JointPositions], via: &[usize]) -> Vec<f64> {
+        let tcp = Pose::from_rpy(&self.config.tcp);
+        let model = self.scene.model();
+        let place = |q: &JointPositions| model.tcp_pose(q, &tcp).translation;
+        let mut radii = vec![0.0; waypoints.len()];
+        for number in 1..waypoints.len().saturating_sub(1) {
+            let ends = [number - 1, number + 1];
+            let pieces = ends.map(|end| {
+                let way = (place(&waypoints[end]) - place(&waypoints[number])).norm();
+                let turn = waypoints[end].distance_squared(&waypoints[number]).sqrt();
+                match via.contains(&number) && turn > 0.0 {
+                    true => (way * VIA_ZONE / turn).min(way * BLEND_SHARE),
+                    false => way * BLEND_SHARE,
+                }
+            });
+            radii[number] = rounded(pieces[0].min(pieces[1]).min(BLEND_MAX));
+        }
+        radii
+    }
+
+    /// Drives the path, with smaller blends where they come too near to something.
+    fn drive(
+        &self,
+        waypoints: &[JointPositions],
+        radii: &mut [f64],
+        least_allowed: f64,
+        keep_going: &mut dyn FnMut() -> bool,
+    ) -> Result<(String, ClearanceRun), PlanError> {
+        let line_to = (self.options.approach > 0.0).then(|| match &self.options.target {
+            PathTarget::Pose(pose) => pose.to_array(),
+            PathTarget::Joints(q) => {
+                let tcp = Pose::from_rpy(&self.config.tcp);
+                self.scene.model().tcp_pose(q, &tcp).to_rpy().to_array()
+            }
+        });
+        for attempt in 0..=BLEND_RUNS {
+            if attempt == BLEND_RUNS {
+                radii.fill(0.0);
+            }
+            let program = ProgramOfPath {
+                corners: waypoints,
+                radii,
+                line_to,
+                speed: self.options.speed,
+                acceleration: self.options.acceleration,
+                tcp: self.config.tcp.to_array(),
+            };
+            let text = program.text();
+            let source = ProgramText {
+                name: "the planned path".to_owned(),
+                text: text.clone(),
+            };
+            let scene = self.scene.clone();
+            let run = measure_in(
+                scene,
+                self.config,
+                source,
+                &MeasureOptions::default(),
+                keep_going,
+            )?;
+            if run.end != MeasuredEnd::Finished {
+                return Err(no_path(
+                    NoPathReason::NoPath,
+                    format!(
+                        "a path was found, but the controller does not drive it: {}",
+                        run.end
+                    ),
+                ));
+            }
+            let lines: Vec<u32> = (0..waypoints.len())
+                .map(|corner| program.line_of_corner(corner))
+                .collect();
+            let near: Vec<usize> = (1..waypoints.len())
+                .filter(|corner| {
+                    let rows = run.rows.iter().filter(|row| row.line == lines[*corner]);
+                    rows.map(|row| row.distance()).fold(f64::INFINITY, f64::min) < least_allowed
+                })
+                .collect();
+            if near.is_empty() {
+                return Ok((text, run));
+            }
+            // The blend into a motion is at the corner before it; the piece itself is proven.
+            let mut is_smaller = false;
+            for corner in near {
+                for blend in [corner - 1, corner] {
+                    if radii[blend] > 0.0 {
+                        radii[blend] = rounded(radii[blend] * 0.6);
+                        is_smaller = true;
+                    }
+                }
+            }
+            if !is_smaller {
+                let nearest = run.nearest().and_then(|row| row.least.clone());
+                let nearest = nearest.map_or_else(String::new, |least| {
+                    format!(
+                        ": {} comes within {:.1} mm of {}",
+                        least.a,
+                        least.distance * 1e3,
+                        least.b
+                    )
+                });
+                return Err(no_path(
+                    NoPathReason::NoPath,
+                    format!(
+                        "a path was found, but driven it does not keep the margin{nearest}; a smaller --margin may help"
+                    ),
+                ));
+            }
+        }
+        Err(no_path(
+            NoPathReason::NoPath,
+            "a path was found, but driven it does not keep the margin",
+        ))
+    }
+}
+
+/// A radius in whole tenths of a millimetre, 0 for a small one.
+fn rounded(radius: f64) -> f64 {
+    match radius < BLEND_MIN {
+        true => 0.0,
+        false => (radius * 1e4).floor() / 1e4,
+    }
+}

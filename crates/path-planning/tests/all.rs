@@ -1,0 +1,12 @@
+//! The scene, the tracker and the planner as their users see them.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "test helpers fail by panicking"
+)]
+
+mod planner;
+mod scene;
+mod scenes;
+mod tracker;

@@ -1,0 +1,109 @@
+//! Commands about clear paths: `clearance`, `plan`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use controller::options::HomeJoints;
+use controller::planned_path::{DEFAULT_ACCELERATION, DEFAULT_SPEED, PathTarget};
+
+use super::{ControllerArgs, FindingFormat, RunArgs};
+
+/// Options of `clearance`.
+#[derive(Args, Clone, Debug)]
+pub struct ClearanceArgs {
+    /// The distance that every motion has to keep, m
+    #[arg(long, value_name = "M", default_value = "0", value_parser = margin, allow_negative_numbers = true)]
+    pub margin: f64,
+    /// For people, or one JSON object a motion and one for all
+    #[arg(long, value_enum, default_value_t)]
+    pub format: FindingFormat,
+    /// Draw the least distance over time
+    #[arg(long, value_name = "FILE.png")]
+    pub plot: Option<PathBuf>,
+    /// Longest simulated time of the program, s
+    #[arg(long, value_name = "S", default_value = "600", value_parser = seconds, allow_negative_numbers = true)]
+    pub timeout: f64,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub run: RunArgs,
+}
+
+/// Options of `plan`.
+#[derive(Args, Clone, Debug)]
+pub struct PlanArgs {
+    /// Where the path ends: six joint positions in rad, or a pose of the TCP in m and rad, 'p[x,y,z,Rx,Ry,Rz]'
+    #[arg(long, value_name = "q1,…,q6|p[…]", allow_hyphen_values = true)]
+    pub to: PathTarget,
+    /// Where the path begins, rad [default: --home]
+    #[arg(long, value_name = "q1,…,q6", allow_hyphen_values = true)]
+    pub from: Option<HomeJoints>,
+    /// Joint positions that the path passes; repeat it for more, in this order
+    #[arg(long, value_name = "q1,…,q6", allow_hyphen_values = true)]
+    pub via: Vec<HomeJoints>,
+    /// The distance that is kept, m
+    #[arg(long, value_name = "M", default_value = "0.01", value_parser = margin, allow_negative_numbers = true)]
+    pub margin: f64,
+    /// Longest search, s of this machine's time
+    #[arg(long, value_name = "S", default_value = "5", value_parser = search_time, allow_negative_numbers = true)]
+    pub time: Duration,
+    /// Something of the cell that hangs on the flange, as it lies when the arm is at the start
+    #[arg(long, value_name = "NAME")]
+    pub held: Option<String>,
+    /// The last piece is a line along the z axis of the tool of this length, m
+    #[arg(long, value_name = "D", default_value = "0", value_parser = approach, allow_negative_numbers = true)]
+    pub approach: f64,
+    /// Joint speed of the program, rad/s
+    #[arg(long, value_name = "V", default_value_t = DEFAULT_SPEED, value_parser = positive, allow_negative_numbers = true)]
+    pub speed: f64,
+    /// Joint acceleration of the program, rad/s²
+    #[arg(long, value_name = "A", default_value_t = DEFAULT_ACCELERATION, value_parser = positive, allow_negative_numbers = true)]
+    pub acceleration: f64,
+    /// For people, or one JSON object
+    #[arg(long, value_enum, default_value_t)]
+    pub format: FindingFormat,
+    /// Write the program there; without it the program is printed
+    #[arg(short, value_name = "FILE.script")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub shared: ControllerArgs,
+}
+
+/// Largest margin and approach, m: beyond it nothing can be planned for an arm.
+const LENGTH_MAX: f64 = 10.0;
+/// Longest simulated time, s.
+const SIMULATED_MAX: f64 = 86_400.0;
+/// Longest search, s.
+const SEARCH_MAX: f64 = 3600.0;
+
+fn number(text: &str, allowed: core::ops::RangeInclusive<f64>, unit: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(number) if allowed.contains(&number) => Ok(number),
+        _ => Err(format!(
+            "allowed are numbers from {} to {} {unit}",
+            allowed.start(),
+            allowed.end()
+        )),
+    }
+}
+
+fn margin(text: &str) -> Result<f64, String> {
+    number(text, 0.0..=LENGTH_MAX, "m")
+}
+
+fn approach(text: &str) -> Result<f64, String> {
+    number(text, 0.0..=LENGTH_MAX, "m")
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    number(text, 0.001..=SIMULATED_MAX, "s")
+}
+
+fn search_time(text: &str) -> Result<Duration, String> {
+    number(text, 0.001..=SEARCH_MAX, "s").map(Duration::from_secs_f64)
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text, 0.001..=100.0, "")
+}

@@ -1,0 +1,204 @@
+//! `eliteserver clearance`: how near every motion of a program comes to anything.
+
+use std::io::Write;
+
+use controller::clearance::{ClearanceRun, MeasureOptions, MeasuredEnd, MotionClearance, measure};
+use serde_json::{Value as Json, json};
+
+use crate::cli::{ClearanceArgs, FindingFormat, RunArgs};
+use crate::command::{CommandError, CommandResult, CommandStatus};
+use crate::commands::check::read_script;
+use crate::config::RunConfig;
+use crate::logging;
+use crate::ports::escape::EscapedText;
+use crate::shutdown::Shutdown;
+
+/// Exit status: 0 every distance is at least the margin, 1 one is not, or the program failed, 2 it cannot be run.
+///
+/// # Errors
+/// What kept the program from being run.
+pub fn clearance(args: &ClearanceArgs, config: &RunConfig) -> CommandResult {
+    refuse_ignored(&args.run, "clearance")?;
+    let shutdown = Shutdown::start(CommandStatus::NotDone)?;
+    let program = read_script(&config.file).map_err(CommandError::sentence)?;
+    if config.robot.cell.is_none() {
+        logging::say(
+            "eliteserver: there is no --cell: only the links and the tool are measured, against each other",
+        );
+    }
+    let mut keep_going = || !shutdown.token().is_cancelled();
+    let options = MeasureOptions {
+        presets: config.presets.clone(),
+        limit: args.timeout,
+        has_history: args.plot.is_some(),
+    };
+    let run = measure(&config.robot, program, &options, &mut keep_going)?;
+    let mut out = std::io::stdout().lock();
+    let text = match args.format {
+        FindingFormat::Human => table(&run, args.margin),
+        FindingFormat::Json => lines(&run, args.margin),
+    };
+    // Whoever reads may have seen enough; the status still tells.
+    let _ = out.write_all(text.as_bytes());
+    if let Some(path) = &args.plot {
+        crate::plot::clearance::draw(path, &run, args.margin)?;
+    }
+    if let Some(report) = run.result.report.as_deref() {
+        logging::say(report.trim_end());
+    }
+    match &run.end {
+        MeasuredEnd::Finished => {}
+        end => logging::say(&format!(
+            "eliteserver: {}: {}",
+            EscapedText(&config.file.display().to_string()),
+            EscapedText(&end.to_string())
+        )),
+    }
+    Ok(status(&run, args.margin))
+}
+
+/// What the run says of the program.
+fn status(run: &ClearanceRun, margin: f64) -> CommandStatus {
+    match run.end {
+        MeasuredEnd::Finished => CommandStatus::of_answer(run.distance() >= margin),
+        MeasuredEnd::Failed { .. } => CommandStatus::Negative,
+        _ => CommandStatus::NotDone,
+    }
+}
+
+/// Options of a robot that make no sense where the arm is ideal and time simulated.
+///
+/// # Errors
+/// A sentence that names the option.
+pub(crate) fn refuse_ignored(args: &RunArgs, command: &str) -> Result<(), CommandError> {
+    use controller::options::{ClockChoice, PlantChoice};
+    let shared = &args.shared;
+    let wrong = match () {
+        () if shared
+            .plant
+            .is_some_and(|plant| plant != PlantChoice::Ideal) =>
+        {
+            Some("--plant: the arm is always ideal here, so that the path is measured")
+        }
+        () if shared.clock == Some(ClockChoice::Realtime) => {
+            Some("--clock: time is always simulated here")
+        }
+        () if shared.record.is_some() => Some("--record: nothing is recorded; run --record does"),
+        () if shared.log_dir.is_some() => Some("--log-dir: no log files are written"),
+        () => None,
+    };
+    match wrong {
+        Some(text) => Err(CommandError::sentence(format!(
+            "{command} does not take {text}"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// A motion for machines.
+pub(crate) fn row(motion: &MotionClearance) -> Json {
+    let least = motion.least.as_ref();
+    json!({
+        "line": motion.line,
+        "node": motion.node,
+        "kind": motion.kind,
+        "distance": least.map(|least| least.distance),
+        "a": least.map(|least| &least.a),
+        "b": least.map(|least| &least.b),
+        "time": least.map(|least| least.time),
+        "tcp": least.map(|least| least.tcp),
+        "joint_margin": motion.joint_margin,
+        "singularity": motion.singularity,
+    })
+}
+
+/// What holds of the whole program, for machines.
+pub(crate) fn summary(run: &ClearanceRun, margin: f64) -> Json {
+    let nearest = run.nearest();
+    let least = nearest.and_then(|row| row.least.as_ref());
+    let mut summary = json!({
+        "summary": true,
+        "ok": status(run, margin) == CommandStatus::Success,
+        "distance": least.map(|least| least.distance),
+        "a": least.map(|least| &least.a),
+        "b": least.map(|least| &least.b),
+        "line": nearest.map(|row| row.line),
+        "motions": run.rows.len(),
+    });
+    if run.end != MeasuredEnd::Finished {
+        summary["error"] = run.end.to_string().into();
+    }
+    summary
+}
+
+fn lines(run: &ClearanceRun, margin: f64) -> String {
+    let rows = run.rows.iter().map(row);
+    let lines = rows.chain([summary(run, margin)]);
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
+/// For people: a line a motion, and one for all.
+pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
+    let mut text = String::new();
+    if !run.rows.is_empty() {
+        text.push_str(
+            "line  motion      distance  between                       at       joint range  singular value\n",
+        );
+    }
+    for row in &run.rows {
+        let (distance, between, time) = match &row.least {
+            Some(least) => (
+                format!("{:.1} mm", least.distance * 1e3),
+                format!("{} and {}", EscapedText(&least.a), EscapedText(&least.b)),
+                format!("{:.3} s", least.time),
+            ),
+            None => ("–".to_owned(), String::new(), String::new()),
+        };
+        let mark = match row.distance() {
+            distance if distance < 0.0 => "  touches",
+            distance if distance < margin => "  too near",
+            _ => "",
+        };
+        let node = row
+            .node
+            .as_deref()
+            .map(|node| format!("  {}", EscapedText(node)));
+        text.push_str(&format!(
+            "{:>4}  {:<8} {:>11}  {:<28} {:>9} {:>9.2} rad {:>10.3}{mark}{}\n",
+            row.line,
+            row.kind,
+            distance,
+            between,
+            time,
+            row.joint_margin,
+            row.singularity,
+            node.unwrap_or_default()
+        ));
+    }
+    let motions = match run.rows.len() {
+        1 => "1 motion".to_owned(),
+        count => format!("{count} motions"),
+    };
+    let said = match run
+        .nearest()
+        .and_then(|row| Some((row, row.least.as_ref()?)))
+    {
+        None => format!("{motions}, nothing that could be touched\n"),
+        Some((row, least)) => {
+            let names = format!("{} and {}", EscapedText(&least.a), EscapedText(&least.b));
+            let place = format!("in line {} at {:.3} s", row.line, least.time);
+            match least.distance < 0.0 {
+                true => format!(
+                    "{motions}: {names} run {:.1} mm into each other {place}\n",
+                    -least.distance * 1e3
+                ),
+                false => format!(
+                    "{motions}, least distance {:.1} mm: {names} {place}\n",
+                    least.distance * 1e3
+                ),
+            }
+        }
+    };
+    text.push_str(&said);
+    text
+}
