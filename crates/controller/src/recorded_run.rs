@@ -13,6 +13,7 @@ use recorder::{ArgumentError, CommandMessage, ReadError, Recording, RecordingEnt
 use thiserror::Error;
 
 use crate::cell::{Cell, CellError};
+use crate::cell_world::WorldInputs;
 use crate::external_topic;
 use crate::register_write::RegisterWrite;
 use crate::start_configuration::{ROBOT, SetupError};
@@ -129,6 +130,7 @@ pub struct RecordedRun {
     pub(crate) writes: VecDeque<RegisterWrite>,
     programs: BTreeMap<ProgramId, ProgramText>,
     externals: Vec<ExternalInput>,
+    pub(crate) world_inputs: WorldInputs,
     decoded: Vec<(u64, motion_api::Command)>,
     last_cycle: u64,
 }
@@ -145,6 +147,7 @@ impl RecordedRun {
             writes: VecDeque::new(),
             programs: BTreeMap::new(),
             externals: externals(recording)?,
+            world_inputs: WorldInputs::read(recording)?,
             decoded: Vec::new(),
             last_cycle: 0,
         };

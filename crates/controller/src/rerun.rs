@@ -107,7 +107,11 @@ impl RerunController {
         look: CycleCallback,
     ) -> Result<Self, StartError> {
         let repeat = run.repeat();
-        let prepared = PreparedController::of_recording(run.setup(), repeat.clone())?;
+        let prepared = PreparedController::of_recording(
+            run.setup(),
+            repeat.clone(),
+            run.world_inputs.clone(),
+        )?;
         let (port, registers) = prepared.command_inputs();
         let snapshot = prepared.snapshot().clone();
         let left = RemainingCommands {

@@ -31,7 +31,7 @@ use supervision::ThreadSupervisor;
 use thiserror::Error;
 
 use crate::cell::{Cell, CellError};
-use crate::cell_world::{self, WorldRunner, WorldStart, surround};
+use crate::cell_world::{self, WorldInputs, WorldRunner, WorldStart, surround};
 use crate::clock::{EventPump, start_clock};
 use crate::config::ControllerConfig;
 use crate::external_topic;
@@ -286,7 +286,11 @@ impl PreparedController {
     }
 
     /// The arm and the cell of a recording, for a run that is repeated.
-    pub(crate) fn of_recording(setup: &Setup, repeat: Arc<Rerun>) -> Result<Self, StartError> {
+    pub(crate) fn of_recording(
+        setup: &Setup,
+        repeat: Arc<Rerun>,
+        world_inputs: WorldInputs,
+    ) -> Result<Self, StartError> {
         let loaded = model_of(setup)?;
         let cell = cell_of(setup).map_err(RecordedModelError::from)?;
         let cycle_config = cycle_config(setup, loaded.clone(), cell.as_ref())?;
@@ -297,11 +301,14 @@ impl PreparedController {
         let (motion_end, script_end) = motion_channel(sizes, &cycle_config.first_state());
         let model = Arc::new(cycle_config.limited_model()?);
         let cycle = ControlLoop::new(cycle_config.clone(), motion_end)?;
-        let (cycle, world) = surround(
+        let (cycle, mut world) = surround(
             cycle,
             cell.as_ref(),
             &world_start(&cycle_config, setup.seed),
         )?;
+        if let Some(world) = &mut world {
+            world.repeat(world_inputs);
+        }
         let obstacles = cell.as_ref().map(Cell::scene_obstacles).unwrap_or_default();
         let faults = ThreadSupervisor::default();
         Ok(Self {

@@ -118,6 +118,8 @@ pub const MAX_GRIPPERS: usize = 8;
 pub struct WorldInput {
     /// Number of the cycle.
     pub cycle: u64,
+    /// Number of the cycle whose result this one had.
+    pub seen: u64,
     /// The six joint frames in the base frame.
     pub base_from_joint: [Pose; DOF],
     /// The flange in the base frame.
@@ -207,9 +209,10 @@ impl WorldPort {
     }
 
     /// Gives the end of a cycle to the world. One that is too far behind misses it.
-    pub fn send(&mut self, input: &WorldInput) {
+    pub fn send(&mut self, input: WorldInput) {
+        let seen = self.latest.cycle;
         // What does not fit shows as late cycles.
-        let _ = self.to_world.push(*input);
+        let _ = self.to_world.push(WorldInput { seen, ..input });
     }
 }
 
@@ -274,7 +277,7 @@ mod tests {
         let late = world.late_cycles();
         assert_eq!((port.receive(1).cycle, late.count()), (0, 0));
         for cycle in 1..=2 {
-            port.send(&WorldInput {
+            port.send(WorldInput {
                 cycle,
                 ..WorldInput::default()
             });

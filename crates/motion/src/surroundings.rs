@@ -128,8 +128,9 @@ impl ControlLoop {
             at_flange.force = at_tcp.force;
             at_flange.moment = at_tcp.moment + lever.cross(&at_tcp.force);
         }
-        world.port.send(&WorldInput {
+        world.port.send(WorldInput {
             cycle: self.out.cycle,
+            seen: 0,
             base_from_joint: frames.base_from_joint,
             base_from_flange: frames.base_from_flange,
             outputs: self.io.output_levels(),

@@ -8,7 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use controller::CellWorld;
 use controller::cell::point::IoPointName;
+use controller::cell_world::WorldOrder;
 use controller::condition::{Condition, ConditionError};
 use controller::io_values::{PointChange, PointReading, PointValue};
 use controller::{
@@ -288,9 +290,16 @@ impl NativeController {
             let condition =
                 Condition::new("condition", &condition).map_err(RunUntilError::Condition)?;
             let mut cycle = CycleMessage::default();
+            let world = inner
+                .controller()
+                .world()
+                .filter(|_| condition.uses_world());
             inner.advance_until(
                 |state| {
                     cycle.set_from_state(state);
+                    if let Some(world) = world {
+                        condition.set_world(Some(world.facts()));
+                    }
                     let held = inner
                         .collector()
                         .follower()
@@ -436,6 +445,58 @@ impl NativeController {
             .map_err(|full| PyRuntimeError::new_err(full.to_string()))
     }
 
+    /// Parts of the cell that are there: name, pose, speed, gripper that holds it. None where the cell has no parts.
+    fn parts(&self) -> PyResult<Option<Vec<PartRow>>> {
+        let inner = self.open()?;
+        let Some(world) = inner.controller().world() else {
+            return Ok(None);
+        };
+        let facts = world.facts();
+        let parts = facts.parts();
+        let row = |part: &controller::cell_world::topic::PartRow| {
+            (
+                part.name.clone(),
+                part.pose,
+                part.speed,
+                part.held_by.clone(),
+            )
+        };
+        Ok(Some(parts.map(row).collect()))
+    }
+
+    /// Numbers of parts that a sink has removed.
+    fn count(&self, sink: &str) -> PyResult<u64> {
+        let inner = self.open()?;
+        let count = world_of(&inner)?.facts().count(sink);
+        count.ok_or_else(|| PyValueError::new_err(format!("there is no sink {sink:?}")))
+    }
+
+    /// Puts a part somewhere, at rest.
+    fn place(&self, name: String, pose: [f64; 6]) -> PyResult<()> {
+        self.world_order(WorldOrder::Place { name, pose }).map(drop)
+    }
+
+    /// Takes a part out of the world.
+    fn remove(&self, name: String) -> PyResult<()> {
+        self.world_order(WorldOrder::Remove { name }).map(drop)
+    }
+
+    /// Puts another part of a template into the world; its name.
+    fn add(&self, template: String, pose: [f64; 6]) -> PyResult<String> {
+        let added = self.world_order(WorldOrder::Add { template, pose })?;
+        Ok(added.unwrap_or_default())
+    }
+
+    /// Lets something go wrong, for ever without a duration.
+    fn fault(&self, what: String, name: String, duration: Option<f64>) -> PyResult<()> {
+        let fault = WorldOrder::Fault {
+            what,
+            name,
+            duration,
+        };
+        self.world_order(fault).map(drop)
+    }
+
     /// The file that is being recorded.
     fn recording_path(&self) -> PyResult<Option<std::path::PathBuf>> {
         let inner = self.open()?;
@@ -472,6 +533,23 @@ impl NativeController {
 }
 
 /// Ends a controller once those that only look at it have let it go.
+/// Name, pose, speed in m/s, and the gripper that holds it.
+type PartRow = (String, [f64; 6], f64, Option<String>);
+
+fn world_of(inner: &SteppedController) -> PyResult<&CellWorld> {
+    let world = inner.controller().world();
+    world.ok_or_else(|| PyRuntimeError::new_err("the cell has no parts"))
+}
+
+impl NativeController {
+    /// Tells the world something between two cycles.
+    fn world_order(&self, order: WorldOrder) -> PyResult<Option<String>> {
+        let inner = self.open()?;
+        let done = world_of(&inner)?.order(order);
+        done.map_err(|error| PyValueError::new_err(error.to_string()))
+    }
+}
+
 fn shut_down(inner: Arc<SteppedController>) -> Result<bool, SteppedError> {
     let mut shared = inner;
     loop {

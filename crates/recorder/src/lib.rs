@@ -45,7 +45,7 @@ mod writer;
 
 pub use arguments::ArgumentError;
 pub use chunks::{CHUNK_BYTES, CHUNK_SECS};
-pub use compare::{Difference, difference, difference_ignoring};
+pub use compare::{Difference, FieldDifference, difference, difference_ignoring};
 pub use cycle::{CycleError, CycleMessage, FieldValue};
 pub use extra::{CustomTopic, CustomTopicId};
 pub use handle::{RecorderHandle, RecorderMetrics};

@@ -3,10 +3,8 @@
 //! A test and the world take turns, so what a test changes is there before the next cycle.
 
 use controller::CellWorld;
-use controller::cell::world::fault_of;
-use controller::cell_world::{FingerState, OrderError};
+use controller::cell_world::{FingerState, OrderError, WorldOrder};
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
-use kinematics::{Pose, RpyPose};
 
 use crate::test_object::{CallContext, argument_error, number, text};
 
@@ -126,28 +124,30 @@ pub(crate) fn count(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResu
     }
 }
 
+fn order(site: &CallContext, call: &NativeCall<'_>, order: WorldOrder) -> NativeResult {
+    match world(site, call)?.order(order) {
+        Ok(None) => Ok(Value::None),
+        Ok(Some(name)) => Ok(Value::str(name)),
+        Err(error) => Err(argument_error(call, error.to_string())),
+    }
+}
+
 /// `place(name, pose)`
 pub(crate) fn place(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let (name, pose) = (text(call, 0, "name")?, pose(call, 1)?);
-    let placed = world(site, call)?.lock().place(&name, &pose);
-    placed.map_err(|error| refused(call, &error))?;
-    Ok(Value::None)
+    order(site, call, WorldOrder::Place { name, pose })
 }
 
 /// `remove(name)`
 pub(crate) fn remove(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let name = text(call, 0, "name")?;
-    let removed = world(site, call)?.lock().remove(&name);
-    removed.map_err(|error| refused(call, &error))?;
-    Ok(Value::None)
+    order(site, call, WorldOrder::Remove { name })
 }
 
 /// `add(template, pose)`: the name of the new part.
 pub(crate) fn add(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let (template, pose) = (text(call, 0, "template")?, pose(call, 1)?);
-    let added = world(site, call)?.lock().add(&template, &pose);
-    let name = added.map_err(|error| refused(call, &error))?;
-    Ok(Value::str(&*name))
+    order(site, call, WorldOrder::Add { template, pose })
 }
 
 /// `fault(what, name, duration=None)`
@@ -157,21 +157,23 @@ pub(crate) fn fault(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResu
         None | Some(Value::None) => None,
         Some(_) => Some(number(call, 2, "duration", (1e-6, DURATION_MAX), None)?),
     };
-    let fault = fault_of(&what, &name).map_err(|sentence| argument_error(call, sentence))?;
-    let done = world(site, call)?.lock().fail(fault, duration);
-    done.map_err(|error| refused(call, &error))?;
-    Ok(Value::None)
+    let fault = WorldOrder::Fault {
+        what,
+        name,
+        duration,
+    };
+    order(site, call, fault)
 }
 
 /// Six numbers, as poses of scripts.
-fn pose(call: &NativeCall<'_>, index: usize) -> NativeResult<Pose> {
+fn pose(call: &NativeCall<'_>, index: usize) -> NativeResult<[f64; 6]> {
     let given = call.arg(index).cloned().unwrap_or_default();
     let numbers = given.as_items().and_then(|items| {
         let numbers: Option<Vec<f64>> = items.iter().map(Value::as_f64).collect();
         <[f64; 6]>::try_from(numbers?).ok()
     });
     match numbers.filter(|numbers| numbers.iter().all(|x| x.abs() <= COORDINATE_MAX)) {
-        Some(numbers) => Ok(Pose::from_rpy(&RpyPose::from_array(numbers))),
+        Some(numbers) => Ok(numbers),
         None => {
             let shown = call.repr(&given)?;
             let text = format!(

@@ -5,13 +5,15 @@
 //! a thread of its own ([`crate::clock`]).
 
 pub mod facts;
+pub mod orders;
 pub mod part_names;
 pub mod topic;
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use motion::{ControlLoop, WorldSetup};
-use motion_api::{LateCycles, WorldEndpoint, world_channel};
+use motion_api::{LateCycles, WorldEndpoint, WorldInput, WorldOutput, world_channel};
 use nalgebra::Vector3;
 use parking_lot::{Mutex, MutexGuard};
 use recorder::RecorderHandle;
@@ -22,6 +24,7 @@ use crate::cell::Cell;
 use crate::cell::world::WorldSettings;
 use facts::WorldFacts;
 use kinematics::RobotModel;
+pub use orders::{WorldInputs, WorldOrder, WorldOrderError};
 use topic::{WorldChanges, WorldMessage};
 
 /// The world around a controller's arm, shared by all who look at it.
@@ -33,6 +36,8 @@ struct Shared {
     world: Mutex<World>,
     late: LateCycles,
     followers: Mutex<Vec<WorldFollower>>,
+    /// Orders that are not in the recording yet, with the cycle after which they came.
+    told: Mutex<Vec<(u64, WorldOrder)>>,
 }
 
 /// Is told what is new in the world after a cycle.
@@ -47,6 +52,17 @@ impl CellWorld {
     /// What the cell file says.
     pub fn description(&self) -> &WorldDescription {
         &self.0.description
+    }
+
+    /// Carries an order out between two cycles; the name of the part that was added.
+    ///
+    /// # Errors
+    /// What is wrong with the order, in a sentence.
+    pub fn order(&self, order: WorldOrder) -> Result<Option<String>, WorldOrderError> {
+        let mut world = self.lock();
+        let added = order.carry_out(&mut world)?;
+        self.0.told.lock().push((world.state().cycle, order));
+        Ok(added)
     }
 
     /// Tells `follower` of everything from now on, first of all that there is. Called on the thread that moves the world.
@@ -82,20 +98,64 @@ pub struct WorldRunner {
     endpoint: WorldEndpoint,
     changes: WorldChanges,
     recording: Option<RecorderHandle>,
+    /// A recorded run that is repeated, and results that the next cycle must not have yet.
+    repeat: Option<(WorldInputs, VecDeque<WorldOutput>)>,
 }
 
 impl WorldRunner {
     /// Moves the world by all cycles that wait.
     pub fn run_waiting(&mut self) {
         while let Some(input) = self.endpoint.next_cycle() {
+            self.record_orders(input.cycle);
             let mut world = self.world.lock();
+            if let Some((inputs, _)) = &mut self.repeat {
+                while let Some(order) = inputs.next_order(input.cycle) {
+                    // Carried out when it was recorded, so it is now.
+                    let _ = order.carry_out(&mut world);
+                }
+            }
             let output = *world.step(&input);
-            self.endpoint.answer(&output);
-            if let Some(message) = self.changes.next(input.cycle, world.state()) {
-                drop(world);
+            let change = self.changes.next(input.cycle, world.state());
+            drop(world);
+            self.answer(&input, output);
+            let is_late = input.seen + 1 < input.cycle;
+            if change.is_some() || is_late {
+                let mut message = change.unwrap_or_default();
+                message.cycle = input.cycle;
+                message.seen = is_late.then_some(input.seen);
                 self.tell(&message);
             }
         }
+    }
+
+    /// Gives a result to the next cycle, or as late as it was when the run was recorded.
+    fn answer(&mut self, input: &WorldInput, output: WorldOutput) {
+        let Some((inputs, waiting)) = &mut self.repeat else {
+            self.endpoint.answer(&output);
+            return;
+        };
+        waiting.push_back(output);
+        let newest = inputs.newest_for(input.cycle + 1);
+        while let Some(due) = waiting.pop_front_if(|output| output.cycle <= newest) {
+            self.endpoint.answer(&due);
+        }
+    }
+
+    /// Writes what the world was told before this cycle.
+    fn record_orders(&self, cycle: u64) {
+        let told = core::mem::take(&mut *self.world.0.told.lock());
+        for (after, order) in told {
+            self.tell(&WorldMessage {
+                cycle: after.min(cycle),
+                orders: vec![order],
+                ..WorldMessage::default()
+            });
+        }
+    }
+
+    /// Repeats what the world of a recorded run was told, when it was.
+    pub fn repeat(&mut self, inputs: WorldInputs) {
+        self.repeat = Some((inputs, VecDeque::new()));
     }
 
     fn tell(&self, message: &WorldMessage) {
@@ -111,10 +171,7 @@ impl WorldRunner {
     /// Writes what moves to a recording; the state before the first cycle is written at once.
     pub fn record_to(&mut self, recording: RecorderHandle) {
         self.recording = Some(recording);
-        let first = self.changes.next(0, self.world.lock().state());
-        if let Some(first) = first {
-            self.tell(&first);
-        }
+        self.tell(&self.world.whole_state(&self.world.lock()));
     }
 
     /// The world that is moved.
@@ -182,16 +239,21 @@ pub fn surround(
         driven_inputs: world.driven_inputs(),
         ticks_per_unit: cell.world_encoders(),
     };
+    let mut changes = WorldChanges::new(&description);
+    // Everything is new before the first cycle; who follows is told so then.
+    let _ = changes.next(0, world.state());
     let runner = WorldRunner {
-        changes: WorldChanges::new(&description),
+        changes,
         world: CellWorld(Arc::new(Shared {
             description,
             world: Mutex::new(world),
             late: endpoint.late_cycles(),
             followers: Mutex::default(),
+            told: Mutex::default(),
         })),
         endpoint,
         recording: None,
+        repeat: None,
     };
     Ok((cycle.with_world(port, setup), Some(runner)))
 }

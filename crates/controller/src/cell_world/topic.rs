@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use world::{WorldDescription, WorldState};
 
+use super::orders::WorldOrder;
+
 /// Name of the topic.
 pub const TOPIC: &str = "/world";
 /// The second extra topic of a recording of ours.
@@ -34,6 +36,23 @@ pub struct WorldMessage {
     /// Poses of obstacles, by name, that an actuator has moved.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<ObstacleRow>,
+    /// What the world was told from outside after this cycle.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub orders: Vec<WorldOrder>,
+    /// Number of the cycle whose result this cycle had, where that is not the one before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen: Option<u64>,
+}
+
+impl WorldMessage {
+    /// Whether it says nothing of the state.
+    pub fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+            && self.removed.is_empty()
+            && self.lost.is_empty()
+            && self.counts.is_empty()
+            && self.obstacles.is_empty()
+    }
 }
 
 /// A part in a cycle.
@@ -106,6 +125,8 @@ pub(crate) fn topic() -> CustomTopic {
                 "lost": {"type": "array", "items": {"type": "string"}},
                 "counts": {"type": "array", "items": integer},
                 "obstacles": {"type": "array", "items": row},
+                "orders": {"type": "array", "items": {"type": "object"}},
+                "seen": integer,
             },
             "required": ["cycle"],
         })
@@ -190,12 +211,7 @@ impl WorldChanges {
             }
         }
         let is_first = before.is_none();
-        let is_empty = message.parts.is_empty()
-            && message.removed.is_empty()
-            && message.lost.is_empty()
-            && message.counts.is_empty()
-            && message.obstacles.is_empty();
-        if is_empty && !is_first {
+        if message.is_empty() && !is_first {
             return None;
         }
         self.before = Some(state.clone());

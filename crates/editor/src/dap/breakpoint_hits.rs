@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
+use controller::CellWorld;
 use controller::condition::ProgramPosition;
 use elite_lang::debug::{EvalOutcome, PausedProgram, StatementEvent};
 use elite_lang::{ThreadId, Value};
@@ -175,6 +176,9 @@ impl Probe {
                 let Some(condition) = &watch.condition else {
                     continue;
                 };
+                if condition.uses_world() {
+                    condition.set_world(self.link.world.get().map(CellWorld::facts));
+                }
                 match condition.holds(&cycle, &doing) {
                     Ok(holds) => {
                         if holds && !watch.held_before {

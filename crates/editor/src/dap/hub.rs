@@ -6,9 +6,9 @@
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use elite_runtime::debug::{DebuggedTask, DebuggerHost, TaskDebugger};
@@ -384,6 +384,7 @@ impl DebuggerHost for HubDebugger {
             seen: AtomicU64::new(0),
             line: AtomicU32::new(0),
             column: AtomicU32::new(0),
+            world: OnceLock::new(),
             events: Box::new(move |note| {
                 hub.forward_event(&note);
                 true

@@ -1,14 +1,14 @@
 //! One run of the program: a controller of its own, whose program is held by a probe. A session that steps back gives
 //! one run up and starts the next.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Arc, OnceLock};
 
 use controller::options::{ClockChoice, RecordTarget};
 use controller::recorded_run::RecordedRun;
 use controller::rerun::RerunController;
-use controller::{ControllerConfig, PreparedController, StartOptions};
+use controller::{Controller, ControllerConfig, PreparedController, StartOptions};
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::{Instrumentation, Preset, ProgramText};
 use motion_api::ProgramId;
@@ -97,6 +97,7 @@ impl Run {
             seen: AtomicU64::new(start.seen),
             line: AtomicU32::new(0),
             column: AtomicU32::new(0),
+            world: OnceLock::new(),
             events: Box::new(move |note| start.events.send(note).is_ok()),
             orders: Some(receiver).into(),
         });
@@ -191,6 +192,7 @@ fn run(link: &Arc<RunChannel>, what: RunTarget) -> Result<(), Box<dyn std::error
         ..Instrumentation::default()
     };
     let controller = prepared.start_with_timeline(teller, extras, |timeline| timeline)?;
+    show_world(link, &controller);
     controller.supervisor().set_presets(&what.presets);
     let end = controller.run_to_end(what.program, SENDER, std::future::pending());
     let fault = controller.faults().fatal().map(ToString::to_string);
@@ -204,6 +206,14 @@ fn run(link: &Arc<RunChannel>, what: RunTarget) -> Result<(), Box<dyn std::error
     }
     link.tell(RunEvent::Ended(end?));
     Ok(())
+}
+
+/// Lets breakpoints ask for the parts of the cell.
+fn show_world(link: &RunChannel, controller: &Controller) {
+    if let Some(world) = controller.world() {
+        // A run has one controller.
+        let _ = link.world.set(world.clone());
+    }
 }
 
 /// Repeats a recorded run up to the end of the program that is debugged.
@@ -220,6 +230,7 @@ fn repeat(
     let look = Box::new(move |_: &_| !wanted.is_over.load(Ordering::Acquire));
     let teller = Arc::new(OutputObserver(link.clone()));
     let repeating = RerunController::start(&recorded.run, teller, extras, look)?;
+    show_world(link, repeating.controller());
     let end = repeating.run(&recorded.run, Some(recorded.program));
     let departure = repeating.repeat().departure().map(|d| d.to_string());
     let trouble = departure.or_else(|| repeating.trouble());

@@ -1,9 +1,10 @@
 //! What passes between a session and the run it holds: orders to the thread of the program, events back.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
 use std::sync::mpsc::Receiver;
+use std::sync::{Arc, OnceLock};
 
+use controller::CellWorld;
 use elite_runtime::TaskEnd;
 use motion_api::ProgramId;
 use parking_lot::Mutex;
@@ -203,6 +204,8 @@ pub(crate) struct RunChannel {
     pub line: AtomicU32,
     /// The column of the latest statement.
     pub column: AtomicU32,
+    /// The parts of the cell, once the controller runs.
+    pub world: OnceLock<CellWorld>,
     /// Hands an event to the session; false when the session is gone.
     pub events: Box<dyn Fn(SessionEvent) -> bool + Send + Sync>,
     /// Commands from the session; taken by the program's thread.

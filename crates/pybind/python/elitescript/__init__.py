@@ -15,7 +15,7 @@ A bad shape or a number that is not finite raises ``ValueError`` that names the 
 array([-0.8175, -0.2395,  0.066 ,  1.5708,  0.    ,  0.    ])
 """
 
-from ._controller import Controller, Io, Result, State
+from ._controller import Controller, Io, Part, Result, State
 from ._elitescript import (
     ControllerClosed,
     NoSolutionError,
@@ -69,6 +69,7 @@ __all__ = [
     "ControllerClosed",
     "Io",
     "NoSolutionError",
+    "Part",
     "Recording",
     "Result",
     "Robot",

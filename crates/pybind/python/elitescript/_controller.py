@@ -6,7 +6,7 @@ import numbers
 import os
 import warnings
 from dataclasses import dataclass, field
-from typing import Any, Callable, Dict, Iterator, List, Mapping, NoReturn, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, NoReturn, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -126,6 +126,30 @@ def _point(name: object) -> str:
     if not isinstance(name, str):
         raise ValueError(f"the name of an input or output is a text, got {name!r}")
     return name
+
+
+class Part(NamedTuple):
+    """A part of the cell."""
+
+    #: x, y, z, Rx, Ry, Rz in the base frame, m and rad, (6,).
+    pose: NDArray[np.float64]
+    #: Of its centre, m/s.
+    speed: float
+    #: Name of the gripper that holds it.
+    held_by: Optional[str]
+
+
+def _name(argument: str, given: object) -> str:
+    if not isinstance(given, str):
+        raise ValueError(f"{argument} must be a text, got {given!r}")
+    return given
+
+
+def _pose(given: ArrayLike) -> List[float]:
+    array = np.asarray(given, dtype=float) if not isinstance(given, str) else np.empty(0)
+    if array.shape != (6,) or not np.isfinite(array).all():
+        raise ValueError(f"pose must be six finite numbers, got {given!r}")
+    return [float(x) for x in array]
 
 
 class Controller:
@@ -323,6 +347,32 @@ class Controller:
     def io(self) -> Io:
         """Inputs, outputs and registers by name, to be read and set."""
         return self._io
+
+    @property
+    def parts(self) -> Mapping[str, Part]:
+        """The parts of the cell that are there now, by name; empty where the cell has none."""
+        rows = self._native.parts() or []
+        return {name: Part(np.array(pose), speed, held_by) for name, pose, speed, held_by in rows}
+
+    def count(self, sink: str) -> int:
+        """How many parts a sink of the cell has removed."""
+        return self._native.count(_name("sink", sink))
+
+    def place(self, name: str, pose: ArrayLike) -> None:
+        """Puts a part somewhere, at rest: (6,), m and rad, base frame. A gripper loses it."""
+        self._native.place(_name("name", name), _pose(pose))
+
+    def remove(self, name: str) -> None:
+        """Takes a part out of the cell."""
+        self._native.remove(_name("name", name))
+
+    def add(self, template: str, pose: ArrayLike) -> str:
+        """Puts another part of a table of the cell file into the cell; its name."""
+        return self._native.add(_name("template", template), _pose(pose))
+
+    def fault(self, what: str, name: str, duration: Optional[float] = None) -> None:
+        """Lets something go wrong, as [[fault]] of the cell file does: for ``duration`` s, or for ever."""
+        self._native.fault(_name("what", what), _name("name", name), None if duration is None else float(duration))
 
     @property
     def recording(self) -> Optional[str]:

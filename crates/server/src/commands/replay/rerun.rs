@@ -4,8 +4,10 @@
 //! out the same, bit for bit. A difference is a bug in one of the two runs, or they are of different versions.
 
 use std::fmt;
+use std::sync::Arc;
 
-use controller::cell_world::{WorldError, WorldRunner, WorldStart, surround};
+use controller::cell_world::topic::{self, WorldMessage};
+use controller::cell_world::{WorldError, WorldInputs, WorldRunner, WorldStart, surround};
 use controller::command_replay::{CommandReplayError, CommandReplayer};
 use controller::recorded_run::{
     InitialSetupError, RecordedModelError, cell_of, initial_setup, model_of,
@@ -14,9 +16,10 @@ use controller::register_write::RegisterWrite;
 use controller::start_configuration::cycle_config;
 use motion::{ConfigError, ControlLoop, CycleTiming};
 use motion_api::{RingCapacities, ScriptEndpoint, motion_channel};
+use parking_lot::Mutex;
 use recorder::{
-    CommandMessage, Difference, ReadError, Recording, RecordingEntry, Setup, Topic,
-    difference_ignoring,
+    CommandMessage, Difference, FieldDifference, ReadError, Recording, RecordingEntry, Setup,
+    Topic, difference_ignoring,
 };
 use thiserror::Error;
 
@@ -113,6 +116,10 @@ impl fmt::Display for Comparison {
 /// [`RerunError`] when the recording does not tell enough to do so.
 pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
     let mut controller = RerunCycle::new(initial_setup(recording)?)?;
+    let mut recorded_world = topic::messages(recording)?;
+    if let Some(world) = &mut controller.world {
+        world.repeat(WorldInputs::read(recording)?);
+    }
     let mut commands = Vec::new();
     let mut writes = Vec::new();
     let mut compared = 0;
@@ -133,6 +140,9 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
                 if let Some(difference) = difference_ignoring(&recorded, &fresh, missing) {
                     return Ok(Comparison::Different(difference));
                 }
+                if let Some(difference) = controller.world_difference(&mut recorded_world)? {
+                    return Ok(Comparison::Different(difference));
+                }
                 compared += 1;
             }
             RecordingEntry::Script(_) | RecordingEntry::Log(_) | RecordingEntry::Variable(_) => {}
@@ -145,6 +155,8 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
 struct RerunCycle {
     cycle: ControlLoop,
     world: Option<WorldRunner>,
+    /// What was new in the world and has not been compared.
+    fresh: Arc<Mutex<Vec<WorldMessage>>>,
     script: ScriptEndpoint,
     /// The latest cycle that ran.
     latest: u64,
@@ -172,14 +184,69 @@ impl RerunCycle {
             seed: setup.seed,
         };
         let (cycle, world) = surround(cycle, cell.as_ref(), &start)?;
+        let fresh = Arc::<Mutex<Vec<WorldMessage>>>::default();
+        if let Some(world) = &world {
+            let kept = fresh.clone();
+            let keep = move |message: &WorldMessage| {
+                if !message.is_empty() {
+                    kept.lock().push(message.clone());
+                }
+            };
+            world.world().follow(Box::new(keep));
+        }
         Ok(Self {
             cycle,
             world,
+            fresh,
             script,
             latest: 0,
             missing: 0,
             feed: CommandReplayer::default(),
         })
+    }
+
+    /// What the world did otherwise than recorded, in the cycles since the last look.
+    fn world_difference(
+        &mut self,
+        recorded: &mut impl Iterator<Item = Result<WorldMessage, ReadError>>,
+    ) -> Result<Option<Difference>, RerunError> {
+        for fresh in core::mem::take(&mut *self.fresh.lock()) {
+            let expected = loop {
+                match recorded.next().transpose()? {
+                    // An order, or a world that came late: of the recorded run only.
+                    Some(message) if message.is_empty() => {}
+                    other => break other,
+                }
+            };
+            let text = |message: Option<&WorldMessage>| match message {
+                Some(WorldMessage { cycle, parts, .. }) => {
+                    format!("cycle {cycle}, {} parts moved", parts.len())
+                }
+                None => "nothing".to_owned(),
+            };
+            let is_same = expected.as_ref().is_some_and(|expected| {
+                let cycle = (
+                    expected.cycle,
+                    &expected.parts,
+                    &expected.removed,
+                    &expected.counts,
+                );
+                cycle == (fresh.cycle, &fresh.parts, &fresh.removed, &fresh.counts)
+            });
+            if !is_same {
+                return Ok(Some(Difference {
+                    cycle: fresh.cycle,
+                    fields: vec![FieldDifference {
+                        name: "world",
+                        element: None,
+                        first: text(expected.as_ref()),
+                        second: text(Some(&fresh)),
+                        magnitude: None,
+                    }],
+                }));
+            }
+        }
+        Ok(None)
     }
 
     /// Runs up to and with cycle `last`; every command goes in before the cycle that took it, every change of a
