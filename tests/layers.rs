@@ -128,6 +128,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "kinematics",
             "motion",
             "motion-api",
+            "path-planning",
             "pendant",
             "platform",
             "recorder",

@@ -4,15 +4,20 @@
 //! script was doing. Modes are their names in lower case, which are also words of their own: `safety_mode != normal`.
 //! Owns the names and their values; what to do with the answer is its callers' business.
 
+use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use elite_lang::{
     ExceptionKind, Host, Interpreter, Limits, NativeBody, NativeFunction, Param, Resume,
     ResumeOutcome, ScriptThread, ThreadId, Value, render_script_error,
 };
 use elite_syntax::{KnownNames, Severity, SourceFile, check, compile, render_human};
+use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{MotionMode, RobotMode, SafetyMode};
+use path_planning::{ClearanceTracker, CollisionScene};
 use recorder::{CycleMessage, FieldValue};
 use thiserror::Error;
 
@@ -46,6 +51,9 @@ pub enum ConditionError {
         /// The exception.
         report: String,
     },
+    /// The condition asks for distances where nothing is known of arm and cell.
+    #[error("clearance() needs the arm and its cell, which are not known here")]
+    NoScene,
     /// The condition computes too long: it is a program rather than an expression.
     #[error("the condition takes too long for one cycle")]
     StepLimit,
@@ -59,6 +67,35 @@ pub struct Condition {
     used: BTreeSet<String>,
     world: Rc<WorldFactsCell>,
     uses_world: bool,
+    /// The bits of what `clearance()` answers in this cycle, m.
+    clearance: Arc<AtomicU64>,
+    uses_clearance: bool,
+    scene: RefCell<Option<FollowedScene>>,
+}
+
+/// The arm among what stands around it, for conditions that ask for `clearance()`.
+struct FollowedScene {
+    scene: CollisionScene,
+    tracker: ClearanceTracker,
+    cycle: u64,
+}
+
+impl FollowedScene {
+    /// The least distance since the cycle before, m.
+    fn clearance(&mut self, cycle: &CycleMessage) -> Option<f64> {
+        let numbers = |values: &[f64]| <[f64; 6]>::try_from(values).ok();
+        let q = JointPositions(numbers(&cycle.actual_q)?);
+        if let Some(tcp) = numbers(&cycle.tcp_offset) {
+            self.scene
+                .set_tcp(Pose::from_rpy(&RpyPose::from_array(tcp)));
+        }
+        if self.cycle + 1 != cycle.cycle {
+            self.tracker = ClearanceTracker::default();
+        }
+        self.cycle = cycle.cycle;
+        let nearest = self.tracker.advance(&self.scene, &q, f64::INFINITY);
+        Some(nearest.map_or(f64::INFINITY, |place| place.nearest.distance))
+    }
 }
 
 /// A condition can reach nothing.
@@ -93,7 +130,8 @@ impl Condition {
         let of_the_script = ["line", "program", "command"].map(str::to_owned);
         let values: BTreeSet<String> = fields.into_iter().chain(of_the_script).collect();
         let world = Rc::new(WorldFactsCell::default());
-        let natives: Vec<NativeFunction> = [norm()]
+        let clearance = Arc::new(AtomicU64::new(f64::INFINITY.to_bits()));
+        let natives: Vec<NativeFunction> = [norm(), clearance_native(clearance.clone())]
             .into_iter()
             .chain(facts::functions(&world))
             .collect();
@@ -149,6 +187,9 @@ impl Condition {
             function,
             used,
             world,
+            clearance,
+            uses_clearance: text.contains(CLEARANCE),
+            scene: RefCell::new(None),
         })
     }
 
@@ -174,8 +215,22 @@ impl Condition {
         }
     }
 
+    /// Whether the text may ask for `clearance()`, so that [`set_scene`](Self::set_scene) is needed.
+    pub const fn uses_clearance(&self) -> bool {
+        self.uses_clearance
+    }
+
+    /// Says what `clearance()` measures in: the arm among what stands around it.
+    pub fn set_scene(&self, scene: CollisionScene) {
+        self.scene.replace(Some(FollowedScene {
+            scene,
+            tracker: ClearanceTracker::default(),
+            cycle: 0,
+        }));
+    }
+
     /// # Errors
-    /// [`ConditionError::Raised`], [`ConditionError::StepLimit`].
+    /// [`ConditionError::Raised`], [`ConditionError::StepLimit`], [`ConditionError::NoScene`].
     pub fn holds(
         &self,
         cycle: &CycleMessage,
@@ -187,6 +242,12 @@ impl Condition {
         self.set("program", || Value::from(doing.program.as_str()));
         self.set("line", || Value::from(i64::from(doing.line)));
         self.set("command", || Value::from(doing.command.as_str()));
+        if self.uses_clearance {
+            let mut scene = self.scene.borrow_mut();
+            let distance = scene.as_mut().and_then(|scene| scene.clearance(cycle));
+            let distance = distance.ok_or(ConditionError::NoScene)?;
+            self.clearance.store(distance.to_bits(), Ordering::Relaxed);
+        }
         let raised = |error: &elite_lang::ScriptError| ConditionError::Raised {
             time: cycle.time,
             report: render_script_error(error),
@@ -249,6 +310,20 @@ fn mode_words() -> BTreeSet<String> {
         })
         .map(word)
         .collect()
+}
+
+/// The name of the function that measures.
+const CLEARANCE: &str = "clearance";
+
+/// `clearance()`: the least distance, m, since the cycle before.
+fn clearance_native(bits: Arc<AtomicU64>) -> NativeFunction {
+    NativeFunction {
+        name: CLEARANCE,
+        params: Vec::new(),
+        call: NativeBody::new(move |_| {
+            Ok(Value::from(f64::from_bits(bits.load(Ordering::Relaxed))))
+        }),
+    }
 }
 
 /// `norm(tcp_force[0:3])`: the length of a vector.
@@ -314,6 +389,35 @@ mod tests {
             let condition = Condition::new("--find", text).unwrap();
             assert_eq!(condition.holds(&cycle(), &doing).unwrap(), holds, "{text}");
         }
+    }
+
+    #[test]
+    fn distances_are_known_where_the_arm_is() {
+        use kinematics::RobotModel;
+        use path_planning::{ObstaclePlace, PlacedShape, Shape};
+        let condition = Condition::new("condition", "clearance() < 0.05").unwrap();
+        let home = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
+        let mut cycle = CycleMessage {
+            cycle: 1,
+            actual_q: home.to_vec(),
+            tcp_offset: vec![0.0; 6],
+            ..cycle()
+        };
+        let doing = ProgramPosition::default();
+        assert!(condition.uses_clearance());
+        let error = condition.holds(&cycle, &doing).unwrap_err();
+        assert!(matches!(error, ConditionError::NoScene), "{error}");
+        let arm = RobotModel::built_in("cs66").unwrap();
+        let flange = arm.flange_pose(&JointPositions(home)).translation;
+        let mut scene = CollisionScene::new(arm, None, Pose::IDENTITY);
+        let ball = PlacedShape::centred(Shape::Sphere { radius: 0.01 });
+        let below = Pose::from_translation(flange.x, flange.y, flange.z - 0.1);
+        scene.add_obstacle("ball", vec![ball], ObstaclePlace::Standing(below));
+        condition.set_scene(scene);
+        assert!(!condition.holds(&cycle, &doing).unwrap());
+        // The arm passes the ball between two cycles.
+        (cycle.cycle, cycle.actual_q[1]) = (2, home[1] + 0.4);
+        assert!(condition.holds(&cycle, &doing).unwrap());
     }
 
     #[test]

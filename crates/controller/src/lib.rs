@@ -26,6 +26,7 @@ pub mod external_topic;
 mod gate_observer;
 pub mod io_values;
 mod loaded_model;
+pub mod optimizer;
 pub mod options;
 pub mod outcome;
 pub mod peaks;

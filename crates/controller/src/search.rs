@@ -9,6 +9,7 @@ use recorder::{CycleMessage, ReadError, Recording, RecordingEntry, Topic};
 use crate::cell::Cell;
 use crate::cell_world::facts::WorldFacts;
 use crate::cell_world::topic::{self, WorldMessage};
+use crate::clearance::collision_scene_of;
 use crate::condition::{Condition, ConditionError, ProgramPosition};
 use crate::recorded_run::cell_of;
 
@@ -88,6 +89,14 @@ where
 {
     let condition = Condition::new(place, text)?;
     let mut world = WorldCursor::new(recording, &condition)?;
+    if condition.uses_clearance()
+        && let Some(setup) = recording.setup()
+    {
+        // An arm or a cell that cannot be made is said by the condition.
+        if let Ok(scene) = collision_scene_of(setup) {
+            condition.set_scene(scene);
+        }
+    }
     let mut doing = ProgramPosition::default();
     let mut commands: BTreeMap<u64, String> = BTreeMap::new();
     let mut current: Option<MatchInterval> = None;

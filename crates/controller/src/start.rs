@@ -17,12 +17,13 @@ use elite_runtime::{
 };
 use io_bus::serial::SerialLine;
 use io_bus::{Fieldbus, SimulatedPeers};
-use kinematics::{CalibrationError, ModelError, RobotModel};
+use kinematics::{CalibrationError, ModelError, Pose, RobotModel};
 use motion::{ControlLoop, CycleConfig};
 use motion_api::{
     CommandSender, Origin, Registers, RingCapacities, ScriptEndpoint, SnapshotCell, Timeline,
     motion_channel,
 };
+use path_planning::CollisionScene;
 use platform::sockets::LocalStream;
 use recorder::{
     CustomTopic, RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, ViewerMessages,
@@ -347,6 +348,16 @@ impl PreparedController {
     /// The arm with the limits in force.
     pub const fn model(&self) -> &Arc<RobotModel> {
         &self.model
+    }
+
+    /// The arm with the limits in force among what the cell file describes.
+    pub fn collision_scene(&self) -> CollisionScene {
+        let model = self.model.as_ref().clone();
+        let tcp = Pose::from_rpy(&self.cycle_config.tcp);
+        match &self.cell {
+            Some(cell) => cell.collision_scene(model, tcp),
+            None => CollisionScene::new(model, None, tcp),
+        }
     }
 
     /// The latest state, once time passes.

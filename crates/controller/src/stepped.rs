@@ -14,6 +14,7 @@ use elite_runtime::message::Observer;
 use elite_runtime::{Instrumentation, ProgramText, SubmitError, TaskState};
 use motion_api::{RobotState, Seconds};
 use parking_lot::Mutex;
+use path_planning::CollisionScene;
 use thiserror::Error;
 use tokio::runtime::Runtime;
 
@@ -97,6 +98,7 @@ pub struct SteppedController {
     collector: Arc<ResultCollector>,
     runtime: Runtime,
     program: Mutex<SteppedProgram>,
+    scene: CollisionScene,
 }
 
 /// The newest program.
@@ -137,6 +139,7 @@ impl SteppedController {
             .enable_all()
             .build()?;
         let prepared = PreparedController::new(&config, options)?;
+        let scene = prepared.collision_scene();
         let collector = Arc::new(ResultCollector::new(observer));
         let herald = Arc::new(GateObserver::new(collector.clone()));
         let mut gate = None;
@@ -155,7 +158,13 @@ impl SteppedController {
             collector,
             runtime,
             program: Mutex::default(),
+            scene,
         })
+    }
+
+    /// The arm among what its cell file describes, for whoever measures distances.
+    pub fn collision_scene(&self) -> CollisionScene {
+        self.scene.clone()
     }
 
     /// The controller behind it.

@@ -2,6 +2,7 @@
 
 mod common;
 
+mod clearance;
 mod many;
 mod stepped;
 mod stopped_threads;

@@ -42,6 +42,7 @@
 // Results are the same on every machine (see `kinematics::elementary`).
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+pub mod placement;
 mod planner;
 mod random;
 pub mod scene;

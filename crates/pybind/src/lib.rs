@@ -9,6 +9,7 @@ mod arm_batch;
 mod command;
 mod functions;
 mod native_controller;
+mod paths;
 mod recording;
 mod results;
 mod robot;
@@ -39,6 +40,13 @@ pyo3::create_exception!(
     "A program did not end well. Raised only where it is asked for, by Result.check()."
 );
 
+pyo3::create_exception!(
+    elitescript,
+    PlanningError,
+    pyo3::exceptions::PyRuntimeError,
+    "There is no path; `reason` is one word, `detail` a sentence."
+);
+
 /// Native part of `elitescript`; import that instead.
 #[pymodule]
 mod _elitescript {
@@ -57,13 +65,15 @@ mod _elitescript {
     #[pymodule_export]
     use super::native_controller::NativeController;
     #[pymodule_export]
+    use super::paths::{measure_clearance, planned_path};
+    #[pymodule_export]
     use super::recording::{recording_cycles, recording_table};
     #[pymodule_export]
     use super::robot::Robot;
     #[pymodule_export]
     use super::row::row_fields;
     #[pymodule_export]
-    use super::{ControllerClosed, ScriptError};
+    use super::{ControllerClosed, PlanningError, ScriptError};
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name")]

@@ -201,7 +201,7 @@ impl NativeController {
     }
 }
 
-fn preset_all(given: &[(String, String)]) -> PyResult<Vec<Preset>> {
+pub(crate) fn preset_all(given: &[(String, String)]) -> PyResult<Vec<Preset>> {
     given
         .iter()
         .map(|(name, value)| Preset::new(name, value))
@@ -289,6 +289,9 @@ impl NativeController {
         let answer = self.passing(py, wall_timeout, |inner, patience| {
             let condition =
                 Condition::new("condition", &condition).map_err(RunUntilError::Condition)?;
+            if condition.uses_clearance() {
+                condition.set_scene(inner.collision_scene());
+            }
             let mut cycle = CycleMessage::default();
             let world = inner
                 .controller()

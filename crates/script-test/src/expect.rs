@@ -1,5 +1,5 @@
 //! What a test expects, as functions of `test`: values that are near, exceptions, ways, conditions over the whole test,
-//! peaks.
+//! peaks, distances.
 
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 
@@ -90,6 +90,32 @@ fn watch(site: &CallContext, call: &mut NativeCall<'_>, always: bool) -> NativeR
         InvariantCheck::Broken(sentence) => Err(failed(call, sentence)),
         InvariantCheck::NoCondition(sentence) => Err(argument_error(call, sentence)),
     }
+}
+
+pub(crate) fn clearance(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
+    let Some(observer) = &site.bench.clearance else {
+        return Err(failed(
+            call,
+            "distances are measured in tests whose file names test.clearance()".to_owned(),
+        ));
+    };
+    let Some((least, line)) = observer.least() else {
+        return Err(failed(
+            call,
+            "nothing has moved yet, or there is nothing that could be touched".to_owned(),
+        ));
+    };
+    Ok(call.object(
+        "clearance",
+        Vec::new(),
+        vec![
+            ("distance", Value::Float(least.distance)),
+            ("a", Value::str(least.a.as_str())),
+            ("b", Value::str(least.b.as_str())),
+            ("line", Value::Int(line.into())),
+            ("time", Value::Float(least.time)),
+        ],
+    ))
 }
 
 pub(crate) fn peak(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {

@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use controller::cell_world::facts::WorldFacts;
+use controller::clearance::{ClearanceObserver, collision_scene};
 use controller::condition::Condition;
 use controller::options::{ClockChoice, RecordTarget};
 use controller::outcome::ResultCollector;
@@ -30,6 +31,8 @@ use crate::test_context::{ContextParts, Invariant, InvariantCheck, RunnerRequest
 use crate::test_object::functions;
 use crate::trace::{CycleTrace, TraceObserver};
 
+/// What the text of a test holds that asks for distances.
+const CLEARANCE: &str = "clearance";
 /// Who the sender of programs is, for messages.
 const SENDER: &str = "the test";
 /// Time between two looks whether a test is stuck.
@@ -151,10 +154,22 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         Arc::new(PeerRegistry::default()),
     );
     let follower = Arc::new(PositionTracker::default());
-    let said = Arc::new(ResultCollector::new(Arc::new(TraceObserver {
+    let tracing: Arc<dyn Observer> = Arc::new(TraceObserver {
         trace: trace.clone(),
         follower: follower.clone(),
-    })));
+    });
+    // Distances take time in every cycle: they are measured where the test asks for them.
+    let clearance = match case.file.text.contains(CLEARANCE) {
+        true => {
+            let scene = collision_scene(&config).map_err(|error| error.to_string())?;
+            Some(Arc::new(ClearanceObserver::new(scene, tracing.clone())))
+        }
+        false => None,
+    };
+    let said = Arc::new(ResultCollector::new(match &clearance {
+        Some(observer) => observer.clone(),
+        None => tracing,
+    }));
     let extras = Instrumentation {
         attendant: None,
         stand_ins: Some(peers.clone()),
@@ -173,6 +188,10 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         let trace = trace.clone();
         world.follow(Box::new(move |message| trace.take_world(message)));
     }
+    if let Some(observer) = &clearance {
+        observer.connect(controller.robot());
+        observer.begin();
+    }
     // The closure was called, or the start has failed.
     let turns = turns.ok_or_else(|| "the clock was not started".to_owned())?;
     let (requests, inbox) = unbounded_channel();
@@ -185,6 +204,7 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         said,
         turns: turns.clone(),
         trace,
+        clearance,
         peers,
         folder: folder.to_owned(),
         files: plan.files.clone(),
@@ -214,6 +234,7 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         tests: &tests,
         wall_timeout: plan.wall_timeout,
         stop: &plan.stop,
+        config: &config,
         watched: Vec::new(),
     }
     .run(case, inbox)?;
@@ -321,6 +342,8 @@ struct Runner<'r> {
     tests: &'r Supervisor,
     wall_timeout: Duration,
     stop: &'r AtomicBool,
+    /// The settings of the robot, for conditions that ask for distances.
+    config: &'r ControllerConfig,
     /// Conditions, and how many cycles each has been judged by.
     watched: Vec<(Invariant, Condition, JudgedCycles)>,
 }
@@ -422,6 +445,12 @@ impl Runner<'_> {
         };
         let world = self.bench.world.as_ref();
         condition.set_world(world.map(|world| WorldFacts::new(world.description())));
+        if condition.uses_clearance() {
+            match collision_scene(self.config) {
+                Ok(scene) => condition.set_scene(scene),
+                Err(error) => return InvariantCheck::NoCondition(error.to_string()),
+            }
+        }
         let mut judged = JudgedCycles::default();
         match check_invariant(&self.bench.trace, &watched, &condition, &mut judged) {
             Ok(None) => {

@@ -12,6 +12,7 @@ use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
 
+use controller::clearance::ClearanceObserver;
 use controller::io_values::PointChange;
 use controller::outcome::ResultCollector;
 use controller::{CellWorld, ProgramOutcome, ProgramResult};
@@ -120,6 +121,8 @@ pub(crate) struct ContextParts {
     pub said: Arc<ResultCollector>,
     pub turns: Arc<LockstepTimeline>,
     pub trace: Arc<CycleTrace>,
+    /// Measures distances, where the test asks for them.
+    pub clearance: Option<Arc<ClearanceObserver>>,
     pub peers: Arc<PeerRegistry>,
     pub folder: PathBuf,
     pub files: FileScope,

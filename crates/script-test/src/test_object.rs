@@ -94,6 +94,7 @@ const FUNCTIONS: &[(&str, &[&str], TestFunction)] = &[
         &["what", "name", "duration?"],
         world_functions::fault,
     ),
+    ("clearance", &[], expect::clearance),
 ];
 
 /// The names of all functions, for `check`.

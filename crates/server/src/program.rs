@@ -90,6 +90,20 @@ fn execute(command: CliCommand) -> CommandResult {
             begin_log(&config.log)?;
             commands::plan::plan(&args, &config)
         }
+        CliCommand::Optimize(args) => {
+            let config = RunConfig::load(args.run.clone())?;
+            begin_log(&config.log)?;
+            commands::optimize::optimize(&args, &config)
+        }
+        CliCommand::Place(args) => {
+            let robot = RunArgs {
+                shared: args.shared.clone(),
+                ..RunArgs::default()
+            };
+            let config = RunConfig::load(robot)?;
+            begin_log(&config.log)?;
+            commands::place::place(&args, &config)
+        }
         CliCommand::Check(args) => commands::check::check(&args),
         CliCommand::Test(args) => commands::test::test(&args),
         CliCommand::Debug(args) => commands::debug::debug(&args),

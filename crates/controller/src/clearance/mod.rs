@@ -9,10 +9,12 @@ mod observer;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use elite_runtime::message::Observer;
 use elite_runtime::{Preset, ProgramText};
-use kinematics::Pose;
+use kinematics::{Pose, RobotModel};
 use motion_api::Seconds;
 use path_planning::CollisionScene;
+use recorder::Setup;
 use thiserror::Error;
 
 use crate::cell::{Cell, CellError};
@@ -20,6 +22,7 @@ use crate::config::ControllerConfig;
 use crate::loaded_model::{LoadedModel, setup};
 use crate::options::{PlantChoice, RecordTarget};
 use crate::outcome::{NullObserver, ProgramOutcome, ProgramResult};
+use crate::recorded_run::{RecordedModelError, cell_of, model_of};
 use crate::start::{StartError, StartOptions};
 use crate::start_configuration::cycle_config;
 use crate::stepped::{SteppedController, SteppedError, WallTimeout};
@@ -171,9 +174,26 @@ pub fn collision_scene(config: &ControllerConfig) -> Result<CollisionScene, Star
     });
     let cell = cell.transpose()?;
     let setup = setup(config, &loaded, cell.as_ref(), false);
-    let model = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?.limited_model()?;
-    let tcp = Pose::from_rpy(&config.tcp);
-    Ok(match &cell {
+    scene(&setup, loaded.model, cell.as_ref())
+}
+
+/// The arm of a recording among what its cell file described, with the limits in force.
+///
+/// # Errors
+/// [`StartError`], in a sentence.
+pub fn collision_scene_of(setup: &Setup) -> Result<CollisionScene, StartError> {
+    let cell = cell_of(setup).map_err(RecordedModelError::from)?;
+    scene(setup, model_of(setup)?, cell.as_ref())
+}
+
+fn scene(
+    setup: &Setup,
+    model: RobotModel,
+    cell: Option<&Cell>,
+) -> Result<CollisionScene, StartError> {
+    let model = cycle_config(setup, model, cell)?.limited_model()?;
+    let tcp = Pose::from_rpy(&setup.tcp);
+    Ok(match cell {
         Some(cell) => cell.collision_scene(model, tcp),
         None => CollisionScene::new(model, None, tcp),
     })
@@ -204,12 +224,25 @@ pub fn measure_in(
     options: &MeasureOptions,
     keep_going: &mut dyn FnMut() -> bool,
 ) -> Result<ClearanceRun, ClearanceError> {
+    let next = Arc::new(NullObserver);
+    measure_and_tell(scene, next, config, program, options, keep_going)
+}
+
+/// [`measure_in`] that tells an observer of everything as well.
+pub(crate) fn measure_and_tell(
+    scene: CollisionScene,
+    next: Arc<dyn Observer>,
+    config: &ControllerConfig,
+    program: ProgramText,
+    options: &MeasureOptions,
+    keep_going: &mut dyn FnMut() -> bool,
+) -> Result<ClearanceRun, ClearanceError> {
     let config = ControllerConfig {
         plant: PlantChoice::Ideal,
         record: RecordTarget::Off,
         ..config.clone()
     };
-    let observer = ClearanceObserver::new(scene, Arc::new(NullObserver));
+    let observer = ClearanceObserver::new(scene, next);
     let observer = Arc::new(match options.has_history {
         true => observer.with_history(),
         false => observer,

@@ -35,6 +35,8 @@ pub struct MotionClearance {
     pub joint_margin: f64,
     /// The least singular value of the Jacobian of the TCP, in m and rad.
     pub singularity: f64,
+    /// Whether force mode was on at any time of it.
+    pub in_force_mode: bool,
 }
 
 impl MotionClearance {
@@ -47,6 +49,7 @@ impl MotionClearance {
             least: None,
             joint_margin: f64::INFINITY,
             singularity: f64::INFINITY,
+            in_force_mode: false,
         }
     }
 

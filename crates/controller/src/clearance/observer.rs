@@ -80,6 +80,11 @@ impl ClearanceObserver {
         let _ = self.robot.set(Arc::downgrade(robot));
     }
 
+    /// Measures from now on, whatever moves the arm.
+    pub fn begin(&self) {
+        self.measured.lock().has_begun = true;
+    }
+
     /// Whether the program compiled, so that there is something to measure.
     pub fn has_begun(&self) -> bool {
         self.measured.lock().has_begun
@@ -147,6 +152,7 @@ impl MeasuredProgram {
             if let Some(place) = &found {
                 row.note_place(place, &self.scene, state);
             }
+            row.in_force_mode |= state.force_mode;
             if has_moved || is_shared {
                 row.note_posture(&q, &self.scene);
             }

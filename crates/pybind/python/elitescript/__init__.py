@@ -19,6 +19,7 @@ from ._controller import Controller, Io, Part, Result, State
 from ._elitescript import (
     ControllerClosed,
     NoSolutionError,
+    PlanningError,
     Robot,
     ScriptError,
     __version__,
@@ -41,6 +42,7 @@ from ._elitescript import (
     wrench_trans,
 )
 
+from ._paths import ClearanceTable, MotionClearance, PlannedPath, clearance, plan
 from ._recording import Recording, open_recording
 from ._sweep import sweep
 
@@ -65,11 +67,15 @@ from ._numbers import (
 )
 
 __all__ = [
+    "ClearanceTable",
     "Controller",
     "ControllerClosed",
     "Io",
+    "MotionClearance",
     "NoSolutionError",
     "Part",
+    "PlannedPath",
+    "PlanningError",
     "Recording",
     "Result",
     "Robot",
@@ -77,6 +83,7 @@ __all__ = [
     "State",
     "__version__",
     "bit_list_to_integer",
+    "clearance",
     "d2r",
     "integer_to_bit_list",
     "interpolate_pose",
@@ -84,6 +91,7 @@ __all__ = [
     "norm",
     "normalize",
     "open_recording",
+    "plan",
     "point_dist",
     "pose_add",
     "pose_dist",

@@ -2,7 +2,7 @@
 
 from os import PathLike
 from pathlib import Path
-from typing import Final, Mapping, Optional, Sequence, Tuple, Union, final
+from typing import Any, Final, Mapping, Optional, Sequence, Tuple, Union, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ __all__ = [
     "Fleet",
     "NativeController",
     "NoSolutionError",
+    "PlanningError",
     "Robot",
     "ScriptError",
     "__version__",
@@ -21,9 +22,11 @@ __all__ = [
     "integer_to_bit_list",
     "interpolate_pose",
     "log",
+    "measure_clearance",
     "models",
     "norm",
     "normalize",
+    "planned_path",
     "point_dist",
     "pose_add",
     "pose_dist",
@@ -131,6 +134,28 @@ class ControllerClosed(RuntimeError):
 
 class ScriptError(RuntimeError):
     """A program did not end well. Raised only where it is asked for, by Result.check()."""
+
+class PlanningError(RuntimeError):
+    """There is no path; `reason` is one word, `detail` a sentence."""
+
+    reason: str
+    detail: str
+
+def measure_clearance(
+    options: Mapping[str, str], name: str, text: str, presets: Sequence[tuple[str, str]], timeout: float
+) -> tuple[list[tuple[Any, ...]], str | None, float]: ...
+def planned_path(
+    options: Mapping[str, str],
+    target: Sequence[float],
+    is_pose: bool,
+    via: Sequence[Sequence[float]],
+    margin: float,
+    time: float,
+    held: str | None,
+    approach: float,
+    speed: float | None,
+    acceleration: float | None,
+) -> tuple[list[list[float]], str, float | None, float, float, float, list[str]]: ...
 
 _Result = tuple[str, str | None, int | None, float, list[str], str | None]
 

@@ -21,7 +21,7 @@ use elite_runtime::Preset;
 use crate::config::PRIMARY_PORT;
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
-pub use paths::{ClearanceArgs, PlanArgs};
+pub use paths::{ClearanceArgs, OptimizeArgs, PlaceArgs, PlanArgs};
 pub use test::{TestArgs, TestFormat};
 
 pub use robot::{
@@ -66,6 +66,13 @@ pub enum CliCommand {
     /// Find a way around what is in the way and write it as a program; what comes out was driven on a simulated arm.
     /// Exit status: 0 a path was found, 1 there is none, 2 wrong arguments
     Plan(Box<PlanArgs>),
+    /// Make a program faster that does the same: speeds, blends, waypoints; every step is proven by running it. Prints
+    /// what changed. Exit status: 0 done, also if nothing can be gained, 1 the program fails or touches something as it
+    /// is, 2 it cannot be run
+    Optimize(Box<OptimizeArgs>),
+    /// Find where the base should stand so that the arm reaches all points, far from the ends of its joints' ranges.
+    /// Exit status: 0 found, 1 no place fits, 2 wrong arguments
+    Place(Box<PlaceArgs>),
     /// Run the tests of programs: every test_ function of test_*.script and *_test.script files.
     /// Exit status: 0 all passed, 1 some failed, 2 nothing to run
     Test(TestArgs),
@@ -132,6 +139,8 @@ impl CliCommand {
             | Self::Run(_)
             | Self::Clearance(_)
             | Self::Plan(_)
+            | Self::Optimize(_)
+            | Self::Place(_)
             | Self::Doctor(_)
             | Self::Completions(_)
             | Self::Man(_) => None,
@@ -405,6 +414,32 @@ pub struct CheckArgs {
     /// For people, or one JSON object a finding
     #[arg(long, value_enum, default_value_t)]
     pub format: FindingFormat,
+    /// Run the programs in this cell on an ideal arm as well, as far as they go without help from outside, and tell
+    /// the motions that run into something
+    #[arg(long, value_name = "FILE")]
+    pub cell: Option<PathBuf>,
+    /// With --cell: also tell the motions that come nearer to something than this, m
+    #[arg(long, value_name = "M", requires = "cell", value_parser = paths::margin, allow_negative_numbers = true)]
+    pub margin: Option<f64>,
+    /// With --cell: the arm, as for run
+    #[arg(long, requires = "cell")]
+    pub model: Option<ModelChoice>,
+    /// With --cell: tool centre point from the flange, m and rad
+    #[arg(
+        long,
+        value_name = "x,y,z,rx,ry,rz",
+        requires = "cell",
+        allow_hyphen_values = true
+    )]
+    pub tcp: Option<Tcp>,
+    /// With --cell: joint positions at start, rad
+    #[arg(
+        long,
+        value_name = "q1,…,q6",
+        requires = "cell",
+        allow_hyphen_values = true
+    )]
+    pub home: Option<HomeJoints>,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub log: LogArgs,

@@ -1,4 +1,4 @@
-//! Commands about clear paths: `clearance`, `plan`.
+//! Commands about clear paths: `clearance`, `plan`, `optimize`, `place`.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -70,6 +70,49 @@ pub struct PlanArgs {
     pub shared: ControllerArgs,
 }
 
+/// Options of `optimize`.
+#[derive(Args, Clone, Debug)]
+pub struct OptimizeArgs {
+    /// The distance that is kept, m; motions that are nearer already come no nearer
+    #[arg(long, value_name = "M", default_value = "0.005", value_parser = margin, allow_negative_numbers = true)]
+    pub margin: f64,
+    /// Lines that stay as they are: 12-30, or 12; repeat it for more
+    #[arg(long, value_name = "FIRST-LAST", value_parser = lines)]
+    pub keep: Vec<(u32, u32)>,
+    /// Longest simulated time of the program, s
+    #[arg(long, value_name = "S", default_value = "600", value_parser = seconds, allow_negative_numbers = true)]
+    pub timeout: f64,
+    /// Write the program there
+    #[arg(short, value_name = "FILE.script")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub run: RunArgs,
+}
+
+/// Options of `place`.
+#[derive(Args, Clone, Debug)]
+pub struct PlaceArgs {
+    /// TCP poses in the frame of the cell, one a line: x y z Rx Ry Rz, m and rad; # begins a comment
+    #[arg(long, value_name = "FILE")]
+    pub points: PathBuf,
+    /// The distance that is kept at every point, m
+    #[arg(long, value_name = "M", default_value = "0.01", value_parser = margin, allow_negative_numbers = true)]
+    pub margin: f64,
+    /// Where the base may stand, m [default: as far from the points as the arm reaches]
+    #[arg(long, value_name = "xmin,xmax,ymin,ymax", value_parser = area, allow_hyphen_values = true)]
+    pub area: Option<[f64; 4]>,
+    /// The base may be turned about its vertical as well
+    #[arg(long)]
+    pub yaw: bool,
+    /// For people, or one JSON object
+    #[arg(long, value_enum, default_value_t)]
+    pub format: FindingFormat,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub shared: ControllerArgs,
+}
+
 /// Largest margin and approach, m: beyond it nothing can be planned for an arm.
 const LENGTH_MAX: f64 = 10.0;
 /// Longest simulated time, s.
@@ -88,7 +131,7 @@ fn number(text: &str, allowed: core::ops::RangeInclusive<f64>, unit: &str) -> Re
     }
 }
 
-fn margin(text: &str) -> Result<f64, String> {
+pub(super) fn margin(text: &str) -> Result<f64, String> {
     number(text, 0.0..=LENGTH_MAX, "m")
 }
 
@@ -106,4 +149,31 @@ fn search_time(text: &str) -> Result<Duration, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     number(text, 0.001..=100.0, "")
+}
+
+fn lines(text: &str) -> Result<(u32, u32), String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    match (first.trim().parse(), last.trim().parse()) {
+        (Ok(first), Ok(last)) if 1 <= first && first <= last => Ok((first, last)),
+        _ => {
+            Err("allowed are a line from 1, or the first and the last one, as in 12-30".to_owned())
+        }
+    }
+}
+
+fn area(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    match numbers.ok().and_then(|numbers| <[f64; 4]>::try_from(numbers).ok()) {
+        Some([x_min, x_max, y_min, y_max])
+            if x_min <= x_max
+                && y_min <= y_max
+                && [x_min, x_max, y_min, y_max].iter().all(|x| x.abs() <= 100.0) =>
+        {
+            Ok([x_min, x_max, y_min, y_max])
+        }
+        _ => Err(
+            "four numbers in m are needed, least and largest x, least and largest y, as in -1,1,-0.5,0.5"
+                .to_owned(),
+        ),
+    }
 }

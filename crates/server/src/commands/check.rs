@@ -1,18 +1,21 @@
 //! `eliteserver check`: parses and checks scripts without running them.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 
+use controller::clearance::{ClearanceRun, LeastDistance, MeasureOptions, MeasuredEnd, measure};
 use elite_runtime::ProgramText;
 use elite_runtime::task_folder::is_xml;
-use elite_syntax::{Diagnostic, SourceFile};
+use elite_syntax::{Diagnostic, Severity, SourceFile, Span};
 use serde_json::{Value as Json, json};
 
-use crate::cli::{CheckArgs, FindingFormat};
-use crate::command::{CommandResult, CommandStatus};
+use crate::cli::{CheckArgs, ControllerArgs, FindingFormat, RunArgs};
+use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::run::SCRIPT_BYTES_MAX;
+use crate::config::RunConfig;
 use crate::language;
 use crate::logging;
 use crate::ports::escape::{EscapedLines, EscapedText};
@@ -24,7 +27,17 @@ pub fn check(args: &CheckArgs) -> CommandResult {
         match read_script(path) {
             Ok(ProgramText { name, text }) => {
                 let file = SourceFile::new(name, text);
-                let findings = diagnostics_of(&file, script_test::is_test_file(path));
+                let is_test = script_test::is_test_file(path);
+                let mut findings = diagnostics_of(&file, is_test);
+                let compiles = findings
+                    .iter()
+                    .all(|finding| finding.severity != Severity::Error);
+                if let Some(cell) = &args.cell
+                    && compiles
+                    && !is_test
+                {
+                    findings.extend(findings_of_run(&file, cell, args)?);
+                }
                 for finding in &findings {
                     // Whoever reads may have seen enough; the status still tells.
                     let shown = render(finding, &file, args.format);
@@ -48,6 +61,98 @@ pub fn check(args: &CheckArgs) -> CommandResult {
         }
     }
     Ok(status)
+}
+
+/// The motions of a program that run into something in a cell, or come too near to it, as far as it runs.
+fn findings_of_run(
+    file: &Arc<SourceFile>,
+    cell: &Path,
+    args: &CheckArgs,
+) -> Result<Vec<Diagnostic>, CommandError> {
+    let run = RunArgs {
+        shared: ControllerArgs {
+            cell: Some(cell.to_owned()),
+            model: args.model.clone(),
+            tcp: args.tcp,
+            home: args.home,
+            ..ControllerArgs::default()
+        },
+        ..RunArgs::default()
+    };
+    let config = RunConfig::load(run)?;
+    let program = ProgramText {
+        name: file.name().to_owned(),
+        text: file.text().to_owned(),
+    };
+    let options = MeasureOptions::default();
+    let run = measure(&config.robot, program, &options, &mut || true)?;
+    if run.end != MeasuredEnd::Finished {
+        logging::say(&format!(
+            "eliteserver: {}: distances are known as far as it runs: {}",
+            EscapedText(file.name()),
+            EscapedText(&run.end.to_string())
+        ));
+    }
+    Ok(clearance_findings(&run, file, args.margin.unwrap_or(0.0)))
+}
+
+/// What is to be said about the distances of a run: at each line the nearest of its motions.
+pub(crate) fn clearance_findings(
+    run: &ClearanceRun,
+    file: &SourceFile,
+    margin: f64,
+) -> Vec<Diagnostic> {
+    let mut nearest: BTreeMap<u32, &LeastDistance> = BTreeMap::new();
+    for row in run
+        .rows
+        .iter()
+        .filter(|row| row.distance() < margin.max(0.0))
+    {
+        if let Some(least) = &row.least {
+            let found = nearest.entry(row.line).or_insert(least);
+            if least.distance < found.distance {
+                *found = least;
+            }
+        }
+    }
+    let findings = nearest.into_iter().map(|(line, least)| {
+        let span = line_span(file, line);
+        let (a, b) = (&least.a, &least.b);
+        let [x, y, z, ..] = least.tcp;
+        let place = format!(
+            "at {:.3} s, with the TCP at {x:.3}, {y:.3}, {z:.3} m",
+            least.time
+        );
+        match least.distance < 0.0 {
+            true => Diagnostic::error(
+                "collision",
+                span,
+                format!("{a} runs {:.1} mm into {b} {place}", -least.distance * 1e3),
+            )
+            .with_help("`eliteserver plan` finds a way around; what may touch is named by [[touch]] in the cell file"),
+            false => Diagnostic::warning(
+                "near",
+                span,
+                format!("{a} comes within {:.1} mm of {b} {place}", least.distance * 1e3),
+            ),
+        }
+    });
+    findings.collect()
+}
+
+/// The statement that begins in a line, without its indentation.
+fn line_span(file: &SourceFile, line: u32) -> Span {
+    let before = line.saturating_sub(1) as usize;
+    let start: usize = file
+        .text()
+        .split_inclusive('\n')
+        .take(before)
+        .map(str::len)
+        .sum();
+    let text = file.text().get(start..).unwrap_or_default();
+    let text = text.lines().next().unwrap_or_default();
+    let indent = text.len() - text.trim_start().len();
+    Span::new(start + indent, start + text.trim_end().len().max(indent))
 }
 
 /// What is to be said about a program, or a test of programs.

@@ -13,6 +13,8 @@ pub mod fleet;
 pub mod lsp;
 pub mod man;
 pub mod mcp;
+pub mod optimize;
+pub mod place;
 pub mod plan;
 pub mod record;
 pub mod replay;

@@ -6,6 +6,7 @@
 
 mod builtins;
 pub mod lines;
+mod paths;
 mod programs;
 mod recordings;
 mod server;

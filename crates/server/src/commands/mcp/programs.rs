@@ -66,53 +66,53 @@ pub(super) struct CheckArguments {
 pub(super) struct RunArguments {
     /// The text of the program; instead of file
     #[serde(default)]
-    program: Option<String>,
+    pub(super) program: Option<String>,
     /// The path of the program; instead of program
     #[serde(default)]
-    file: Option<String>,
+    pub(super) file: Option<String>,
     /// Simulated time after which the program is ended, s: up to 3600 (default 60)
     #[serde(default)]
-    time: Option<f64>,
+    pub(super) time: Option<f64>,
     /// Time of the machine after which it is ended, s: up to 300 (default 30)
     #[serde(default)]
-    wall_time: Option<f64>,
+    pub(super) wall_time: Option<f64>,
     /// Where to write a recording: arm.mcap. It is written anew
     #[serde(default)]
-    record: Option<String>,
+    pub(super) record: Option<String>,
     /// The arm: cs63, cs66 (default), cs612, cs616, cs620, cs625, or the path of a URDF file
     #[serde(default)]
-    model: Option<String>,
+    pub(super) model: Option<String>,
     /// Joint positions at the start, six angles, rad (default 0, -1.5708, 1.5708, -1.5708, -1.5708, 0)
     #[serde(default)]
-    home: Option<[f64; 6]>,
+    pub(super) home: Option<[f64; 6]>,
     /// Tool centre point from the flange: x, y, z, Rx, Ry, Rz, m and rad (default zeros)
     #[serde(default)]
-    tcp: Option<[f64; 6]>,
+    pub(super) tcp: Option<[f64; 6]>,
     /// Payload: mass, kg, or mass and centre of gravity x, y, z, m (default 0)
     #[serde(default)]
-    payload: Option<Vec<f64>>,
+    pub(super) payload: Option<Vec<f64>>,
     /// The path of a cell file (TOML): obstacles, wires between inputs and outputs, safety planes, conveyors
     #[serde(default)]
-    cell: Option<String>,
+    pub(super) cell: Option<String>,
     /// How the arm is simulated: rigid (default), rapier, or ideal (always where it should be)
     #[serde(default)]
-    plant: Option<String>,
+    pub(super) plant: Option<String>,
     /// Length of a control cycle, whole ms from 1 to 8 (default 4)
     #[serde(default)]
-    step_ms: Option<u8>,
+    pub(super) step_ms: Option<u8>,
     /// Seed of random() and of simulated noise (default 0)
     #[serde(default)]
-    seed: Option<u64>,
+    pub(super) seed: Option<u64>,
     /// Globals that the program finds set: {"speed": 0.25, "name": "left"}
     #[serde(default)]
-    set: BTreeMap<String, Json>,
+    pub(super) set: BTreeMap<String, Json>,
     /// Whether the program may read and write files beneath the folder of the server (default false)
     #[serde(default)]
-    files: bool,
+    pub(super) files: bool,
 }
 
 /// The program of a call: a text, or a file.
-fn program(
+pub(super) fn program(
     workspace: &Workspace,
     text: Option<String>,
     file: Option<&str>,
@@ -288,7 +288,10 @@ fn told(
 }
 
 /// The settings of a run. Whatever files they name are beneath the folder, and nothing outside the process is reached.
-fn settings(workspace: &Workspace, arguments: RunArguments) -> Result<RunConfig, String> {
+pub(super) fn settings(
+    workspace: &Workspace,
+    arguments: RunArguments,
+) -> Result<RunConfig, String> {
     fn parsed<T: std::str::FromStr<Err = String>>(
         name: &str,
         given: Option<&str>,

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
 use super::workspace::{CancelFlag, Workspace};
-use super::{builtins, programs, recordings, test_tool};
+use super::{builtins, paths, programs, recordings, test_tool};
 
 /// What a tool has to say.
 #[derive(Debug, Default)]
@@ -117,6 +117,26 @@ pub(super) fn all() -> &'static [ToolSpec] {
             "Runs test functions (def test_…():) of files test_*.script and *_test.script, each on a simulated arm \
              of its own. In a test the object `test` starts programs, sets inputs, plays machines on the network \
              and checks what happened."
+        ),
+        tool!(
+            "clearance",
+            "How near a program comes to anything",
+            true,
+            paths::ClearanceArguments,
+            paths::clearance,
+            "Runs a program on an ideal arm that contacts do not stop and tells for every motion the least distance of \
+             links, tool and what is held to everything in the cell file and to the arm itself: which two, where, \
+             when, in which line. Negative distances are depths of collisions."
+        ),
+        tool!(
+            "plan_path",
+            "A path around what is in the way",
+            true,
+            paths::PlanArguments,
+            paths::plan_path,
+            "Finds joint positions between a start and a target that keep a distance from everything in the cell file, \
+             and writes them as a program of movej with blends that was driven on a simulated arm. Where there is no \
+             path it says why: what touches, out of reach, what was in the way."
         ),
         tool!(
             "replay_summary",

@@ -1,0 +1,148 @@
+//! What a run does beside moving: the order of prints and of outputs, and where the arm was then.
+
+use std::sync::Arc;
+
+use elite_runtime::message::{Message, Observer};
+use kinematics::{JointPositions, Payload, RpyPose};
+use motion_api::{CycleFrame, RegisterImage};
+use parking_lot::Mutex;
+
+/// Joint positions this near to each other are the same place, rad.
+const SAME_PLACE: f64 = 1e-3;
+/// Most effects that are noted; a program with more cannot be compared.
+const EFFECTS_MAX: usize = 200_000;
+
+/// One effect.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Effect {
+    /// Something was said. Numbers in the text, such as times, may differ.
+    Said(String),
+    /// An output, a register, the tool or its load changed to this, with the arm there.
+    Changed {
+        /// What they are now.
+        to: Box<OutputImage>,
+        /// Where the arm was.
+        q: JointPositions,
+    },
+}
+
+/// What a program sets beside the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OutputImage {
+    digital: u64,
+    analog: [f64; 3],
+    tcp: RpyPose,
+    payload: Payload,
+    registers: RegisterImage,
+}
+
+/// The effects of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct RunEffects {
+    pub(super) all: Vec<Effect>,
+    /// Where the arm stood at the end.
+    pub(super) end: JointPositions,
+    is_full: bool,
+}
+
+impl RunEffects {
+    /// Whether another run does the same, in the same order, with the arm in the same places.
+    pub(super) fn are_those_of(&self, other: &Self) -> bool {
+        let is_same = |(a, b): (&Effect, &Effect)| match (a, b) {
+            (Effect::Said(a), Effect::Said(b)) => a == b,
+            (Effect::Changed { to: a, q: p }, Effect::Changed { to: b, q }) => {
+                a == b && is_same_place(p, q)
+            }
+            _ => false,
+        };
+        !self.is_full
+            && !other.is_full
+            && self.all.len() == other.all.len()
+            && self.all.iter().zip(&other.all).all(is_same)
+            && is_same_place(&self.end, &other.end)
+    }
+
+    fn push(&mut self, effect: Effect) {
+        match self.all.len() < EFFECTS_MAX {
+            true => self.all.push(effect),
+            false => self.is_full = true,
+        }
+    }
+}
+
+fn is_same_place(p: &JointPositions, q: &JointPositions) -> bool {
+    (0..6).all(|joint| (p[joint] - q[joint]).abs() <= SAME_PLACE)
+}
+
+/// Notes the effects of a run; passes everything on.
+pub(super) struct EffectRecorder {
+    noted: Mutex<NotedRun>,
+    next: Arc<dyn Observer>,
+}
+
+#[derive(Default)]
+struct NotedRun {
+    effects: RunEffects,
+    outputs: Option<OutputImage>,
+}
+
+impl EffectRecorder {
+    pub(super) fn new(next: Arc<dyn Observer>) -> Self {
+        Self {
+            noted: Mutex::default(),
+            next,
+        }
+    }
+
+    pub(super) fn effects(&self) -> RunEffects {
+        self.noted.lock().effects.clone()
+    }
+}
+
+impl Observer for EffectRecorder {
+    fn next(&self) -> Option<&dyn Observer> {
+        Some(&*self.next)
+    }
+
+    fn message(&self, message: &Message) {
+        let said = match message {
+            Message::Print { text, .. } => Some(text),
+            _ => None,
+        };
+        if let Some(text) = said {
+            let without_numbers = text.chars().filter(|c| !c.is_ascii_digit());
+            let said = Effect::Said(without_numbers.collect());
+            self.noted.lock().effects.push(said);
+        }
+        self.next.message(message);
+    }
+
+    fn cycle_ended(&self, frame: &CycleFrame) {
+        {
+            let mut noted = self.noted.lock();
+            let state = &frame.state;
+            noted.effects.end = state.actual_q;
+            let outputs = OutputImage {
+                digital: state.digital_out,
+                analog: state.analog_out,
+                tcp: state.tcp_offset,
+                payload: state.payload,
+                registers: frame.registers.output,
+            };
+            match &noted.outputs {
+                Some(before) if *before == outputs => {}
+                before => {
+                    if before.is_some() {
+                        let changed = Effect::Changed {
+                            to: Box::new(outputs),
+                            q: state.actual_q,
+                        };
+                        noted.effects.push(changed);
+                    }
+                    noted.outputs = Some(outputs);
+                }
+            }
+        }
+        self.next.cycle_ended(frame);
+    }
+}

@@ -1,0 +1,305 @@
+//! How near the motions of programs come to anything, and paths that keep a margin, both by running programs.
+
+use std::io::Write;
+use std::time::Duration;
+
+use controller::clearance::{MeasureOptions, MeasuredEnd, collision_scene, measure};
+use controller::planned_path::{NoPathReason, PathTarget, PlanError, PlanOptions, plan_path};
+use controller::{ControllerConfig, SteppedController};
+use elite_runtime::ProgramText;
+use kinematics::{JointPositions, RpyPose};
+use tempfile::NamedTempFile;
+
+const POST: &str = r#"
+[[obstacle]]
+name = "post"
+shape = "cylinder"
+size = [0.04, 1.0]
+pose = [-0.45, 0, 0.5, 0, 0, 0]
+
+[[obstacle]]
+name = "table"
+shape = "box"
+size = [2, 2, 0.1]
+pose = [0, 0, -0.06, 0, 0, 0]
+"#;
+
+const LEFT: [f64; 6] = [0.8, -1.57, 1.57, -1.57, -1.57, 0.0];
+const RIGHT: [f64; 6] = [-0.8, -1.57, 1.57, -1.57, -1.57, 0.0];
+
+fn cell(text: &str) -> (NamedTempFile, ControllerConfig) {
+    let mut file = NamedTempFile::new().unwrap();
+    file.write_all(text.as_bytes()).unwrap();
+    let config = ControllerConfig {
+        cell: Some(file.path().to_owned()),
+        home: JointPositions(LEFT),
+        tcp: RpyPose::from_array([0.0, 0.0, 0.12, 0.0, 0.0, 0.0]),
+        ..ControllerConfig::default()
+    };
+    (file, config)
+}
+
+fn program(text: &str) -> ProgramText {
+    ProgramText {
+        name: "test".to_owned(),
+        text: text.to_owned(),
+    }
+}
+
+fn measured(config: &ControllerConfig, text: &str) -> controller::clearance::ClearanceRun {
+    let options = MeasureOptions {
+        limit: 60.0,
+        ..MeasureOptions::default()
+    };
+    measure(config, program(text), &options, &mut || true).unwrap()
+}
+
+#[test]
+fn a_motion_through_a_post_is_told_and_stops_nobody() {
+    let (_file, config) = cell(POST);
+    let text =
+        "movej([0.8, -1.4, 1.4, -1.57, -1.57, 0.0])\nmovej([-0.8, -1.4, 1.4, -1.57, -1.57, 0.0])\n";
+    let run = measured(&config, text);
+    assert_eq!(run.end, MeasuredEnd::Finished, "{run:?}");
+    let [first, second] = &run.rows[..] else {
+        panic!("{:?}", run.rows);
+    };
+    assert!(first.distance() > 0.0 && first.line == 1 && first.kind == "movej");
+    let least = second.least.as_ref().unwrap();
+    assert!(
+        least.distance < -0.02 && least.b == "post" && second.line == 2,
+        "{second:?}"
+    );
+    assert_eq!(run.nearest(), Some(second));
+    // A fine sampling of the straight line of the joints finds the same.
+    let scene = collision_scene(&config).unwrap();
+    let sampled = (0..=4000)
+        .map(|k| {
+            JointPositions([
+                0.8 - 1.6 * f64::from(k) / 4000.0,
+                -1.4,
+                1.4,
+                -1.57,
+                -1.57,
+                0.0,
+            ])
+        })
+        .filter_map(|q| scene.nearest(&q))
+        .map(|nearest| nearest.distance)
+        .fold(f64::INFINITY, f64::min);
+    assert!(
+        (least.distance - sampled).abs() < 2e-4,
+        "{} {sampled}",
+        least.distance
+    );
+    assert!(least.time > 0.0 && least.time < run.result.time);
+    let ranges = scene.model().limits().position_max[1];
+    assert!(
+        (second.joint_margin - (ranges - 1.57)).abs() < 1e-6,
+        "{}",
+        second.joint_margin
+    );
+    assert!(
+        second.singularity > 0.01 && second.singularity < 1.0,
+        "{}",
+        second.singularity
+    );
+}
+
+#[test]
+fn a_blend_belongs_to_the_motion_that_it_leads_into() {
+    // A wall that only the cut corner comes near to.
+    let text = "movej([0.3, -1.57, 1.57, -1.57, -1.57, 0.0], r=0.1)\nmovej([0.3, -1.2, 1.57, -1.57, -1.57, 0.0])\n";
+    let (_file, config) = cell(POST);
+    let run = measured(&config, text);
+    assert_eq!(run.rows.len(), 2, "{:?}", run.rows);
+    let (first, second) = (&run.rows[0], &run.rows[1]);
+    let begins = |row: &controller::clearance::MotionClearance| row.least.as_ref().unwrap().time;
+    // The post stands where the first motion goes to, which is in the blend nearest to it.
+    assert!(
+        begins(second) <= begins(first) + 0.1,
+        "{first:?} {second:?}"
+    );
+}
+
+#[test]
+fn streams_are_one_row_a_line() {
+    let (_file, config) = cell(POST);
+    let text = "i = 0\nwhile i < 50:\n    servoj([0.8 - i * 0.002, -1.57, 1.57, -1.57, -1.57, 0.0], t=0.004)\n    i = i + 1\n    sync()\nend\nstopj(2)\n";
+    let run = measured(&config, text);
+    assert_eq!(run.end, MeasuredEnd::Finished, "{:?}", run.end);
+    let lines: Vec<u32> = run.rows.iter().map(|row| row.line).collect();
+    assert_eq!(
+        lines.iter().filter(|line| **line == 3).count(),
+        1,
+        "{:?}",
+        run.rows
+    );
+}
+
+#[test]
+fn what_cannot_be_measured_to_its_end_is_said_with_the_line() {
+    let (_file, config) = cell(POST);
+    let run = measured(
+        &config,
+        "x = 1\nwhile True:\n    movej([0.7, -1.57, 1.57, -1.57, -1.57, 0.0])\n    movej([0.8, -1.57, 1.57, -1.57, -1.57, 0.0])\nend\n",
+    );
+    assert!(
+        matches!(run.end, MeasuredEnd::TimedOut { line: 3..=4, .. }),
+        "{:?}",
+        run.end
+    );
+    assert!(run.rows.len() > 10);
+    let options = MeasureOptions::default();
+    let waits = "while not get_standard_digital_in(0):\n    sync()\nend\n";
+    let run = measure(&config, program(waits), &options, &mut || true).unwrap();
+    assert!(
+        matches!(run.end, MeasuredEnd::Waits { line: 1..=2 }),
+        "{:?}",
+        run.end
+    );
+    let run = measured(&config, "movej([0.7, -1.57])\n");
+    assert!(
+        matches!(run.end, MeasuredEnd::Failed { line: 1, .. }),
+        "{:?}",
+        run.end
+    );
+    let run = measured(&config, "movej([0.7, -1.57\n");
+    assert!(
+        matches!(run.end, MeasuredEnd::NotCompiled { .. }),
+        "{:?}",
+        run.end
+    );
+}
+
+#[test]
+fn pairs_that_may_touch_do_not_count() {
+    let text = "movej([-0.8, -1.57, 1.57, -1.57, -1.57, 0.0])\n";
+    let (_file, config) = cell(POST);
+    assert!(measured(&config, text).distance() < 0.0);
+    let touching = format!("{POST}\n[[touch]]\na = \"*\"\nb = \"po*t\"\n");
+    let (_file, config) = cell(&touching);
+    assert!(measured(&config, text).distance() > 0.0);
+    let wrong = format!("{POST}\n[[touch]]\na = \"tool\"\nb = \"posts\"\n");
+    let (_file, config) = cell(&wrong);
+    let error = SteppedController::open(&config, std::sync::Arc::new(controller::NullObserver));
+    let error = error.map(drop).unwrap_err().to_string();
+    assert!(
+        error.contains("touch 1") && error.contains("posts"),
+        "{error}"
+    );
+}
+
+fn planned(
+    config: &ControllerConfig,
+    options: &PlanOptions,
+) -> Result<controller::planned_path::PlannedPath, PlanError> {
+    plan_path(config, options, &mut || true)
+}
+
+#[test]
+fn a_planned_path_is_driven_with_its_margin() {
+    let (_file, config) = cell(POST);
+    for (seed, margin) in [(0, 0.01), (1, 0.03), (2, 0.0)] {
+        let config = ControllerConfig {
+            seed,
+            ..config.clone()
+        };
+        let options = PlanOptions {
+            margin,
+            ..PlanOptions::to(PathTarget::Joints(JointPositions(RIGHT)))
+        };
+        let path = planned(&config, &options).unwrap();
+        assert_eq!(path.waypoints[0].0, LEFT);
+        assert_eq!(path.waypoints[path.waypoints.len() - 1].0, RIGHT);
+        assert!(path.waypoints.len() > 2, "{path:?}");
+        let length = path_planning::length(&path.waypoints);
+        assert!((path.length - length).abs() < 1e-12);
+        // Run by somebody else it is the same.
+        let run = measured(&config, &path.program);
+        assert_eq!(run.end, MeasuredEnd::Finished, "{}", path.program);
+        assert!(
+            run.distance() >= margin,
+            "{} {margin}\n{}",
+            run.distance(),
+            path.program
+        );
+        assert_eq!(Some(run.distance()), path.distance);
+        assert_eq!(run.result.time, path.time);
+        assert!(path.program.contains(", r=0."), "{}", path.program);
+        let again = planned(&config, &options).unwrap();
+        assert_eq!(again.program, path.program);
+    }
+}
+
+#[test]
+fn a_pose_is_reached_by_any_of_its_joint_positions_and_along_the_tool() {
+    let (_file, config) = cell(POST);
+    let scene = collision_scene(&config).unwrap();
+    let pose = scene
+        .model()
+        .tcp_pose(&JointPositions(RIGHT), scene.flange_from_tcp());
+    let options = PlanOptions {
+        approach: 0.05,
+        ..PlanOptions::to(PathTarget::Pose(pose.to_rpy()))
+    };
+    let path = planned(&config, &options).unwrap();
+    let end = path.waypoints[path.waypoints.len() - 1];
+    let reached = scene.model().tcp_pose(&end, scene.flange_from_tcp());
+    assert!((reached.translation - pose.translation).norm() < 1e-9);
+    assert!(path.program.contains("movel(["), "{}", path.program);
+    let before = path.waypoints[path.waypoints.len() - 2];
+    let before = scene.model().tcp_pose(&before, scene.flange_from_tcp());
+    let way = pose.translation - before.translation;
+    assert!((way.norm() - 0.05).abs() < 1e-6, "{way}");
+}
+
+#[test]
+fn no_path_has_its_reason() {
+    let (_file, config) = cell(POST);
+    let reason = |config: &ControllerConfig, options: &PlanOptions| match planned(config, options) {
+        Err(PlanError::NoPath { reason, detail }) => (reason, detail),
+        other => panic!("{other:?}"),
+    };
+    let inside = JointPositions([0.0, -1.57, 1.57, -1.57, -1.57, 0.0]);
+    let (word, detail) = reason(&config, &PlanOptions::to(PathTarget::Joints(inside)));
+    assert_eq!(word, NoPathReason::GoalInCollision);
+    assert!(
+        detail.contains("post") && detail.contains("[[touch]]"),
+        "{detail}"
+    );
+    let at_post = ControllerConfig {
+        home: inside,
+        ..config.clone()
+    };
+    let to_right = PlanOptions::to(PathTarget::Joints(JointPositions(RIGHT)));
+    assert_eq!(
+        reason(&at_post, &to_right).0,
+        NoPathReason::StartInCollision
+    );
+    let far = RpyPose::from_array([2.0, 0.0, 0.3, 3.14, 0.0, 0.0]);
+    let (word, detail) = reason(&config, &PlanOptions::to(PathTarget::Pose(far)));
+    assert_eq!(word, NoPathReason::OutOfReach);
+    assert!(detail.contains("p[2,0,0.3,3.14,0,0]"), "{detail}");
+    let hurried = PlanOptions {
+        time: Duration::ZERO,
+        ..to_right.clone()
+    };
+    let (word, detail) = reason(&config, &hurried);
+    assert_eq!(word, NoPathReason::NoPath);
+    assert!(detail.contains("--time"), "{detail}");
+    let beyond = PlanOptions::to(PathTarget::Joints(JointPositions([
+        7.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+    ])));
+    let error = planned(&config, &beyond).unwrap_err();
+    assert!(matches!(error, PlanError::Request(_)), "{error}");
+    let held = PlanOptions {
+        held: Some("box".to_owned()),
+        ..to_right
+    };
+    let error = planned(&config, &held).unwrap_err().to_string();
+    assert!(
+        error.contains("\"box\"") && error.contains("post, table"),
+        "{error}"
+    );
+}

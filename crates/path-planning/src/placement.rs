@@ -1,0 +1,329 @@
+//! Where the arm should stand: the base pose from which it reaches all points, far from the ends of its joints' ranges.
+
+use kinematics::elementary::{cos, sin};
+use kinematics::ik::unwrap_towards;
+use kinematics::{JointPositions, Pose, RpyPose};
+
+use crate::scene::{CollisionScene, ObstacleId, ObstaclePlace, PlacedArm};
+
+/// Places along each side of the area, and turns, that are looked at first.
+const SIDE_PLACES: u32 = 41;
+const TURNS: u32 = 16;
+/// The best of these are improved.
+const STARTS: usize = 12;
+/// Improving ends at steps of this length, m and a tenth of it rad.
+const FINEST_STEP: f64 = 5e-4;
+/// Joint margins nearer to each other than this are equal, rad: then the quicker one is better.
+const SAME_MARGIN: f64 = 1e-6;
+
+/// What the arm has to reach, and where it may stand.
+#[derive(Clone, Debug)]
+pub struct PlacementRequest {
+    /// The arm at the origin of the cell, among what stands in the cell.
+    pub scene: CollisionScene,
+    /// TCP poses in the frame of the cell; at least one.
+    pub points: Vec<Pose>,
+    /// The distance that is kept at every point, m.
+    pub margin: f64,
+    /// Where the base may be: least and largest x, least and largest y, m.
+    pub area: [f64; 4],
+    /// Whether the base may be turned about its vertical.
+    pub has_yaw: bool,
+}
+
+/// A base pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BasePose {
+    /// Place, m.
+    pub x: f64,
+    /// Place, m.
+    pub y: f64,
+    /// Turn about the vertical, rad.
+    pub yaw: f64,
+}
+
+/// A base pose from which all points are reached.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    /// Where the base is.
+    pub base: BasePose,
+    /// The least distance of a joint to the end of its range at any point, rad.
+    pub joint_margin: f64,
+    /// The least distance at any point, m; infinite where nothing can touch.
+    pub distance: f64,
+    /// How long the joints take from point to point at their highest speeds, s.
+    pub time: f64,
+    /// Joint positions for every point.
+    pub joints: Vec<JointPositions>,
+}
+
+impl BasePose {
+    /// The pose in the frame of the cell.
+    pub fn pose(&self) -> Pose {
+        Pose::from_rpy(&RpyPose {
+            xyz: [self.x, self.y, 0.0],
+            rpy: [0.0, 0.0, self.yaw],
+        })
+    }
+}
+
+impl Placement {
+    fn is_better_than(&self, other: &Self) -> bool {
+        match self.joint_margin - other.joint_margin {
+            more if more > SAME_MARGIN => true,
+            more if more < -SAME_MARGIN => false,
+            _ => self.time < other.time,
+        }
+    }
+}
+
+/// Judges base poses.
+#[derive(Clone, Debug)]
+pub struct PlacementCheck<'a> {
+    request: &'a PlacementRequest,
+    scene: CollisionScene,
+    standing: Vec<(ObstacleId, Pose)>,
+    arm: PlacedArm,
+}
+
+impl<'a> PlacementCheck<'a> {
+    /// For one request.
+    pub fn new(request: &'a PlacementRequest) -> Self {
+        let scene = request.scene.clone();
+        let names: Vec<String> = scene.obstacle_names().map(str::to_owned).collect();
+        let standing = names.iter().filter_map(|name| {
+            let id = scene.obstacle(name)?;
+            match scene.place(id)? {
+                ObstaclePlace::Standing(pose) => Some((id, pose)),
+                _ => None,
+            }
+        });
+        Self {
+            request,
+            standing: standing.collect(),
+            scene,
+            arm: PlacedArm::default(),
+        }
+    }
+
+    /// What holds with the base there: a placement, or the numbers of the points that are not reached, from 0; all of
+    /// them only where `finds_all`, else the first.
+    ///
+    /// # Errors
+    /// The points that fail.
+    pub fn judge(&mut self, base: &BasePose, finds_all: bool) -> Result<Placement, Vec<usize>> {
+        let base_from_cell = base.pose().inverse();
+        for (id, pose) in &self.standing {
+            let place = ObstaclePlace::Standing(base_from_cell * *pose);
+            self.scene.set_place(*id, place);
+        }
+        let (mut failing, mut joints) = (Vec::new(), Vec::new());
+        let (mut joint_margin, mut distance) = (f64::INFINITY, f64::INFINITY);
+        for (number, point) in self.request.points.iter().enumerate() {
+            match self.best_joints(&(base_from_cell * *point)) {
+                Some((q, margin, far)) => {
+                    joints.push(q);
+                    joint_margin = joint_margin.min(margin);
+                    distance = distance.min(far);
+                }
+                None => {
+                    failing.push(number);
+                    if !finds_all {
+                        return Err(failing);
+                    }
+                }
+            }
+        }
+        if !failing.is_empty() {
+            return Err(failing);
+        }
+        Ok(Placement {
+            base: *base,
+            joint_margin,
+            distance,
+            time: self.time(&joints),
+            joints,
+        })
+    }
+
+    /// The joint positions for a TCP pose that are farthest from the ends of their ranges and keep the margin, with
+    /// both distances.
+    fn best_joints(&mut self, pose: &Pose) -> Option<(JointPositions, f64, f64)> {
+        let model = self.scene.model();
+        let limits = *model.limits();
+        let middle = JointPositions(core::array::from_fn(|joint| {
+            (limits.position_min[joint] + limits.position_max[joint]) / 2.0
+        }));
+        let margin = |q: &JointPositions| {
+            let margins = (0..6).map(|joint| {
+                let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
+                (q[joint] - min).min(max - q[joint])
+            });
+            margins.fold(f64::INFINITY, f64::min)
+        };
+        let solutions = model.inverse_all(pose, self.scene.flange_from_tcp());
+        let mut inside: Vec<(f64, JointPositions)> = solutions
+            .iter()
+            .filter_map(|q| unwrap_towards(q, &middle, &limits))
+            .map(|q| (margin(&q), q))
+            .collect();
+        inside.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (margin, q) in inside {
+            self.scene.place_arm(&q, &mut self.arm);
+            let nearest = self.scene.nearest_of(&self.arm);
+            let distance = nearest.map_or(f64::INFINITY, |nearest| nearest.distance);
+            if distance >= self.request.margin {
+                return Some((q, margin, distance));
+            }
+        }
+        None
+    }
+
+    /// How long the slowest joint takes from point to point, s.
+    fn time(&self, joints: &[JointPositions]) -> f64 {
+        let limits = self.scene.model().limits();
+        let (speed, acceleration) = (limits.speed, limits.acceleration);
+        let times = joints.windows(2).map(|ends| {
+            let of_joint = |joint: usize| {
+                let way = (ends[1][joint] - ends[0][joint]).abs();
+                let (v, a) = (speed[joint], acceleration[joint]);
+                // Up to speed and down again, or only a part of it.
+                match way > v * v / a {
+                    true => way / v + v / a,
+                    false => 2.0 * (way / a).sqrt(),
+                }
+            };
+            (0..6).map(of_joint).fold(0.0, f64::max)
+        });
+        times.sum()
+    }
+}
+
+/// The best base pose. `should_stop` is asked now and then, and ends the search with what was found until then.
+///
+/// # Errors
+/// The numbers of the points, from 0, that are not reached from where the fewest are not.
+pub fn place(
+    request: &PlacementRequest,
+    should_stop: &mut dyn FnMut() -> bool,
+) -> Result<Placement, Vec<usize>> {
+    let mut check = PlacementCheck::new(request);
+    let [x_min, x_max, y_min, y_max] = request.area;
+    let side =
+        |min: f64, max: f64, k: u32| min + (max - min) * f64::from(k) / f64::from(SIDE_PLACES - 1);
+    let turns = match request.has_yaw {
+        true => TURNS,
+        false => 1,
+    };
+    let mut found: Vec<Placement> = Vec::new();
+    let mut places = Vec::new();
+    for turn in 0..turns {
+        let yaw = core::f64::consts::TAU * f64::from(turn) / f64::from(TURNS);
+        for j in 0..SIDE_PLACES {
+            for i in 0..SIDE_PLACES {
+                let base = BasePose {
+                    x: side(x_min, x_max, i),
+                    y: side(y_min, y_max, j),
+                    yaw: wrapped(yaw),
+                };
+                places.push(base);
+            }
+        }
+    }
+    for base in &places {
+        if should_stop() {
+            break;
+        }
+        if let Ok(placement) = check.judge(base, false) {
+            found.push(placement);
+        }
+    }
+    found.sort_by(|a, b| {
+        let by_margin = b.joint_margin.total_cmp(&a.joint_margin);
+        by_margin.then(a.time.total_cmp(&b.time))
+    });
+    found.truncate(STARTS);
+    let step = ((x_max - x_min).max(y_max - y_min) / f64::from(SIDE_PLACES - 1)).max(FINEST_STEP);
+    let improved = found
+        .into_iter()
+        .map(|start| improve(&mut check, start, step, should_stop));
+    let best = improved.reduce(|best, other| match other.is_better_than(&best) {
+        true => other,
+        false => best,
+    });
+    best.ok_or_else(|| {
+        let mut fewest: Option<Vec<usize>> = None;
+        for base in &places {
+            if fewest.is_some() && should_stop() {
+                break;
+            }
+            if let Err(failing) = check.judge(base, true)
+                && fewest
+                    .as_ref()
+                    .is_none_or(|fewest| failing.len() < fewest.len())
+            {
+                fewest = Some(failing);
+            }
+        }
+        fewest.unwrap_or_default()
+    })
+}
+
+/// Goes to better places beside a placement, with smaller and smaller steps.
+fn improve(
+    check: &mut PlacementCheck<'_>,
+    start: Placement,
+    step: f64,
+    should_stop: &mut dyn FnMut() -> bool,
+) -> Placement {
+    let [x_min, x_max, y_min, y_max] = check.request.area;
+    let (mut best, mut step) = (start, step);
+    while step > FINEST_STEP && !should_stop() {
+        let mut better: Option<Placement> = None;
+        for direction in 0..8_u32 {
+            let angle = core::f64::consts::FRAC_PI_4 * f64::from(direction);
+            let turns: &[f64] = match check.request.has_yaw {
+                true => &[0.0, 1.0, -1.0],
+                false => &[0.0],
+            };
+            for turn in turns {
+                let base = BasePose {
+                    x: (best.base.x + step * cos(angle)).clamp(x_min, x_max),
+                    y: (best.base.y + step * sin(angle)).clamp(y_min, y_max),
+                    yaw: wrapped(best.base.yaw + turn * step * 5.0),
+                };
+                let better_yet = better.as_ref().unwrap_or(&best);
+                if let Ok(placement) = check.judge(&base, false)
+                    && placement.is_better_than(better_yet)
+                {
+                    better = Some(placement);
+                }
+            }
+        }
+        if check.request.has_yaw {
+            for turn in [1.0, -1.0] {
+                let base = BasePose {
+                    yaw: wrapped(best.base.yaw + turn * step * 5.0),
+                    ..best.base
+                };
+                let better_yet = better.as_ref().unwrap_or(&best);
+                if let Ok(placement) = check.judge(&base, false)
+                    && placement.is_better_than(better_yet)
+                {
+                    better = Some(placement);
+                }
+            }
+        }
+        match better {
+            Some(better) => best = better,
+            None => step /= 2.0,
+        }
+    }
+    best
+}
+
+/// An angle from -pi to pi.
+fn wrapped(angle: f64) -> f64 {
+    let turns = (angle / core::f64::consts::TAU).round();
+    angle - turns * core::f64::consts::TAU
+}

@@ -1,0 +1,68 @@
+//! `eliteserver optimize`: a faster program that does the same.
+
+use std::io::Write;
+
+use controller::clearance::MeasuredEnd;
+use controller::optimizer::{OptimizeError, OptimizeOptions, optimize as make_faster};
+
+use crate::cli::OptimizeArgs;
+use crate::command::{CommandError, CommandResult, CommandStatus};
+use crate::commands::check::read_script;
+use crate::commands::clearance::refuse_ignored;
+use crate::config::RunConfig;
+use crate::logging;
+use crate::shutdown::Shutdown;
+
+/// Exit status: 0 done, 1 the program fails or touches something as it is, 2 it cannot be run.
+///
+/// # Errors
+/// What kept the program from being run.
+pub fn optimize(args: &OptimizeArgs, config: &RunConfig) -> CommandResult {
+    refuse_ignored(&args.run, "optimize")?;
+    let shutdown = Shutdown::start(CommandStatus::NotDone)?;
+    let program = read_script(&config.file).map_err(CommandError::sentence)?;
+    if config.robot.cell.is_none() {
+        logging::say(
+            "eliteserver: there is no --cell: only the arm itself is kept from itself, whatever else stands there",
+        );
+    }
+    let options = OptimizeOptions {
+        margin: args.margin,
+        keep: args.keep.clone(),
+        presets: config.presets.clone(),
+        limit: args.timeout,
+    };
+    let mut keep_going = || !shutdown.token().is_cancelled();
+    let faster = match make_faster(&config.robot, &program, &options, &mut keep_going) {
+        Ok(faster) => faster,
+        Err(error) => {
+            let status = match &error {
+                OptimizeError::Touches { .. }
+                | OptimizeError::Program(MeasuredEnd::Failed { .. }) => CommandStatus::Negative,
+                _ => CommandStatus::NotDone,
+            };
+            return Err(CommandError::from(error).with_status(status));
+        }
+    };
+    // Whoever reads may have seen enough; the status still tells.
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(faster.diff.as_bytes());
+    if let Some(path) = &args.output {
+        std::fs::write(path, &faster.text).map_err(|error| {
+            CommandError::sentence(format!("cannot write {}: {error}", path.display()))
+        })?;
+    }
+    let (before, after) = (faster.before, faster.after);
+    logging::say(&match faster.diff.is_empty() {
+        true => format!(
+            "nothing can be gained: the cycle takes {before:.3} s ({} runs)",
+            faster.runs
+        ),
+        false => format!(
+            "cycle time {before:.3} s before, {after:.3} s after: {:.1} % shorter ({} runs)",
+            (before - after) / before.max(1e-9) * 100.0,
+            faster.runs
+        ),
+    });
+    Ok(CommandStatus::Success)
+}
