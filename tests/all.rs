@@ -26,6 +26,7 @@ mod mcp;
 mod micro_lines;
 mod motion_bad_input;
 mod one_program;
+mod paths;
 mod pendant;
 mod process_moves;
 mod real_robot;

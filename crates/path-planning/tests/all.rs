@@ -6,6 +6,7 @@
     reason = "test helpers fail by panicking"
 )]
 
+mod placement;
 mod planner;
 mod scene;
 mod scenes;

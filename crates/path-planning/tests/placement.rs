@@ -1,0 +1,65 @@
+//! The best base pose is at least as good as any of a fine grid.
+
+use kinematics::{Pose, RobotModel, RpyPose};
+use path_planning::placement::{BasePose, PlacementCheck, PlacementRequest, place};
+use path_planning::{CollisionScene, ObstaclePlace, PlacedShape, Shape};
+
+fn request(has_yaw: bool) -> PlacementRequest {
+    let arm = RobotModel::built_in("cs66").unwrap();
+    let mut scene = CollisionScene::new(arm, None, Pose::from_translation(0.0, 0.0, 0.1));
+    let post = Shape::Cylinder {
+        radius: 0.05,
+        half_length: 0.5,
+    };
+    let place = ObstaclePlace::Standing(Pose::from_translation(0.2, 0.1, 0.5));
+    scene.add_obstacle("post", vec![PlacedShape::centred(post)], place);
+    let down = |x: f64, y: f64, z: f64, turn: f64| {
+        Pose::from_rpy(&RpyPose {
+            xyz: [x, y, z],
+            rpy: [core::f64::consts::PI, 0.0, turn],
+        })
+    };
+    PlacementRequest {
+        scene,
+        points: vec![
+            down(0.5, 0.3, 0.3, 0.0),
+            down(0.5, -0.3, 0.2, 0.5),
+            down(0.6, 0.0, 0.4, -0.5),
+        ],
+        margin: 0.01,
+        area: [-0.5, 0.5, -0.5, 0.5],
+        has_yaw,
+    }
+}
+
+#[test]
+fn no_place_of_a_grid_is_better() {
+    let request = request(false);
+    let best = place(&request, &mut || false).unwrap();
+    assert!(best.distance >= request.margin && best.joints.len() == 3);
+    let mut check = PlacementCheck::new(&request);
+    let mut largest = 0.0_f64;
+    for i in 0..60 {
+        for j in 0..60 {
+            let side = |k: i32| -0.5 + f64::from(k) / 59.0;
+            let base = BasePose {
+                x: side(i),
+                y: side(j),
+                yaw: 0.0,
+            };
+            if let Ok(placement) = check.judge(&base, false) {
+                largest = largest.max(placement.joint_margin);
+            }
+        }
+    }
+    assert!(best.joint_margin >= largest - 1e-3, "{best:?} {largest}");
+    let again = place(&request, &mut || false).unwrap();
+    assert_eq!(again, best);
+}
+
+#[test]
+fn points_that_are_out_of_reach_are_told() {
+    let mut request = request(false);
+    request.points.push(Pose::from_translation(3.0, 0.0, 0.3));
+    assert_eq!(place(&request, &mut || false), Err(vec![3]));
+}
