@@ -15,6 +15,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("kinematics", &[]),
     ("supervision", &[]),
     ("wire", &[]),
+    ("program-import", &["kinematics"]),
     (
         "robot-client",
         &["io-bus", "kinematics", "motion-api", "recorder", "wire"],
@@ -130,6 +131,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "motion-api",
             "pendant",
             "platform",
+            "program-import",
             "recorder",
             "robot-client",
             "script-test",
@@ -160,6 +162,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "io-bus",
             "kinematics",
             "motion-api",
+            "program-import",
             "recorder",
             "server",
             "supervision",
