@@ -42,5 +42,6 @@ mod settings;
 mod shutdown;
 mod stops;
 mod transcripts;
+mod translate;
 mod vendor_clients;
 mod vendor_ports;

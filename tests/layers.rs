@@ -15,6 +15,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("kinematics", &[]),
     ("supervision", &[]),
     ("wire", &[]),
+    ("program-import", &["kinematics"]),
     (
         "robot-client",
         &["io-bus", "kinematics", "motion-api", "recorder", "wire"],
@@ -131,6 +132,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "path-planning",
             "pendant",
             "platform",
+            "program-import",
             "recorder",
             "robot-client",
             "script-test",
@@ -161,6 +163,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "io-bus",
             "kinematics",
             "motion-api",
+            "program-import",
             "recorder",
             "server",
             "supervision",

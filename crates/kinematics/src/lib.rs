@@ -31,6 +31,7 @@ mod composite;
 pub mod dh;
 pub mod dynamics;
 pub mod elementary;
+pub mod identification;
 pub mod ik;
 pub mod joint;
 mod matrix3;

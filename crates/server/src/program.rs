@@ -114,6 +114,8 @@ fn execute(command: CliCommand) -> CommandResult {
         CliCommand::Calibrate(args) => commands::calibrate::calibrate(&args),
         CliCommand::Record(args) => commands::record::record(&args),
         CliCommand::Compare(args) => commands::compare::compare(&args),
+        CliCommand::Import(args) => commands::import::import(&args),
+        CliCommand::Translate(args) => commands::translate::translate(&args),
         CliCommand::Lsp(args) => commands::lsp::lsp(&args),
         CliCommand::Mcp(args) => commands::mcp::mcp(&args),
         CliCommand::Fleet(args) => commands::fleet::fleet(&args),

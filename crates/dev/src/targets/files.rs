@@ -8,6 +8,7 @@ use controller::recorded_run::RecordedRun;
 use elite_runtime::micro_line::{MicroLine, Space, Units};
 use elite_runtime::task_folder::TaskFolder;
 use kinematics::{Calibration, RobotModel};
+use program_import::toolpath;
 use recorder::{Recording, Summary, Topic, TopicTable};
 use server::cli::{ControllerArgs, ServeArgs};
 use server::commands::replay::rerun::rerun;
@@ -49,6 +50,114 @@ pub(super) const TARGETS: &[Target] = &[
         seeds: mcap_file::seeds,
         words: &[b"1e999", b"-1", b"\"urdf\"", b"MoveJ", b"movel", b"null"],
         bytes_max: 60_000,
+    },
+    Target {
+        name: "urscript",
+        about: "programs of Universal Robots; what comes out of them is read again",
+        check: |data| {
+            let text = String::from_utf8_lossy(data);
+            match program_import::translate::translate(&text, "fuzz") {
+                Ok(translation) => {
+                    let file = elite_syntax::SourceFile::new("fuzz.script", &*translation.text);
+                    _ = elite_syntax::check(file, &elite_syntax::KnownNames::default());
+                    assert!(!translation.report("fuzz").is_empty());
+                }
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        },
+        render_input: as_they_are,
+        seeds: || files_of(&["tests/universal_robots"], ".urscript"),
+        words: &[
+            b"def ",
+            b"thread ",
+            b"end\n",
+            b"p[",
+            b"[",
+            b"]",
+            b"global ",
+            b"local ",
+            b"run ",
+            b"movej(",
+            b"struct(",
+            b"xor",
+            b"elif ",
+            b"\"",
+            b"$ ",
+            b"#",
+            b"0x",
+            b"1e999",
+            b"enter_critical",
+            b".append(",
+        ],
+        bytes_max: 3000,
+    },
+    Target {
+        name: "toolpath",
+        about: "G-code, drawings and tables of points, and the programs that they become",
+        check: |data| {
+            let text = String::from_utf8_lossy(data);
+            let paths = [
+                toolpath::gcode::read(&text, 1e-5),
+                toolpath::dxf::read(&text, &[], 1e-5),
+                toolpath::csv::read(&text, 0.001),
+            ];
+            for path in paths {
+                match path {
+                    Ok(path) => {
+                        let options = toolpath::program::ProgramOptions {
+                            frame: kinematics::RpyPose::default(),
+                            tool_axis: [0.0, 0.0, -1.0],
+                            speed: None,
+                            speed_factor: 1.0,
+                            tolerance: 5e-5,
+                            on: None,
+                            off: None,
+                            lead_in: 0.01,
+                            lifts: true,
+                        };
+                        let (text, _) =
+                            toolpath::program::write(&path, "fuzz", &options, &mut |_, _| true);
+                        let file = elite_syntax::SourceFile::new("fuzz.script", &*text);
+                        assert!(elite_syntax::parser::parse(&file).diagnostics.is_empty());
+                    }
+                    Err(error) => assert!(!error.to_string().is_empty()),
+                }
+            }
+        },
+        render_input: as_they_are,
+        seeds: || {
+            let texts = [
+                "G21 G90\nG0 X1 Y2 Z3\nG1 X10 F600\nG2 X20 R5\nG3 X0 I-10 J0 Z2\nM3\nG4 P0.5\nM5\nM30\n",
+                "0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n0\n20\n0\n11\n10\n21\n5\n0\nARC\n10\n1\n20\n2\n40\n3\n50\n0\n51\n90\n0\nENDSEC\n",
+                "0\nSECTION\n2\nENTITIES\n0\nSPLINE\n71\n1\n40\n0\n40\n0\n40\n1\n40\n1\n10\n0\n20\n0\n10\n5\n20\n5\n0\nENDSEC\n",
+                "0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n70\n1\n10\n0\n20\n0\n42\n0.5\n10\n9\n20\n0\n0\nENDSEC\n",
+                "x;y;z;rx;ry;rz\n1,5;2;3;0;3,14;0\n2;2;3;0;3,14;0\n",
+            ];
+            texts.map(|text| text.as_bytes().to_vec()).to_vec()
+        },
+        words: &[
+            b"G2",
+            b"G91",
+            b"G18",
+            b"R-1",
+            b"1e9",
+            b"-0",
+            b"nan",
+            b"inf",
+            b"10\n",
+            b"42\n",
+            b"CIRCLE",
+            b"ELLIPSE",
+            b"POLYLINE",
+            b"VERTEX",
+            b"SEQEND",
+            b"210\n1\n",
+            b"230\n-1\n",
+            b"\n",
+            b";",
+            b"(",
+        ],
+        bytes_max: 3000,
     },
     Target {
         name: "cell",

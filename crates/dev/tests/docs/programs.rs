@@ -33,6 +33,7 @@ walks! {
     from_ur: "docs/from-ur.md",
     force: "docs/force.md",
     http: "docs/protocol/http.md",
+    import: "docs/import.md",
     index: "docs/index.md",
     interpreter: "docs/protocol/interpreter.md",
     io: "docs/IO.md",

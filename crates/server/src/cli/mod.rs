@@ -3,6 +3,7 @@
 //! Owns the shape of the command line only. Options keep "not given" apart from "given", so that [`crate::config`] can
 //! put a flag over the configuration file over the default; the defaults are written there, the texts here name them.
 
+mod import;
 mod paths;
 mod robot;
 mod test;
@@ -22,6 +23,8 @@ use crate::config::PRIMARY_PORT;
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
 pub use paths::{ClearanceArgs, OptimizeArgs, PlaceArgs, PlanArgs};
+pub use import::{ImportArgs, TranslateArgs};
+pub use paths::{ClearanceArgs, PlanArgs};
 pub use test::{TestArgs, TestFormat};
 
 pub use robot::{
@@ -95,6 +98,12 @@ pub enum CliCommand {
     /// Lay two recordings over each other and tell how far they are apart. Exit status: 0 within the bound, 1 beyond, 2
     /// unreadable
     Compare(CompareArgs),
+    /// Turn a toolpath (G-code, DXF, CSV) into a program. Exit status: 0 done, 1 the path is impossible or, with
+    /// --strict, not wholly understood, 2 unreadable
+    Import(Box<ImportArgs>),
+    /// Turn a program of Universal Robots (URScript) into one of this controller. Exit status: 0 complete, 1 something
+    /// has no counterpart, 2 unreadable
+    Translate(TranslateArgs),
     /// The language server for editors, on standard input and output. Exit status: 0 after 'shutdown', 1 the client
     /// vanished
     Lsp(LspArgs),
@@ -131,6 +140,8 @@ impl CliCommand {
             Self::Calibrate(args) => Some(&args.robot.log),
             Self::Record(args) => Some(&args.robot.log),
             Self::Compare(args) => Some(&args.log),
+            Self::Import(args) => Some(&args.log),
+            Self::Translate(args) => Some(&args.log),
             Self::Lsp(args) => Some(&args.log),
             Self::Mcp(args) => Some(&args.log),
             Self::Fleet(args) => Some(&args.log),

@@ -1,0 +1,134 @@
+//! B-splines with weights as lines within a tolerance.
+
+use super::{Point, distance, dot, minus, plus, unit};
+
+/// A spline of any degree up to [`DEGREE_MAX`].
+#[derive(Clone, Debug, Default)]
+pub struct Spline {
+    /// Degree, from 1.
+    pub degree: usize,
+    /// Knots, in order; as many as control points and degree and one.
+    pub knots: Vec<f64>,
+    /// Control points, m.
+    pub points: Vec<Point>,
+    /// Weights of the control points; none: all 1.
+    pub weights: Vec<f64>,
+}
+
+/// Higher degrees are no splines that anybody draws.
+pub const DEGREE_MAX: usize = 25;
+/// Each span of knots is halved this often at most.
+const HALVINGS_MAX: u32 = 12;
+
+impl Spline {
+    /// Why it is none.
+    pub fn problem(&self) -> Option<String> {
+        let (count, degree) = (self.points.len(), self.degree);
+        if degree == 0 || degree > DEGREE_MAX {
+            return Some(format!(
+                "a spline of degree {degree}: allowed are 1 to {DEGREE_MAX}"
+            ));
+        }
+        if count <= degree || self.knots.len() != count + degree + 1 {
+            return Some(format!(
+                "a spline of degree {degree} with {count} control points has {} knots, and this one {}",
+                count + degree + 1,
+                self.knots.len()
+            ));
+        }
+        if !self.weights.is_empty() && self.weights.len() != count {
+            return Some(format!(
+                "{} weights for {count} control points",
+                self.weights.len()
+            ));
+        }
+        if self.weights.iter().any(|weight| *weight <= 0.0) {
+            return Some("a weight of a spline is not above 0".to_owned());
+        }
+        let is_in_order = self.knots.windows(2).all(|pair| pair[0] <= pair[1]);
+        let has_length = self.knots[degree] < self.knots[count];
+        (!is_in_order || !has_length).then(|| "the knots of a spline are not in order".to_owned())
+    }
+
+    /// The point at a parameter, by de Boor's algorithm in homogeneous coordinates.
+    pub fn point(&self, parameter: f64) -> Point {
+        let (degree, knots) = (self.degree, &self.knots);
+        let last = self.points.len() - 1;
+        let span = (degree..last)
+            .take_while(|span| knots[*span + 1] <= parameter)
+            .count()
+            + degree;
+        let mut work: Vec<[f64; 4]> = (span - degree..=span)
+            .map(|index| {
+                let weight = self.weights.get(index).copied().unwrap_or(1.0);
+                let [x, y, z] = self.points[index];
+                [x * weight, y * weight, z * weight, weight]
+            })
+            .collect();
+        for level in 1..=degree {
+            for index in (level..=degree).rev() {
+                let left = knots[span - degree + index];
+                let right = knots[span + 1 + index - level];
+                let part = match right > left {
+                    true => (parameter - left) / (right - left),
+                    false => 0.0,
+                };
+                let before = work[index - 1];
+                for (value, before) in work[index].iter_mut().zip(before) {
+                    *value = (1.0 - part) * before + part * *value;
+                }
+            }
+        }
+        let [x, y, z, weight] = work[degree];
+        [x / weight, y / weight, z / weight]
+    }
+
+    /// Points such that the lines between them stay within `tolerance` of the curve; the first one is its begin.
+    pub fn lines(&self, tolerance: f64, points_max: usize) -> Vec<Point> {
+        let (begin, end) = (self.knots[self.degree], self.knots[self.points.len()]);
+        let mut parameters: Vec<f64> = self.knots[self.degree..=self.points.len()].to_vec();
+        parameters.dedup();
+        let mut lines = vec![self.point(begin)];
+        for pair in parameters.windows(2) {
+            // Two halves at least, so that a curve that swings about its chord is seen.
+            let middle = f64::midpoint(pair[0], pair[1]);
+            for span in [[pair[0], middle], [middle, pair[1]]] {
+                self.add_lines(span, HALVINGS_MAX, tolerance, points_max, &mut lines);
+            }
+        }
+        debug_assert!(end >= begin, "knots are in order");
+        lines
+    }
+
+    fn add_lines(
+        &self,
+        [begin, end]: [f64; 2],
+        halvings: u32,
+        tolerance: f64,
+        points_max: usize,
+        lines: &mut Vec<Point>,
+    ) {
+        let (from, to) = (self.point(begin), self.point(end));
+        let is_near = [0.25, 0.5, 0.75].into_iter().all(|part| {
+            let point = self.point(begin + part * (end - begin));
+            distance_to_line(point, from, to) <= tolerance
+        });
+        if is_near || halvings == 0 || lines.len() >= points_max {
+            lines.push(to);
+            return;
+        }
+        let middle = f64::midpoint(begin, end);
+        for span in [[begin, middle], [middle, end]] {
+            self.add_lines(span, halvings - 1, tolerance, points_max, lines);
+        }
+    }
+}
+
+/// Distance of a point from a line between two points.
+pub fn distance_to_line(point: Point, from: Point, to: Point) -> f64 {
+    let Some(direction) = unit(minus(to, from)) else {
+        return distance(point, from);
+    };
+    let along = dot(minus(point, from), direction).clamp(0.0, distance(from, to));
+    distance(point, plus(from, direction, along))
+}

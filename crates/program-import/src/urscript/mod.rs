@@ -1,0 +1,30 @@
+//! URScript as text: tokens, syntax tree.
+//!
+//! Knows the grammar that controllers of Universal Robots accept, the labels (`$ 3 "Waypoint"`) of programs that PolyScope makes
+//! included, and nothing of robots.
+
+pub mod ast;
+mod lexer;
+mod parser;
+
+pub use lexer::Comment;
+pub use parser::{Source, parse};
+
+/// Why a text is no URScript: a sentence and the line, counted from 1.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {text}")]
+pub struct SyntaxError {
+    /// Line of the text, from 1.
+    pub line: u32,
+    /// What is wrong.
+    pub text: String,
+}
+
+impl SyntaxError {
+    fn new(line: u32, text: impl Into<String>) -> Self {
+        Self {
+            line,
+            text: text.into(),
+        }
+    }
+}
