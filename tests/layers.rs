@@ -37,6 +37,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("world", &["kinematics", "motion-api"]),
     ("io-bus", &["motion-api", "platform", "supervision"]),
     ("recorder", &["kinematics", "motion-api", "supervision"]),
+    ("ros2", &["kinematics", "motion-api"]),
     (
         "elite-runtime",
         &[
@@ -130,6 +131,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "platform",
             "recorder",
             "robot-client",
+            "ros2",
             "script-test",
             "supervision",
             "wire",
@@ -200,6 +202,8 @@ const KEPT_IN: &[(&str, &[&str])] = &[
     ("lsp-server", &["editor"]),
     ("rmcp", &["server"]),
     ("pyo3", &["pybind"]),
+    ("ros2-client", &["ros2"]),
+    ("cdr-encoding", &["ros2"]),
 ];
 
 /// Normal (not dev, not build) dependencies of every workspace crate.

@@ -4,6 +4,7 @@
 //! put a flag over the configuration file over the default; the defaults are written there, the texts here name them.
 
 mod robot;
+mod ros2;
 mod test;
 
 use std::net::IpAddr;
@@ -20,6 +21,7 @@ use elite_runtime::Preset;
 use crate::config::PRIMARY_PORT;
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
+pub use ros2::{Ros2Args, RosMiddleware};
 pub use test::{TestArgs, TestFormat};
 
 pub use robot::{
@@ -97,6 +99,9 @@ pub enum CliCommand {
     /// Start many controllers on this machine, a process and an address each, and look after them. SIGHUP restarts one
     /// after the other with the file as it is then. Exit status: 0 after a signal, 2 they cannot be started
     Fleet(FleetArgs),
+    /// The process of the ROS 2 node, which serve --ros2 starts; nobody else can
+    #[command(hide = true)]
+    Ros2,
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
     Wait(WaitArgs),
 }
@@ -124,6 +129,7 @@ impl CliCommand {
             | Self::Run(_)
             | Self::Doctor(_)
             | Self::Completions(_)
+            | Self::Ros2
             | Self::Man(_) => None,
         }
     }
@@ -329,6 +335,9 @@ pub struct ServeArgs {
     /// Short for --control local: scripts are refused, and clients of the primary port are closed
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub local: Option<bool>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub ros2: Ros2Args,
 }
 
 /// Options of `doctor`: those of `serve`, whose set-up is looked at.
