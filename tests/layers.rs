@@ -39,6 +39,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("path-planning", &["kinematics"]),
     ("io-bus", &["motion-api", "platform", "supervision"]),
     ("recorder", &["kinematics", "motion-api", "supervision"]),
+    ("ros2", &["kinematics", "motion-api"]),
     (
         "elite-runtime",
         &[
@@ -135,6 +136,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "program-import",
             "recorder",
             "robot-client",
+            "ros2",
             "script-test",
             "supervision",
             "wire",
@@ -207,6 +209,8 @@ const KEPT_IN: &[(&str, &[&str])] = &[
     ("lsp-server", &["editor"]),
     ("rmcp", &["server"]),
     ("pyo3", &["pybind"]),
+    ("ros2-client", &["ros2"]),
+    ("cdr-encoding", &["ros2"]),
 ];
 
 /// Normal (not dev, not build) dependencies of every workspace crate.

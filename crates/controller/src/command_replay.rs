@@ -74,12 +74,18 @@ impl CommandReplayer {
         }
         let command = message.to_command().map_err(wrong)?;
         let sent = match command.kind {
-            CommandKind::MoveMl { interval, .. } => {
+            CommandKind::MoveMl { interval, .. } | CommandKind::FollowPoints { interval, .. } => {
                 let (are_poses, points) = std::mem::take(&mut self.points);
                 let id = message.id;
                 let list = PointList::new(points, are_poses)
                     .map_err(|refusal| CommandReplayError::Points { id, refusal })?;
-                port.send_points(command.origin, &Arc::new(list), interval, |_, _| ())
+                let list = Arc::new(list);
+                match command.kind {
+                    CommandKind::FollowPoints { .. } => {
+                        port.send_trajectory(command.origin, &list, interval, |_, _| ())
+                    }
+                    _ => port.send_points(command.origin, &list, interval, |_, _| ()),
+                }
             }
             kind => port.send(command.origin, kind),
         };

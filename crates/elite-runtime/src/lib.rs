@@ -38,7 +38,8 @@ pub use preset::{Preset, PresetError};
 pub use robot::Robot;
 pub use supervisor::{NoAnswer, SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{
-    FileAccess, Instrumentation, LineCountsByText, NetworkAccess, Permissions, ProgramText,
-    SandboxError, SandboxRoots, SandboxedPath, TaskEnd, TaskSettings, claim_all_children,
+    FileAccess, Instrumentation, LineCountsByText, NetworkAccess, OwnChild, Permissions,
+    ProgramText, SandboxError, SandboxRoots, SandboxedPath, TaskEnd, TaskSettings,
+    claim_all_children,
 };
 pub use test_task::{TestTaskConfig, TestTaskHandle};

@@ -195,6 +195,26 @@ impl Robot {
         })
     }
 
+    /// Sends joint positions that the arm follows in time; the outcome will be asked for with
+    /// [`take_outcome`](Self::take_outcome).
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread does not keep up.
+    pub fn request_trajectory(
+        &self,
+        origin: Origin,
+        points: &Arc<PointList>,
+        interval: f64,
+    ) -> Result<CommandId, RingFull> {
+        task_memory::uncounted(|| {
+            self.commands
+                .send_trajectory(origin, points, interval, |id, kind| {
+                    let command = Command { id, origin, kind };
+                    self.awaited().register(command, true);
+                })
+        })
+    }
+
     /// Sends commands nobody waits for, all of them or none.
     ///
     /// # Errors
@@ -299,6 +319,11 @@ impl Robot {
         let outcome = awaited.open.get(&id)?.outcome?;
         awaited.drop_waiter(id);
         Some(outcome)
+    }
+
+    /// Nobody will ask how a requested command ended.
+    pub fn forget(&self, id: CommandId) {
+        self.awaited().drop_waiter(id);
     }
 
     /// What a command is called that has not been forgotten yet.

@@ -41,7 +41,7 @@ impl RobotModel {
     /// ```
     pub fn built_in(name: &str) -> Result<Self, ModelError> {
         let lower = name.to_ascii_lowercase();
-        if let Some((_, urdf)) = ARMS.iter().find(|(known, _)| *known == lower) {
+        if let Some(urdf) = Self::built_in_urdf(name) {
             return Self::from_urdf(urdf);
         }
         let known = Self::names().collect::<Vec<_>>().join(", ");
@@ -55,6 +55,13 @@ impl RobotModel {
             name: name.to_owned(),
             known,
         })
+    }
+
+    /// The URDF of a built-in arm.
+    pub fn built_in_urdf(name: &str) -> Option<&'static str> {
+        let lower = name.to_ascii_lowercase();
+        let found = ARMS.iter().find(|(known, _)| *known == lower);
+        found.map(|(_, urdf)| *urdf)
     }
 
     /// What `--model` takes: the name of a built-in arm, or the path of a URDF file.

@@ -177,6 +177,15 @@ pub enum CommandKind {
         /// Tracking gain, 100 to 2000.
         gain: f64,
     },
+    /// Joint positions that were handed over with it, at even times, from where the arm is, at rest or not; the list
+    /// under way is left for it. The call ends where the list does: see
+    /// [`CommandSender::send_trajectory`](crate::CommandSender::send_trajectory).
+    FollowPoints {
+        /// The number of points.
+        count: u32,
+        /// Time from point to point, s.
+        interval: f64,
+    },
     /// Joint speeds, held until the next motion command (manual 3.1.25).
     SpeedJ {
         /// rad/s.
@@ -396,6 +405,7 @@ impl CommandKind {
             Self::RestartSafetyBoard => "restart_safety_board",
             Self::EmergencyStop { .. } => "emergency_stop",
             Self::ServoJ { .. } => "servoj",
+            Self::FollowPoints { .. } => "follow_points",
             Self::SpeedJ { .. } => "speedj",
             Self::SpeedL { .. } => "speedl",
             Self::StopJ { .. } => "stopj",
@@ -434,6 +444,7 @@ impl CommandKind {
             && !matches!(
                 self,
                 Self::ServoJ { .. }
+                    | Self::FollowPoints { .. }
                     | Self::SpeedJ { .. }
                     | Self::SpeedL { .. }
                     | Self::StopJ { .. }
@@ -451,6 +462,7 @@ impl CommandKind {
             || matches!(
                 self,
                 Self::ServoJ { .. }
+                    | Self::FollowPoints { .. }
                     | Self::SpeedJ { .. }
                     | Self::SpeedL { .. }
                     | Self::Freedrive { .. }

@@ -294,7 +294,41 @@ impl CommandSender {
         before: impl FnOnce(CommandId, CommandKind),
     ) -> Result<CommandId, RingFull> {
         let count = points.count();
-        let kind = CommandKind::MoveMl { count, interval };
+        self.hand_over(
+            origin,
+            points,
+            CommandKind::MoveMl { count, interval },
+            before,
+        )
+    }
+
+    /// Sends joint positions that the arm follows in time; otherwise as [`send_points`](Self::send_points).
+    ///
+    /// # Errors
+    /// [`RingFull`] when the motion thread has not drained the ring; nothing was handed over then.
+    pub fn send_trajectory(
+        &self,
+        origin: Origin,
+        points: &Arc<PointList>,
+        interval: f64,
+        before: impl FnOnce(CommandId, CommandKind),
+    ) -> Result<CommandId, RingFull> {
+        let count = points.count();
+        self.hand_over(
+            origin,
+            points,
+            CommandKind::FollowPoints { count, interval },
+            before,
+        )
+    }
+
+    fn hand_over(
+        &self,
+        origin: Origin,
+        points: &Arc<PointList>,
+        kind: CommandKind,
+        before: impl FnOnce(CommandId, CommandKind),
+    ) -> Result<CommandId, RingFull> {
         let mut sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
         // Whoever holds the only handle is the only one who can make another.
         sender

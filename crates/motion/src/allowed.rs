@@ -45,7 +45,7 @@ pub(crate) enum RefusalCause {
 enum CommandFamily {
     /// Planned motions and their points.
     Move,
-    /// servoj, speedj, speedl.
+    /// servoj, trajectories, speedj, speedl.
     Online,
     /// freedrive.
     Freedrive,
@@ -161,6 +161,7 @@ impl CommandFamily {
             | CommandKind::MoveP { .. }
             | CommandKind::MoveMl { .. } => Self::Move,
             CommandKind::ServoJ { .. }
+            | CommandKind::FollowPoints { .. }
             | CommandKind::SpeedJ { .. }
             | CommandKind::SpeedL { .. } => Self::Online,
             CommandKind::Freedrive { .. } => Self::Freedrive,

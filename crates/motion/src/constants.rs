@@ -269,6 +269,9 @@ pub const MICRO_INTERVALS_PER_CYCLE: usize = 64;
 /// Places at which each interval of a moveml is looked at, its first not counted.
 pub const MICRO_PLACES_PER_INTERVAL: usize = 2;
 
+/// How far the first point of a trajectory may be from the arm, rad.
+pub const TRAJECTORY_START: f64 = 0.1;
+
 /// How far from the first point of a moveml the arm may stand, rad; the difference is taken up on the first interval.
 pub const MICRO_START: f64 = 1e-4;
 

@@ -157,6 +157,7 @@ impl ControlLoop {
             felt,
             self.step,
             (self.speed_fraction_in_effect(), self.is_held()),
+            self.micro_points.points(),
         );
         let view = ForceModeInput {
             arm: &arm,

@@ -77,6 +77,7 @@ impl ControlLoop {
             | CommandKind::MoveP { .. }
             | CommandKind::MoveMl { .. } => self.execute_move(command),
             CommandKind::ServoJ { .. }
+            | CommandKind::FollowPoints { .. }
             | CommandKind::SpeedJ { .. }
             | CommandKind::SpeedL { .. }
             | CommandKind::StopJ { .. }
@@ -243,6 +244,9 @@ impl ControlLoop {
                 lookahead,
                 gain,
             } => self.servoj(command, &target, duration, lookahead, gain),
+            CommandKind::FollowPoints { count, interval } => {
+                self.follow_points(command, count, interval)
+            }
             CommandKind::SpeedJ {
                 speeds,
                 acceleration,

@@ -5,16 +5,18 @@
 
 use std::sync::Arc;
 
-use kinematics::Pose;
+use kinematics::{JointPositions, Pose};
 use motion_api::{
     Command, CommandId, CommandKind, MotionMode, PointList, PointListHandoff, Refusal,
 };
 use nalgebra::UnitQuaternion;
 use rtrb::Consumer;
 
-use crate::constants::{MAX_DURATION, MICRO_START, MIN_REQUESTED_RATE};
-use crate::cycle::ControlLoop;
+use crate::constants::{MAX_DURATION, MICRO_START, MIN_REQUESTED_RATE, TRAJECTORY_START};
+use crate::cycle::{ControlLoop, Generator};
 use crate::intake::{CommandResult, Completion, bad_value};
+use crate::modes::trajectory::TrajectoryMode;
+use crate::modes::{CallCompletion, OnlineMode, states};
 use crate::path::{MicroLine, PointValues, TcpPath};
 use crate::plan::MicroLinePlanner;
 use crate::upcoming::PlanState;
@@ -70,7 +72,10 @@ impl MicroPoints {
 impl ControlLoop {
     /// Takes over the points of a command that has left the ring.
     pub(crate) fn take_points(&mut self, command: &Command) {
-        if !matches!(command.kind, CommandKind::MoveMl { .. }) {
+        if !matches!(
+            command.kind,
+            CommandKind::MoveMl { .. } | CommandKind::FollowPoints { .. }
+        ) {
             return;
         }
         let waits = self.deferred.map_or(CommandId::NONE, |waits| waits.id);
@@ -135,6 +140,55 @@ impl ControlLoop {
         }
         Ok(line.beginning_at(sample_of(&here, &line.first()), start))
     }
+}
+
+impl ControlLoop {
+    /// Begins to follow joint positions in time.
+    pub(crate) fn follow_points(
+        &mut self,
+        command: &Command,
+        count: u32,
+        interval: f64,
+    ) -> CommandResult {
+        let list = self.micro_points.take(command.id);
+        if !(MIN_REQUESTED_RATE..=MAX_DURATION).contains(&interval) {
+            let needed = "0.000001 to 1000000 s";
+            return Err(bad_value("the time between points", interval, needed));
+        }
+        let list = list.filter(|list| list.count() == count).ok_or_else(|| {
+            let needed = "that of the points handed over with it";
+            bad_value("the number of points", f64::from(count), needed)
+        })?;
+        if list.are_poses() {
+            return Err(bad_value("the kind of points", 1.0, "joint positions"));
+        }
+        let start = TrajectoryMode::start(list.samples());
+        let away = (0..6).fold(0.0_f64, |most, joint| {
+            most.max((start[joint] - self.target.q[joint]).abs())
+        });
+        if away > TRAJECTORY_START {
+            let needed = "at most 0.1 rad";
+            return Err(bad_value("the way to the first point", away, needed));
+        }
+        // The points between are the sender's to look at; the joints never leave their range whatever is asked.
+        self.check_target(&end_of(list.samples()))?;
+        let arm = self.online_arm();
+        let before = match &self.generator {
+            Generator::Online(online) => online.trajectory(),
+            _ => None,
+        };
+        let now = states(&self.target);
+        let mode = TrajectoryMode::new(list.samples(), interval, &now, &arm, before);
+        self.micro_points.current = Some(list);
+        let kind = OnlineMode::Trajectory(mode);
+        self.begin_online(command, MotionMode::ServoJ, CallCompletion::OnGoal, kind);
+        Ok(Completion::Deferred)
+    }
+}
+
+fn end_of(samples: &[PointValues]) -> JointPositions {
+    let [a, b, c, d, e, f, _] = samples.last().copied().unwrap_or_default();
+    JointPositions([a, b, c, d, e, f])
 }
 
 fn too_few() -> Refusal {

@@ -80,10 +80,11 @@ impl ControlLoop {
                 self.speed_fraction_in_effect() * self.stretch_to_duration(),
                 self.is_held(),
             ),
+            self.micro_points.points(),
         )
     }
 
-    fn begin_online(
+    pub(crate) fn begin_online(
         &mut self,
         command: &Command,
         mode: MotionMode,

@@ -183,6 +183,10 @@ impl ControlLoop {
             {
                 self.stop_on_path();
             }
+            Generator::Online(mut online) if is_alone && online.stops_on_its_way() => {
+                online.make_way(&self.target);
+                self.generator = Generator::Online(online);
+            }
             _ => self.brake_joints(),
         }
     }

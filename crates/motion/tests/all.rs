@@ -47,5 +47,6 @@ mod stops;
 mod throughput;
 mod timed_blends;
 mod tools;
+mod trajectory;
 mod truth;
 mod wild_commands;

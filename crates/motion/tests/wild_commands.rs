@@ -33,7 +33,7 @@ const ONCE_WRONG: [u64; 12] = [
 ];
 
 /// Kinds of commands; [`place`] puts each of them somewhere.
-const KINDS: usize = 51;
+const KINDS: usize = 52;
 
 /// The place of a kind among all. There is no wildcard: a new command has no place, and this does not compile until it
 /// has one and is drawn below.
@@ -90,6 +90,7 @@ fn place(kind: &CommandKind) -> usize {
         CommandKind::Push { .. } => 48,
         CommandKind::ProtectiveStop => 49,
         CommandKind::SetIoAtZone { .. } => 50,
+        CommandKind::FollowPoints { .. } => 51,
     }
 }
 
@@ -253,6 +254,10 @@ impl Wild {
             },
             5 => CommandKind::MoveMl {
                 count: self.draw.whole(1, 4) as u32,
+                interval: self.number(0.002, 0.2),
+            },
+            51 => CommandKind::FollowPoints {
+                count: self.draw.whole(2, 40) as u32,
                 interval: self.number(0.002, 0.2),
             },
             6 => CommandKind::Stop {
@@ -475,6 +480,12 @@ fn run(case: u64, is_told: bool) -> (Vec<String>, [bool; KINDS]) {
                     continue;
                 };
                 port.send_points(origin, &points.into(), interval, |_, _| ())
+            }
+            CommandKind::FollowPoints { count, interval } if wild.draw.chance(0.9) => {
+                let Some(points) = wild.points(count) else {
+                    continue;
+                };
+                port.send_trajectory(origin, &points.into(), interval, |_, _| ())
             }
             kind => port.send(origin, kind),
         };

@@ -76,6 +76,23 @@ pub fn clone_stdout() -> io::Result<Stdio> {
     Ok(Stdio::inherit())
 }
 
+/// Limits the addresses that this process may have, and with them its memory: whoever asks for more gets nothing.
+///
+/// # Errors
+/// The system refuses, or has no such limit.
+pub fn limit_memory(bytes: u64) -> io::Result<()> {
+    #[cfg(target_os = "linux")]
+    {
+        use nix::sys::resource::{Resource, setrlimit};
+        Ok(setrlimit(Resource::RLIMIT_AS, bytes, bytes)?)
+    }
+    #[cfg(not(target_os = "linux"))]
+    {
+        let _ = bytes;
+        Err(crate::needs_linux("limiting the memory of a process"))
+    }
+}
+
 /// The reading end of a pipe, for tokio.
 #[cfg(all(unix, feature = "net"))]
 pub type AsyncPipe = tokio::net::unix::pipe::Receiver;

@@ -87,6 +87,7 @@ commands! {
     "restart_safety_board" => RestartSafetyBoard;
     "emergency_stop" => EmergencyStop { pressed };
     "servoj" => ServoJ { target, duration, lookahead, gain };
+    "follow_points" => FollowPoints { count, interval };
     "speedj" => SpeedJ { speeds, acceleration, duration };
     "speedl" => SpeedL { speed, acceleration, rotation_acceleration, duration };
     "stopj" => StopJ { acceleration };
@@ -370,6 +371,10 @@ mod tests {
                 duration: x,
                 lookahead: 0.1,
                 gain: x,
+            },
+            CommandKind::FollowPoints {
+                count: 3,
+                interval: x,
             },
             CommandKind::SpeedJ {
                 speeds: JointSpeeds(target.0),

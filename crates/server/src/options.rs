@@ -61,6 +61,70 @@ impl FromStr for ControlChoice {
     }
 }
 
+/// A namespace of ROS 2, with its slash.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RosName(pub String);
+
+impl Default for RosName {
+    fn default() -> Self {
+        Self("/".to_owned())
+    }
+}
+
+impl FromStr for RosName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        ros2::names::namespace(text)
+            .map(Self)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// What joints and frames of ROS 2 begin with.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RosPrefix(pub String);
+
+impl FromStr for RosPrefix {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        ros2::names::prefix(text)
+            .map(Self)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// Messages a second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RosRate(pub f64);
+
+impl FromStr for RosRate {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(rate) if (0.1..=1000.0).contains(&rate) => Ok(Self(rate)),
+            _ => Err("allowed are 0.1 to 1000 messages a second".to_owned()),
+        }
+    }
+}
+
+/// Simulated seconds a second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RosFactor(pub f64);
+
+impl FromStr for RosFactor {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(factor) if (0.001..=1000.0).contains(&factor) => Ok(Self(factor)),
+            _ => Err("allowed are factors from 0.001 to 1000".to_owned()),
+        }
+    }
+}
+
 /// A name, or an address, by which this machine is called beside its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TrustedHost(pub String);

@@ -122,6 +122,7 @@ fn execute(command: CliCommand) -> CommandResult {
         CliCommand::Completions(args) => answer(&commands::completions::script(args.shell)),
         CliCommand::Man(args) => commands::man::man(&args),
         CliCommand::Cell(args) => commands::cell::run(&args),
+        CliCommand::Ros2 => commands::ros2::run_node(),
         CliCommand::Wait(args) => commands::wait::run(&args),
     }
 }

@@ -44,7 +44,7 @@ pub(crate) use handover::HandoverStop;
 pub use host::{FileAccess, NetworkAccess, Permissions};
 pub use instrumentation::{Instrumentation, LineCountsByText};
 pub(crate) use jobs::JobId;
-pub use process_tree::claim_all_children;
+pub use process_tree::{OwnChild, claim_all_children};
 pub(crate) use report::message_of;
 pub(crate) use robot_view::RobotView;
 pub use sandbox::{SandboxError, SandboxRoots, SandboxedPath};

@@ -8,12 +8,15 @@
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use platform::processes::{self, ProcessEntry, ProcessTable, SignalTarget, process_table};
 
 /// Whether this process has no other children than those of tasks.
 static ALL_CHILDREN: AtomicBool = AtomicBool::new(false);
+/// Children that are no task's all the same.
+static OWN_CHILDREN: Mutex<BTreeSet<i32>> = Mutex::new(BTreeSet::new());
 /// Rounds of looking and killing at the end of a task, and the pause between them: a second at most.
 const ROUNDS_MAX: u32 = 1000;
 const PAUSE: Duration = Duration::from_millis(1);
@@ -31,6 +34,28 @@ pub fn claim_all_children() {
 pub(super) struct ProcessTree {
     /// Numbers of the processes that the task itself has started; each is also the number of a group.
     started: BTreeSet<i32>,
+}
+
+/// A child of this process that is no task's, as long as this lives: the end of a task leaves it alone.
+#[derive(Debug)]
+pub struct OwnChild(i32);
+
+impl OwnChild {
+    /// The child with this number.
+    pub fn new(number: i32) -> Self {
+        own_children().insert(number);
+        Self(number)
+    }
+}
+
+impl Drop for OwnChild {
+    fn drop(&mut self) {
+        own_children().remove(&self.0);
+    }
+}
+
+fn own_children() -> MutexGuard<'static, BTreeSet<i32>> {
+    OWN_CHILDREN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl ProcessTree {
@@ -63,7 +88,8 @@ impl ProcessTree {
         for _ in 0..ROUNDS_MAX {
             let table = process_table();
             let all = ALL_CHILDREN.load(Ordering::Relaxed);
-            let members = descendants(&table, own, &self.started, all);
+            let spared = own_children().clone();
+            let members = descendants(&table, own, (&self.started, &spared), all);
             for number in &members {
                 processes::kill(SignalTarget::Process(*number));
             }
@@ -77,8 +103,14 @@ impl ProcessTree {
     }
 }
 
-/// Those who live and belong to the processes `started` by a task of process `own`; with `all`, every descendant does.
-fn descendants(table: &ProcessTable, own: i32, started: &BTreeSet<i32>, all: bool) -> Vec<i32> {
+/// Those who live and belong to the processes `started` by a task of process `own`; with `all`, every descendant does
+/// but the children that are `spared` and theirs.
+fn descendants(
+    table: &ProcessTable,
+    own: i32,
+    (started, spared): (&BTreeSet<i32>, &BTreeSet<i32>),
+    all: bool,
+) -> Vec<i32> {
     let is_member = |number: i32, entry: &ProcessEntry| {
         let mut ancestors = 0;
         let (mut at, mut belongs) = (number, false);
@@ -99,7 +131,7 @@ fn descendants(table: &ProcessTable, own: i32, started: &BTreeSet<i32>, all: boo
             }
             at = entry.parent;
         }
-        !entry.ended && (belongs || all)
+        !entry.ended && (belongs || all && !spared.contains(&at))
     };
     let found = table.iter().filter(|(n, entry)| is_member(**n, entry));
     found.map(|(number, _)| *number).collect()
@@ -111,9 +143,10 @@ fn reap(table: &ProcessTable, started: &BTreeSet<i32>) {
     if !ALL_CHILDREN.load(Ordering::Relaxed) {
         return;
     }
-    let own = own_number();
+    let (own, spared) = (own_number(), own_children().clone());
     for (number, entry) in table {
-        if entry.parent == own && entry.ended && !started.contains(number) {
+        let is_asked = started.contains(number) || spared.contains(number);
+        if entry.parent == own && entry.ended && !is_asked {
             processes::reap(*number);
         }
     }
@@ -158,16 +191,22 @@ mod tests {
             (601, entry(600, 600, 600)),
         ]);
         let started = BTreeSet::from([200, 300]);
+        let nobody = BTreeSet::new();
         assert_eq!(
-            descendants(&table, own, &started, false),
+            descendants(&table, own, (&started, &nobody), false),
             [200, 201, 202, 301, 302]
         );
         assert_eq!(
-            descendants(&table, own, &started, true),
+            descendants(&table, own, (&started, &nobody), true),
             [200, 201, 202, 301, 302, 303, 400]
+        );
+        let spared = BTreeSet::from([400]);
+        assert_eq!(
+            descendants(&table, own, (&started, &spared), true),
+            [200, 201, 202, 301, 302, 303]
         );
         let mut gone = table;
         gone.get_mut(&301).unwrap().ended = true;
-        assert!(!descendants(&gone, own, &started, true).contains(&301));
+        assert!(!descendants(&gone, own, (&started, &nobody), true).contains(&301));
     }
 }

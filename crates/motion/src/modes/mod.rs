@@ -2,6 +2,7 @@
 //!
 //! - [`axis`]: which next states of a joint leave a way to rest; every mode goes through it.
 //! - [`servo`]: a stream of joint positions; [`follower`] is its tracking law.
+//! - [`trajectory`]: a list of joint positions, followed in time.
 //! - [`joint_speed`], [`tcp_speed`]: speeds of the joints and of the TCP, and coming to rest from them.
 //! - `points`: the speed limits of TCP and elbow where joints are steered one by one.
 //! - [`freedrive`]: speeds that follow the hand.
@@ -26,6 +27,7 @@ pub mod path_offset;
 pub(crate) mod points;
 pub mod servo;
 pub mod tcp_speed;
+pub mod trajectory;
 
 use kinematics::bounds::within;
 use kinematics::{
@@ -39,6 +41,7 @@ use crate::config::MotionLimits;
 use crate::constants::{
     LEAST_TORQUE_SHARE, PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE, STOP_ACCELERATION,
 };
+use crate::path::PointValues;
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 use axis::AxisLimits;
@@ -47,6 +50,7 @@ use joint_speed::JointSpeedMode;
 use points::PointSpeedLimits;
 use servo::ServoMode;
 use tcp_speed::{TcpModeContext, TcpSpeedMode};
+use trajectory::TrajectoryMode;
 
 /// What an online mode sees of the arm in one cycle.
 pub(crate) struct OnlineContext<'a> {
@@ -67,6 +71,8 @@ pub(crate) struct OnlineContext<'a> {
     /// Speed fraction; 0 while paused.
     pub(crate) fraction: f64,
     pub(crate) is_paused: bool,
+    /// The list that is followed.
+    pub(crate) samples: &'a [PointValues],
 }
 
 impl<'a> OnlineContext<'a> {
@@ -81,6 +87,7 @@ impl<'a> OnlineContext<'a> {
         hand: Wrench,
         step: f64,
         (fraction, is_paused): (f64, bool),
+        samples: &'a [PointValues],
     ) -> Self {
         let axes = online_axes(limits, step);
         let effort = &model.limits().effort;
@@ -122,6 +129,7 @@ impl<'a> OnlineContext<'a> {
             step,
             fraction,
             is_paused,
+            samples,
         }
     }
 
@@ -214,6 +222,7 @@ pub(crate) enum CallCompletion {
 )]
 pub(crate) enum OnlineMode {
     Servo(ServoMode),
+    Trajectory(TrajectoryMode),
     JointSpeed(JointSpeedMode),
     TcpSpeed(TcpSpeedMode),
     Freedrive(FreedriveMode),
@@ -259,8 +268,22 @@ impl ActiveOnlineMode {
     pub(crate) fn goal(&self) -> Option<JointPositions> {
         match &self.kind {
             OnlineMode::Servo(servo) => Some(*servo.goal()),
+            OnlineMode::Trajectory(trajectory) => Some(*trajectory.goal()),
             _ => None,
         }
+    }
+
+    /// The trajectory under way.
+    pub(crate) const fn trajectory(&self) -> Option<&TrajectoryMode> {
+        match &self.kind {
+            OnlineMode::Trajectory(trajectory) if !self.is_stopping => Some(trajectory),
+            _ => None,
+        }
+    }
+
+    /// A trajectory comes to rest on its way.
+    pub(crate) const fn stops_on_its_way(&self) -> bool {
+        matches!(self.kind, OnlineMode::Trajectory(_))
     }
 
     /// From `from` to rest by `kind`, with no command behind it.
@@ -294,7 +317,7 @@ impl ActiveOnlineMode {
         }
         self.is_stopping = true;
         match &mut self.kind {
-            OnlineMode::Brake(_) => {}
+            OnlineMode::Brake(_) | OnlineMode::Trajectory(_) => {}
             OnlineMode::TcpSpeed(tcp) => {
                 tcp.set_goal([0.0; 6], STOP_ACCELERATION, STOP_ACCELERATION)
             }
@@ -315,6 +338,9 @@ impl ActiveOnlineMode {
     pub(crate) fn resume_from(&mut self, arm: &OnlineContext, from: &Setpoint) {
         match &mut self.kind {
             OnlineMode::Servo(servo) => servo.resume_from(&from.q),
+            OnlineMode::Trajectory(trajectory) => {
+                trajectory.fade_from(arm.samples, &states(from), arm);
+            }
             OnlineMode::JointSpeed(joints) => joints.go_on_from(&states(from)),
             OnlineMode::TcpSpeed(tcp) => tcp.resume_from(&arm.tcp(), from),
             OnlineMode::Freedrive(freedrive) => freedrive.resume_from(arm, from),
@@ -325,7 +351,10 @@ impl ActiveOnlineMode {
     /// The TCP is another from now on; the arm is at `from`.
     pub(crate) fn change_tcp(&mut self, arm: &OnlineContext, from: &Setpoint) {
         match &mut self.kind {
-            OnlineMode::Servo(_) | OnlineMode::JointSpeed(_) | OnlineMode::Brake(_) => {}
+            OnlineMode::Servo(_)
+            | OnlineMode::Trajectory(_)
+            | OnlineMode::JointSpeed(_)
+            | OnlineMode::Brake(_) => {}
             OnlineMode::TcpSpeed(tcp) => tcp.resume_from(&arm.tcp(), from),
             OnlineMode::Freedrive(freedrive) => freedrive.resume_from(arm, from),
         }
@@ -337,6 +366,7 @@ impl ActiveOnlineMode {
             _ if self.is_stopping => false,
             OnlineMode::Freedrive(_) => true,
             OnlineMode::Servo(servo) => !servo.has_arrived(&target.q),
+            OnlineMode::Trajectory(trajectory) => !trajectory.has_arrived(&target.q),
             OnlineMode::JointSpeed(joints) => joints.goal().max_abs() > 0.0,
             OnlineMode::TcpSpeed(tcp) => tcp.has_goal(),
             OnlineMode::Brake(_) => false,
@@ -364,6 +394,13 @@ impl ActiveOnlineMode {
                 };
                 let next = arm.clamp_to_safe(&now, next);
                 (setpoint(&next), false)
+            }
+            OnlineMode::Trajectory(trajectory) => {
+                let fraction = if self.is_stopping { 0.0 } else { arm.fraction };
+                let next = trajectory.next(&now, arm, fraction);
+                let next = setpoint(&arm.clamp_to_safe(&now, next));
+                let is_reached = trajectory.has_arrived(&next.q) && is_setpoint_at_rest(&next);
+                (next, is_reached)
             }
             OnlineMode::JointSpeed(joints) => {
                 let (next, limited) = joints.next(&now, arm, fraction);

@@ -91,6 +91,14 @@ impl Bench {
             .unwrap()
     }
 
+    /// Joint positions that the arm follows in time.
+    pub fn follow(&self, points: &[JointPositions], interval: f64) -> CommandId {
+        let points = Arc::new(PointList::from_joint_positions(points).unwrap());
+        let port = &self.script.commands;
+        port.send_trajectory(Origin::default(), &points, interval, |_, _| ())
+            .unwrap()
+    }
+
     /// One cycle; its state.
     pub fn tick(&mut self) -> RobotState {
         self.cycle.tick(CycleTiming::default());

@@ -6,6 +6,7 @@ mod dashboard;
 mod lifetime;
 mod page;
 mod programs;
+mod ros2;
 mod rtsi;
 mod shipped_tasks;
 mod variables;

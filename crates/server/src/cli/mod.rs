@@ -6,6 +6,7 @@
 mod import;
 mod paths;
 mod robot;
+mod ros2;
 mod test;
 
 use std::net::IpAddr;
@@ -25,6 +26,7 @@ use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 pub use paths::{ClearanceArgs, OptimizeArgs, PlaceArgs, PlanArgs};
 pub use import::{ImportArgs, TranslateArgs};
 pub use paths::{ClearanceArgs, PlanArgs};
+pub use ros2::{Ros2Args, RosMiddleware};
 pub use test::{TestArgs, TestFormat};
 
 pub use robot::{
@@ -121,6 +123,9 @@ pub enum CliCommand {
     /// Start many controllers on this machine, a process and an address each, and look after them. SIGHUP restarts one
     /// after the other with the file as it is then. Exit status: 0 after a signal, 2 they cannot be started
     Fleet(FleetArgs),
+    /// The process of the ROS 2 node, which serve --ros2 starts; nobody else can
+    #[command(hide = true)]
+    Ros2,
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
     Wait(WaitArgs),
 }
@@ -154,6 +159,7 @@ impl CliCommand {
             | Self::Place(_)
             | Self::Doctor(_)
             | Self::Completions(_)
+            | Self::Ros2
             | Self::Man(_) => None,
         }
     }
@@ -359,6 +365,9 @@ pub struct ServeArgs {
     /// Short for --control local: scripts are refused, and clients of the primary port are closed
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub local: Option<bool>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub ros2: Ros2Args,
 }
 
 /// Options of `doctor`: those of `serve`, whose set-up is looked at.

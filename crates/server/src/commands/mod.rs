@@ -20,6 +20,7 @@ pub mod plan;
 pub mod record;
 pub mod replay;
 mod robot_consent;
+pub mod ros2;
 pub mod run;
 pub mod send;
 pub mod serve;

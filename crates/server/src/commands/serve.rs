@@ -9,7 +9,7 @@ use editor::dap::DebugHub;
 
 use crate::backend::{Lifetime, PortBackend, forward_messages};
 use crate::command::{CommandResult, CommandStatus};
-use crate::config::{PortSettings, ServeConfig};
+use crate::config::{PortSettings, Ros2Config, ServeConfig};
 use crate::controller_host::{ControllerHost, HostError};
 use crate::event_broadcast::PrintTarget;
 use crate::options::PortSetting;
@@ -17,6 +17,7 @@ use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::http::HttpService;
 use crate::ports::http::page::Page;
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
+use crate::ports::ros2::keep_node;
 use crate::ports::{
     dashboard, foxglove, http, interpreter, modbus, primary, query, rtsi, state, tool_serial,
 };
@@ -57,6 +58,12 @@ pub enum ServeError {
         /// Error of the operating system.
         source: std::io::Error,
     },
+    /// A node that this program does not have.
+    #[error("--ros2: {}", super::ros2::WITHOUT_NODE)]
+    NoRos2,
+    /// The way to the node's peers, or what the node tells of the arm.
+    #[error("--ros2: {0}")]
+    Ros2(std::io::Error),
     /// Threads or signals.
     #[error("the operating system refused what a server needs: {0}")]
     System(#[from] std::io::Error),
@@ -88,6 +95,9 @@ pub fn serve(config: &ServeConfig) -> CommandResult {
 }
 
 fn serve_until_signal(config: &ServeConfig) -> Result<CommandStatus, ServeError> {
+    if config.ros2.is_some() && cfg!(not(feature = "ros2")) {
+        return Err(ServeError::NoRos2);
+    }
     // Before there is any other thread: all of them have it from this one. Scripts' sockets and the ports would
     // otherwise have to wait for their turn among whatever else the machine does, longer than a driver's time-out.
     if config.robot.clock == ClockChoice::Realtime
@@ -264,6 +274,29 @@ fn open_page(
     Ok(page)
 }
 
+/// Starts the ROS 2 node; the task ends with `token`, when the node's process has ended.
+fn start_node(
+    config: &ServeConfig,
+    ros2: &Ros2Config,
+    backend: &Arc<PortBackend>,
+    faults: &ThreadSupervisor,
+    token: &CancellationToken,
+) -> Result<tokio::task::JoinHandle<()>, ServeError> {
+    let plan = backend.node_plan(config, ros2).map_err(ServeError::Ros2)?;
+    if !ros2.is_loopback_only() {
+        tracing::warn!(
+            "the ROS 2 node speaks with the network of {}: everybody there can read the robot's state, move the arm, \
+             switch its power and its outputs, and send what keeps the node busy; DDS asks nobody who they are",
+            plan.setup.networks.join(", ")
+        );
+    }
+    let (backend, watch, token) = (backend.clone(), faults.clone(), token.clone());
+    Ok(faults.spawn(ThreadRole::Service, "ros2", async move {
+        let begin = || keep_node(plan.clone(), backend.clone(), token.clone());
+        watch.run_restarting("ros2", begin).await;
+    }))
+}
+
 async fn serve_ports(
     config: &ServeConfig,
     host: &ControllerHost,
@@ -410,6 +443,11 @@ async fn serve_ports(
         })?;
     }
 
+    let node = match &config.ros2 {
+        Some(ros2) => Some(start_node(config, ros2, &backend, faults, &token)?),
+        None => None,
+    };
+
     tokio::select! {
         () = shutdown.token().cancelled() => {}
         () = token.cancelled() => {}
@@ -431,6 +469,10 @@ async fn serve_ports(
     }
     controller.supervisor().stop();
     while services.join_next().await.is_some() {}
+    if let Some(node) = node {
+        // It has said goodbye to its peers then. A fault of its own was told where it came.
+        let _ = node.await;
+    }
     forwarding.abort();
     let reboots = lifetime.reboots();
     Ok(PortService { reboots, backend })

@@ -4,6 +4,8 @@
 //! calibration file; opens nothing else. Relative paths, in the file as on the command line, count from the current
 //! directory.
 
+mod ros2;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
@@ -23,6 +25,7 @@ use controller::options::{
 use crate::cli::{ControllerArgs, RunArgs, ServeArgs, TextLanguage};
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 use io_bus::ControlMode;
+pub use ros2::{Ros2Config, RosNetwork};
 
 /// The default of `--primary-port`.
 pub const PRIMARY_PORT: u16 = 30001;
@@ -100,6 +103,28 @@ pub enum ConfigError {
     /// The calibration file is not usable, or for another model.
     #[error(transparent)]
     Calibration(Box<CalibrationError>),
+    /// A detail of a node that is not asked for.
+    #[error("{option} says something of the ROS 2 node, which is off: give --ros2 as well")]
+    Ros2Missing {
+        /// The option.
+        option: &'static str,
+    },
+    /// No machine, or more than are spoken with.
+    #[error("--ros-peers names {count} machines, allowed are 1 to {allowed}")]
+    TooManyPeers {
+        /// Their number.
+        count: usize,
+        /// Most that are allowed.
+        allowed: usize,
+    },
+    /// A DDS domain that there is not.
+    #[error(
+        "the ROS 2 domain is {given:?}, allowed are 0 to 232 (--ros-domain, else ROS_DOMAIN_ID)"
+    )]
+    BadDomain {
+        /// The domain as given.
+        given: String,
+    },
     /// Two services on one port.
     #[error("{first} and {second} are both {port}; every service needs a port of its own")]
     SamePort {
@@ -224,6 +249,8 @@ pub struct ServeConfig {
     pub attachable: bool,
     /// Who controls the robot at start.
     pub control: ControlMode,
+    /// The ROS 2 node, if there is to be one.
+    pub ros2: Option<Ros2Config>,
 }
 
 /// Settings of `run`.
@@ -298,6 +325,7 @@ impl ServeConfig {
             powered_off: args.powered_off.unwrap_or(false),
             attachable: args.attachable.unwrap_or(false),
             control: control(args.control, args.local)?,
+            ros2: Ros2Config::of(args.ros2)?,
         })
     }
 }
@@ -459,7 +487,7 @@ pub(crate) fn check_distinct_ports(ports: &PortSettings) -> Result<(), ConfigErr
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 36] = [
+const KEYS: [&str; 37] = [
     "allow",
     "attachable",
     "bind",
@@ -488,6 +516,7 @@ const KEYS: [&str; 36] = [
     "record",
     "record-budget",
     "record-rotate",
+    "ros2",
     "rtsi-port",
     "seed",
     "state-port",
@@ -571,6 +600,7 @@ fn merge_file(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), Confi
             "record" => entry.one(&mut shared.record),
             "record-budget" => entry.one(&mut shared.record_budget),
             "record-rotate" => entry.one(&mut shared.record_rotate),
+            "ros2" => ros2::merge_ros2(&mut args.ros2, path, &entry),
             "rtsi-port" => entry.one(&mut args.rtsi_port),
             "seed" => entry.named(&mut shared.seed, "allowed are whole numbers from 0"),
             "state-port" => entry.one(&mut args.state_port),

@@ -131,6 +131,15 @@ fn every_key_is_read() {
         powered-off = true
         attachable = true
         local = true
+
+        [ros2]
+        domain = 7
+        namespace = "cell/left"
+        tf_prefix = "left_"
+        rate = 125
+        peers = ["192.0.2.7", "192.0.2.8"]
+        rmw = "cyclonedds"
+        time-factor = 10
     "#;
     let (_folder, path) = calibration_of("./a.urdf");
     let written = text.replace("arm.toml", &path);
@@ -166,6 +175,12 @@ fn every_key_is_read() {
     assert_eq!(config.trusted_hosts, ["cell-4.example", "192.0.2.7"]);
     assert_eq!(config.ready_file, Some("ready.json".into()));
     assert!(config.powered_off && config.attachable && config.control == ControlMode::Local);
+    let ros2 = config.ros2.unwrap();
+    assert_eq!((ros2.domain, ros2.rate), (7, Some(125.0)));
+    assert_eq!((&*ros2.namespace, &*ros2.prefix), ("/cell/left", "left_"));
+    assert!(matches!(ros2.network, RosNetwork::Peers(peers) if peers.len() == 2));
+    assert_eq!(ros2.middleware, crate::cli::RosMiddleware::Cyclonedds);
+    assert_eq!(ros2.time_factor, Some(10.0));
     for key in KEYS {
         assert!(
             text.replace('_', "-").contains(key),
@@ -227,6 +242,8 @@ fn the_keys_are_the_options() {
         .get_arguments()
         .filter_map(|a| a.get_long())
         .filter(|name| !["config", "help", "until-stdin-closes", "version"].contains(name))
+        // Keys of the table [ros2].
+        .filter(|name| !name.starts_with("ros-"))
         .collect();
     options.sort_unstable();
     assert_eq!(options, KEYS);
@@ -307,4 +324,36 @@ fn control_is_named_in_one_way() {
         error.contains("allowed are remote, local and mixed"),
         "{error}"
     );
+}
+
+#[test]
+fn the_node_is_off_unless_asked_for_and_its_details_need_it() {
+    let ros2 = |line: &str, toml: &str| serve(line, toml).map(|config| config.ros2);
+    assert_eq!(ros2("eliteserver", "").unwrap(), None);
+    assert_eq!(ros2("eliteserver", "ros2 = false").unwrap(), None);
+    let off = "[ros2]\nenabled = false\nrate = 100";
+    assert_eq!(ros2("eliteserver", off).unwrap(), None);
+    for (line, toml) in [
+        ("eliteserver --ros2 --ros-domain 3", ""),
+        ("eliteserver --ros-domain 3", "ros2 = true"),
+        ("eliteserver", "[ros2]\ndomain = 3"),
+        ("eliteserver --ros2 --ros-domain 3", off),
+    ] {
+        let config = ros2(line, toml).unwrap().unwrap();
+        assert_eq!((config.domain, &*config.namespace), (3, "/"));
+        assert!(config.is_loopback_only());
+    }
+    let error = ros2("eliteserver --ros-rate 10", "").unwrap_err();
+    assert!(error.to_string().contains("--ros-rate"), "{error}");
+    for toml in [
+        "[ros2]\ndomain = 233",
+        "[ros2]\nrate = 0",
+        "[ros2]\nnamespace = '1a'",
+        "[ros2]\npeers = []",
+        "[ros2]\nspeed = 1",
+        "ros2 = 'maybe'",
+    ] {
+        let error = ros2("eliteserver", toml).unwrap_err().to_string();
+        assert!(error.contains("ros"), "{error}");
+    }
 }

@@ -15,6 +15,7 @@ pub mod peer;
 pub mod primary;
 pub mod protocol_sniffer;
 pub mod query;
+pub mod ros2;
 pub mod rtsi;
 pub mod sample;
 pub mod script_text;

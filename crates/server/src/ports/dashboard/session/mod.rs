@@ -364,7 +364,11 @@ impl<D: DashboardBackend> Desk<'_, D> {
 }
 
 /// The reply to a line, and whether the connection ends with it.
-async fn answer(line: &str, client: ClientId, dashboard: &impl DashboardBackend) -> (String, bool) {
+pub(crate) async fn answer(
+    line: &str,
+    client: ClientId,
+    dashboard: &impl DashboardBackend,
+) -> (String, bool) {
     let command = match parse(line) {
         Ok(command) => command,
         Err(found) => return (mistake(line, &found), false),
