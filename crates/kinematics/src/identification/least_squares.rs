@@ -119,14 +119,18 @@ impl LeastSquares {
         let inverse = {
             let values = DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| 1.0 / value));
             let inverse = &eigen.eigenvectors * values * eigen.eigenvectors.transpose();
-            DMatrix::from_fn(unknowns, unknowns, |i, j| scale[i] * inverse[(i, j)] * scale[j])
+            DMatrix::from_fn(unknowns, unknowns, |i, j| {
+                scale[i] * inverse[(i, j)] * scale[j]
+            })
         };
         let values = &inverse * &self.right;
         let left = (self.squares - values.dot(&self.right)).max(0.0);
         let variance = left / (self.count - unknowns) as f64;
         let covariance = inverse * variance;
         Ok(Solution {
-            sigmas: (0..unknowns).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect(),
+            sigmas: (0..unknowns)
+                .map(|i| covariance[(i, i)].max(0.0).sqrt())
+                .collect(),
             values: values.iter().copied().collect(),
             residual_rms: (left / self.count as f64).sqrt(),
             covariance,
@@ -150,7 +154,11 @@ mod tests {
         assert!((found.values[0] - 3.0).abs() < 0.02 && (found.values[1] - 0.5).abs() < 0.005);
         assert!((found.residual_rms - 0.1).abs() < 1e-3);
         // 0.1 / sqrt(sum of squared distances from the mean)
-        assert!((found.sigmas[1] - 0.1 / 833.25_f64.sqrt()).abs() < 1e-4, "{:?}", found.sigmas);
+        assert!(
+            (found.sigmas[1] - 0.1 / 833.25_f64.sqrt()).abs() < 1e-4,
+            "{:?}",
+            found.sigmas
+        );
     }
 
     #[test]
@@ -160,12 +168,20 @@ mod tests {
             let x = f64::from(k);
             sums.add(&[x, 0.0, 1.0], x);
         }
-        assert_eq!(sums.solve().unwrap_err(), FitError::Unobservable { unknowns: vec![1] });
+        assert_eq!(
+            sums.solve().unwrap_err(),
+            FitError::Unobservable { unknowns: vec![1] }
+        );
         let mut sums = LeastSquares::new(3);
         for k in 0..10 {
             let x = f64::from(k);
             sums.add(&[x, 2.0 * x, 1.0], x);
         }
-        assert_eq!(sums.solve().unwrap_err(), FitError::Unobservable { unknowns: vec![0, 1] });
+        assert_eq!(
+            sums.solve().unwrap_err(),
+            FitError::Unobservable {
+                unknowns: vec![0, 1]
+            }
+        );
     }
 }

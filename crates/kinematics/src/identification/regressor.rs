@@ -64,7 +64,11 @@ fn joint_motions(
     };
     core::array::from_fn(|joint| {
         motion = motion.moved_to(&transforms[joint]);
-        let turned = Vector3::new(motion.omega.y * qd[joint], -motion.omega.x * qd[joint], qdd[joint]);
+        let turned = Vector3::new(
+            motion.omega.y * qd[joint],
+            -motion.omega.x * qd[joint],
+            qdd[joint],
+        );
         motion.omega.z += qd[joint];
         motion.alpha += turned;
         (transforms[joint], motion)
@@ -83,10 +87,17 @@ pub fn body_regressor(motion: &BodyMotion) -> SMatrix<f64, 6, BODY_PARAMETERS> {
     for axis in 0..3 {
         let unit = Vector3::ith(axis, 1.0);
         let force = alpha.cross(&unit) + w.cross(&w.cross(&unit));
-        columns.fixed_view_mut::<3, 1>(0, 1 + axis).copy_from(&force);
-        columns.fixed_view_mut::<3, 1>(3, 1 + axis).copy_from(&unit.cross(&a));
+        columns
+            .fixed_view_mut::<3, 1>(0, 1 + axis)
+            .copy_from(&force);
+        columns
+            .fixed_view_mut::<3, 1>(3, 1 + axis)
+            .copy_from(&unit.cross(&a));
     }
-    for (column, (row, other)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
+    for (column, (row, other)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+        .into_iter()
+        .enumerate()
+    {
         // The tensor with this one element, and its mirror, being 1.
         let times = |v: &Vector3<f64>| {
             let mut product = Vector3::zeros();
@@ -97,7 +108,9 @@ pub fn body_regressor(motion: &BodyMotion) -> SMatrix<f64, 6, BODY_PARAMETERS> {
             product
         };
         let moment = times(&alpha) + w.cross(&times(&w));
-        columns.fixed_view_mut::<3, 1>(3, 4 + column).copy_from(&moment);
+        columns
+            .fixed_view_mut::<3, 1>(3, 4 + column)
+            .copy_from(&moment);
     }
     columns
 }
@@ -121,7 +134,8 @@ pub fn torque_regressor(
             let parent_from_joint = motions[joint].0;
             for mut column in wrenches.column_iter_mut() {
                 let force = parent_from_joint.rotate(Vector3::new(column[0], column[1], column[2]));
-                let moment = parent_from_joint.rotate(Vector3::new(column[3], column[4], column[5]))
+                let moment = parent_from_joint
+                    .rotate(Vector3::new(column[3], column[4], column[5]))
                     + parent_from_joint.translation.cross(&force);
                 for axis in 0..3 {
                     column[axis] = force[axis];
@@ -150,17 +164,25 @@ mod tests {
 
     #[test]
     fn the_regressor_gives_the_torques_of_inverse_dynamics() {
-        let payload = Payload::new(2.0, [0.01, -0.02, 0.05], [0.01, 0.012, 0.013, 0.001, 0.0, 0.002]).unwrap();
+        let payload = Payload::new(
+            2.0,
+            [0.01, -0.02, 0.05],
+            [0.01, 0.012, 0.013, 0.001, 0.0, 0.002],
+        )
+        .unwrap();
         for name in ["cs63", "cs66", "cs625"] {
             let model = RobotModel::built_in(name).unwrap();
             let gravity = Vector3::new(1.0, -2.0, -9.5);
             let dynamics = model.dynamics(&payload, gravity);
             let mut all = SMatrix::<f64, 60, 1>::zeros();
             for (link, body) in dynamics.bodies().iter().enumerate() {
-                all.fixed_view_mut::<10, 1>(10 * link, 0).copy_from(&parameters(body));
+                all.fixed_view_mut::<10, 1>(10 * link, 0)
+                    .copy_from(&parameters(body));
             }
             for k in 0..20 {
-                let wave = |phase: f64| core::array::from_fn(|j| (f64::from(k) * 0.7 + phase + j as f64).sin() * 2.0);
+                let wave = |phase: f64| {
+                    core::array::from_fn(|j| (f64::from(k) * 0.7 + phase + j as f64).sin() * 2.0)
+                };
                 let (q, qd, qdd) = (
                     JointPositions(wave(0.1)),
                     JointSpeeds(wave(1.3)),
@@ -169,7 +191,10 @@ mod tests {
                 let expected = dynamics.inverse_dynamics(&q, &qd, &qdd);
                 let found = torque_regressor(model.chain(), &q, &qd, &qdd, gravity) * all;
                 for joint in 0..DOF {
-                    assert!((found[joint] - expected[joint]).abs() < 1e-9, "{name} {joint}");
+                    assert!(
+                        (found[joint] - expected[joint]).abs() < 1e-9,
+                        "{name} {joint}"
+                    );
                 }
             }
         }
@@ -186,7 +211,10 @@ mod tests {
             &JointAccelerations([0.0; DOF]),
             GRAVITY_UPRIGHT,
         );
-        let force = body_regressor(&motion).column(0).fixed_rows::<3>(0).into_owned();
+        let force = body_regressor(&motion)
+            .column(0)
+            .fixed_rows::<3>(0)
+            .into_owned();
         let up = model.flange_pose(&q).rotate(force);
         assert!((up - Vector3::new(0.0, 0.0, 9.81)).norm() < 1e-12);
     }

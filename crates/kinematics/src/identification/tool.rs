@@ -25,7 +25,9 @@ pub enum ToolFitError {
     #[error("{0} rests: four or more at one point are needed")]
     TooFew(usize),
     /// The flange was turned about one axis only, or not at all.
-    #[error("the flange lies alike in all rests: turn it about two axes by 20 degrees or more between them")]
+    #[error(
+        "the flange lies alike in all rests: turn it about two axes by 20 degrees or more between them"
+    )]
     Alike,
 }
 
@@ -42,19 +44,23 @@ pub fn fit_tool(base_from_flange: &[Pose]) -> Result<ToolFit, ToolFitError> {
     for pose in base_from_flange {
         for axis in 0..3 {
             let mut row = [0.0; 6];
-            for column in 0..3 {
-                row[column] = pose.rotation.matrix()[(axis, column)];
-            }
+            let turned = pose.rotation.matrix().row(axis).into_owned();
+            row[..3].copy_from_slice(turned.transpose().as_slice());
             row[3 + axis] = -1.0;
             sums.add(&row, -pose.translation[axis]);
         }
     }
     let solution = match sums.solve() {
         Ok(solution) => solution,
-        Err(FitError::TooFew { .. } | FitError::Unobservable { .. }) => return Err(ToolFitError::Alike),
+        Err(FitError::TooFew { .. } | FitError::Unobservable { .. }) => {
+            return Err(ToolFitError::Alike);
+        }
     };
     let v = &solution.values;
-    let (position, point) = (Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]));
+    let (position, point) = (
+        Vector3::new(v[0], v[1], v[2]),
+        Vector3::new(v[3], v[4], v[5]),
+    );
     let residuals = base_from_flange
         .iter()
         .map(|pose| (pose.transform_point(position) - point).norm());
@@ -80,12 +86,18 @@ fn is_vague(poses: &[Pose]) -> bool {
             crate::rotation::rotvec_from_rotation(&turn)
         })
         .collect();
-    let Some(largest) = turns.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())) else {
+    let Some(largest) = turns
+        .iter()
+        .copied()
+        .max_by(|a, b| a.norm().total_cmp(&b.norm()))
+    else {
         return true;
     };
     if largest.norm() < TURN_MIN_RAD {
         return true;
     }
     let axis = largest.normalize();
-    turns.iter().all(|turn| turn.cross(&axis).norm() < TURN_MIN_RAD)
+    turns
+        .iter()
+        .all(|turn| turn.cross(&axis).norm() < TURN_MIN_RAD)
 }
