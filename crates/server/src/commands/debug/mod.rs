@@ -1,6 +1,8 @@
-//! `eliteserver debug`: the debugger over standard input and output, or over a port for one client after the other.
+//! `eliteserver debug`: the debugger at a terminal; for editors over standard input and output, or over a port for one
+//! client after the other.
 
 mod attach;
+mod console;
 mod option_errors;
 mod recording;
 
@@ -60,7 +62,10 @@ const REFUSED_KEYS: [&str; 3] = ["language", "log-dir", "log-format"];
 /// # Errors
 /// The operating system gives no thread.
 pub fn debug(args: &DebugArgs) -> CommandResult {
-    Ok(serve_clients(args)?)
+    match &args.file {
+        Some(file) => console::console(args, &file.to_string_lossy()),
+        None => Ok(serve_clients(args)?),
+    }
 }
 
 /// The reason for which the debugger cannot go on, displayed as one sentence.
