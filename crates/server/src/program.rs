@@ -66,9 +66,9 @@ fn execute(command: CliCommand) -> CommandResult {
             commands::serve::serve(&config)
         }
         CliCommand::Run(args) => {
-            let config = RunConfig::load(*args)?;
+            let config = RunConfig::load(args.run)?;
             begin_log(&config.log)?;
-            commands::run::run(&config)
+            commands::run::run(&config, args.timeout, !args.no_check)
         }
         CliCommand::Doctor(args) => {
             let config = ServeConfig::load(args.serve)?;

@@ -58,7 +58,7 @@ pub enum CliCommand {
     Serve(Box<ServeArgs>),
     /// Run one script to its end without opening ports. Exit status: 0 ended, 1 failed, 2 does not compile
     #[command(after_help = examples::RUN)]
-    Run(Box<RunArgs>),
+    Run(Box<RunCommandArgs>),
     /// Parse and check scripts without running them. Exit status: 0 clean, 1 findings, 2 unreadable
     #[command(after_help = examples::CHECK)]
     Check(CheckArgs),
@@ -403,13 +403,7 @@ pub struct ManArgs {
 
 /// Options of `run`.
 #[derive(Args, Clone, Debug, Default)]
-pub struct RunArgs {
-    /// The script; - reads it from stdin
-    #[arg(value_name = "FILE")]
-    pub file: PathBuf,
-    /// A global variable that is set before the program; repeat it for more: --set speed=0.25 --set 'name="left"'
-    #[arg(long, value_name = "NAME=VALUE", value_parser = preset)]
-    pub set: Vec<Preset>,
+pub struct RunCommandArgs {
     /// Stop the program after this long: simulated seconds, or seconds of the machine in which no simulated time passes
     /// [default: never]
     #[arg(long, value_name = "S", value_parser = test::wall, allow_negative_numbers = true)]
@@ -417,6 +411,20 @@ pub struct RunArgs {
     /// Run the text without a word of what check finds in it
     #[arg(long)]
     pub no_check: bool,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub run: RunArgs,
+}
+
+/// A program, and the robot that it runs on.
+#[derive(Args, Clone, Debug, Default)]
+pub struct RunArgs {
+    /// The script; - reads it from stdin
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// A global variable that is set before the program; repeat it for more: --set speed=0.25 --set 'name="left"'
+    #[arg(long, value_name = "NAME=VALUE", value_parser = preset)]
+    pub set: Vec<Preset>,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub shared: ControllerArgs,
@@ -774,8 +782,8 @@ mod tests {
             let CliCommand::Run(args) = parse(line).unwrap() else {
                 panic!("{line}")
             };
-            assert_eq!(args.shared.home.unwrap().0.0, expected, "{line}");
-            assert_eq!(args.file, PathBuf::from("x.script"));
+            assert_eq!(args.run.shared.home.unwrap().0.0, expected, "{line}");
+            assert_eq!(args.run.file, PathBuf::from("x.script"));
         }
         let args = serve_args("eliteserver --tcp -0.1,0,0,0,0,-3 --payload 1,-0.1,0,0");
         assert_eq!(args.shared.tcp.unwrap().0.xyz[0], -0.1);
@@ -787,7 +795,7 @@ mod tests {
         let CliCommand::Run(args) = parse("eliteserver run -").unwrap() else {
             panic!()
         };
-        assert_eq!(args.file, PathBuf::from("-"));
+        assert_eq!(args.run.file, PathBuf::from("-"));
     }
 
     #[test]

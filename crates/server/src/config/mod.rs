@@ -241,10 +241,6 @@ pub struct RunConfig {
     pub file: PathBuf,
     /// Globals that it finds set.
     pub presets: Vec<Preset>,
-    /// The program is stopped after so much simulated time, or time without any.
-    pub timeout: Option<Duration>,
-    /// Nothing is said of what is found in the text.
-    pub no_check: bool,
 }
 
 impl ServeConfig {
@@ -333,8 +329,6 @@ impl RunConfig {
             robot: robot_config(shared, ClockChoice::Virtual, RecordTarget::Off, within)?,
             file: args.file,
             presets: args.set,
-            timeout: args.timeout,
-            no_check: args.no_check,
         })
     }
 }

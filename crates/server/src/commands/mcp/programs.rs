@@ -335,8 +335,6 @@ fn settings(workspace: &Workspace, arguments: RunArguments) -> Result<RunConfig,
         ..ControllerArgs::default()
     };
     let args = RunArgs {
-        timeout: None,
-        no_check: true,
         file: Path::new("-").to_owned(),
         set: presets,
         shared,

@@ -2,7 +2,7 @@
 
 mod patience;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use elite_runtime::{ProgramText, TaskEnd};
 use elite_syntax::{Severity, SourceFile};
@@ -47,15 +47,17 @@ const FATAL_FINDINGS: &[&str] = &[
     "unknown-attribute",
 ];
 
+/// Runs the program of `config`, for `timeout` at most; `is_checked`: says before what is found in it.
+///
 /// Exit status: 0 ended, 1 failed, 2 does not compile or cannot be read, 3 the control cycle met a fault of ours.
 ///
 /// # Errors
 /// What kept the controller from starting.
-pub fn run(config: &RunConfig) -> CommandResult {
+pub fn run(config: &RunConfig, timeout: Option<Duration>, is_checked: bool) -> CommandResult {
     // A program that a signal cuts off has not ended well.
     let shutdown = Shutdown::start(CommandStatus::Negative)?;
     let program = read_script(&config.file).map_err(CommandError::sentence)?;
-    if !config.no_check {
+    if is_checked {
         warn_of_findings(config, &program)?;
     }
     let host = ControllerHost::start(
@@ -70,7 +72,7 @@ pub fn run(config: &RunConfig) -> CommandResult {
     controller.supervisor().set_presets(&config.presets);
     let started = Instant::now();
     let is_virtual = config.robot.clock == ClockChoice::Virtual;
-    let patience = Patience::new(&host, &program, config.timeout, is_virtual);
+    let patience = Patience::new(&host, &program, timeout, is_virtual);
     let stop = async {
         tokio::select! {
             () = shutdown.token().cancelled() => {}

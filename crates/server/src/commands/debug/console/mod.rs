@@ -402,7 +402,8 @@ impl Console {
                     true => show(&format!("停在第 {cycle} 个周期，{time:.3} s{reason}")),
                     false => show(&format!("held in cycle {cycle}, {time:.3} s{reason}")),
                 }
-                if !text("text").is_empty() {
+                // The sentence of a stop has been said as output.
+                if !text("text").is_empty() && text("description") != "protective stop" {
                     show(text("text"));
                 }
             }
