@@ -81,7 +81,7 @@ fn a_hit_ends_the_program_and_names_joint_and_force() {
         let (out, err, status) = run(&script, &plate(0.1, keys), &[]);
         assert_eq!((out.as_str(), status), ("", Some(1)), "{err}");
         assert!(err.contains("collision at joint "), "{err}");
-        assert!(err.contains(" N at the tool would be"), "{err}");
+        assert!(err.contains(" N at the TCP makes"), "{err}");
     }
 }
 

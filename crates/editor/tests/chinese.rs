@@ -13,13 +13,16 @@ const OF_TEXTS: &[&str] = &[
     "elite-syntax/src/parser",
     "elite-syntax/src/resolve",
     "elite-syntax/src/lint",
+    "elite-syntax/src/habits.rs",
     "elite-syntax/src/program.rs",
+    "elite-lang/src/advice.rs",
 ];
 
 /// Where those about the robot are, all of which people are told.
 const OF_ROBOT: &[&str] = &[
     "elite-runtime/src/builtins/call",
     "elite-runtime/src/builtins/hints/mod.rs",
+    "elite-runtime/src/builtins/hints/limits.rs",
     "elite-runtime/src/builtins/declare.rs",
     "elite-runtime/src/message.rs",
     "elite-runtime/src/task/report.rs",

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
-use elite_syntax::nearest;
+use elite_syntax::{habit_advice, nearest};
 
 use crate::builtins::Builtin;
 use crate::eval::Evaluator;
@@ -96,15 +96,31 @@ impl Evaluator<'_> {
             exception.get(symbol, &self.core.symbols)
         };
         let Some(Value::Str(name)) = own("name") else {
-            return None;
+            return self.advice_of_type_error(exception).map(str::to_owned);
         };
         let candidates = match own("obj") {
             Some(object) => self.attribute_names(&object),
             None if &*exception.class.name() == "NameError" => self.global_names(),
             None => return None,
         };
-        let near = nearest(name.as_str(), candidates.iter())?;
-        Some(format!("did you mean '{near}'"))
+        match nearest(name.as_str(), candidates.iter()) {
+            Some(near) => Some(format!("did you mean '{near}'")),
+            None => habit_advice(name.as_str()).map(str::to_owned),
+        }
+    }
+
+    /// What to do about the usual errors of types.
+    fn advice_of_type_error(&self, exception: &Rc<Instance>) -> Option<&'static str> {
+        if &*exception.class.name() != "TypeError" {
+            return None;
+        }
+        let state = exception.exception()?;
+        let args = state.args().as_items()?;
+        let Some(Value::Str(said)) = args.first() else {
+            return None;
+        };
+        let is_concatenation = said.as_str().starts_with("can only concatenate str (not ");
+        is_concatenation.then_some("str(…) makes a text of a value")
     }
 
     fn global_names(&self) -> BTreeSet<Rc<str>> {

@@ -164,9 +164,12 @@ fn findings(
             .into_vec()
             .into_iter()
             .for_each(|finding| flow.push(finding));
-        for own in [together.unused, flow, together.calls] {
+        let mut calls = together.calls;
+        crate::lint::check_whole_program(module, known, &mut calls);
+        for own in [together.unused, flow, calls] {
             found.extend(own.into_vec());
         }
+        crate::lint::drop_followers(&mut found);
     }
     attach_task_nodes(sort_and_cap(found), &module.nodes)
 }

@@ -81,6 +81,7 @@ mod diagnostic_list;
 mod document;
 mod excerpt;
 mod format_check;
+mod habits;
 pub mod lexer;
 mod lint;
 pub mod parser;
@@ -100,7 +101,8 @@ pub use diagnostic::{Diagnostic, DiagnosticFields, Fix, Label, Severity, render_
 pub use diagnostic_list::{DIAGNOSTICS_MAX, quoted};
 pub use document::{DocumentUnit, ParsedDocument};
 pub use format_check::same_tree;
-pub use lint::{ArgumentLiteral, CallArgument, CallHint, CallHook, CallSite};
+pub use habits::advice as habit_advice;
+pub use lint::{ArgumentLiteral, CallArgument, CallHint, CallSite};
 pub use program::{Program, ProgramKind, check, compile};
 pub use resolve::KnownNames;
 pub use source::{Position, SourceFile, Span};

@@ -302,7 +302,7 @@ pub enum StopReason {
     /// A joint carries more than the motion explains.
     #[error(
         "collision at joint {}: {torque:.1} Nm from outside (allowed {limit:.1} Nm), \
-         as {force:.0} N at the tool would be",
+         as a push of {force:.0} N at the TCP makes; the sensor at the tool may read another force",
         joint + 1
     )]
     Collision {

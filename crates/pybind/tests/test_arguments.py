@@ -225,3 +225,12 @@ def test_everything_public_says_what_it_takes():
     for name in dir(elitescript.Robot):
         if not name.startswith("__"):
             assert getattr(elitescript.Robot, name).__doc__, name
+
+
+def test_type_checkers_refuse_options_that_there_are_not(tmp_path):
+    mypy = pytest.importorskip("mypy.api")
+    script = tmp_path / "controllers.py"
+    script.write_text('import elitescript\nelitescript.Controller(model="cs66")\nelitescript.Controller(modell="cs66")\n')
+    found, _, status = mypy.run([str(script), "--cache-dir", str(tmp_path / "cache")])
+    assert status == 1, found
+    assert "controllers.py:3" in found and "modell" in found and found.count("error:") == 1, found

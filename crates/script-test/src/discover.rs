@@ -123,7 +123,7 @@ pub fn discover_in(paths: &[PathBuf], among: &FileScope) -> Result<Vec<TestCase>
         let place = among.find(root).map_err(unreadable)?;
         let kind = std::fs::metadata(&place).map_err(unreadable)?;
         let files = match kind.is_dir() {
-            true => files_below(root, among)?,
+            true => files_below(root, among, is_test_file)?,
             false => vec![root.clone()],
         };
         let root = match (kind.is_dir(), root.parent()) {
@@ -140,7 +140,20 @@ pub fn discover_in(paths: &[PathBuf], among: &FileScope) -> Result<Vec<TestCase>
     Ok(cases)
 }
 
-fn files_below(root: &Path, among: &FileScope) -> Result<Vec<PathBuf>, DiscoverError> {
+/// All scripts below a folder, in the order of their paths; tests are among them.
+///
+/// # Errors
+/// [`DiscoverError`]
+pub fn scripts_below(root: &Path) -> Result<Vec<PathBuf>, DiscoverError> {
+    let is_script = |path: &Path| path.extension().is_some_and(|end| end == "script");
+    files_below(root, &FileScope::default(), is_script)
+}
+
+fn files_below(
+    root: &Path,
+    among: &FileScope,
+    is_wanted: impl Fn(&Path) -> bool,
+) -> Result<Vec<PathBuf>, DiscoverError> {
     let mut found = Vec::new();
     let mut open = vec![(root.to_owned(), 0)];
     let mut entries = 0;
@@ -163,7 +176,7 @@ fn files_below(root: &Path, among: &FileScope) -> Result<Vec<PathBuf>, DiscoverE
             let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
             if kind.is_dir() && !is_hidden && depth < DEPTH_MAX {
                 open.push((path, depth + 1));
-            } else if !kind.is_dir() && is_test_file(&path) {
+            } else if !kind.is_dir() && is_wanted(&path) {
                 found.push(path);
             }
         }

@@ -41,9 +41,12 @@ mod world_functions;
 /// What a test calls the object that makes it one.
 pub const OBJECT: &str = "test";
 
-pub use discover::{DiscoverError, TestCase, TestFile, discover, discover_in, is_test_file};
+pub use discover::{
+    DiscoverError, TestCase, TestFile, discover, discover_in, is_test_file, scripts_below,
+};
 pub use files::FileScope;
 pub use golden_path::GoldenMode;
+pub use pool::TestSettings;
 pub use pool::{TestRunOptions, run};
-pub use runner::{Status, TestResult};
+pub use runner::{Status, TestResult, WALL_TIMEOUT, usual_timeout};
 pub use test_object::{function_names, function_parameters};

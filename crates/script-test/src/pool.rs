@@ -41,6 +41,28 @@ pub struct TestRunOptions {
     pub stop: Arc<AtomicBool>,
 }
 
+/// What one test is run with.
+#[derive(Clone, Debug)]
+pub struct TestSettings {
+    /// The robot.
+    pub robot: ControllerConfig,
+    /// Simulated time of the test, in place of that of all.
+    pub timeout: Option<Seconds>,
+    /// Time of the machine without simulated time passing, in place of that of all.
+    pub wall_timeout: Option<Duration>,
+}
+
+impl From<ControllerConfig> for TestSettings {
+    /// With the times of all.
+    fn from(robot: ControllerConfig) -> Self {
+        Self {
+            robot,
+            timeout: None,
+            wall_timeout: None,
+        }
+    }
+}
+
 /// Runs tests; `tell` hears of each when it has ended. `settings` says what each is run with; a sentence where there is
 /// no such setting. The executed lines, if they are counted.
 ///
@@ -49,7 +71,7 @@ pub struct TestRunOptions {
 pub fn run(
     cases: &[TestCase],
     options: &TestRunOptions,
-    settings: &dyn Fn(&TestCase) -> Result<ControllerConfig, String>,
+    settings: &dyn Fn(&TestCase) -> Result<TestSettings, String>,
     tell: &mut dyn FnMut(TestResult),
 ) -> io::Result<LineCountsByText> {
     if let Some(folder) = &options.record_failed {
@@ -59,13 +81,13 @@ pub fn run(
     let mut planned = Vec::new();
     let mut taken = BTreeMap::new();
     for case in cases {
-        let plan = settings(case).map(|config| TestPlan {
-            config,
+        let plan = settings(case).map(|settings| TestPlan {
+            config: settings.robot,
             files: options.files.clone(),
             goldens: options.goldens,
             stop: options.stop.clone(),
-            timeout: options.timeout,
-            wall_timeout: options.wall_timeout,
+            timeout: settings.timeout.unwrap_or(options.timeout),
+            wall_timeout: settings.wall_timeout.unwrap_or(options.wall_timeout),
             counts: counts.clone(),
             recording: options
                 .record_failed
@@ -135,6 +157,8 @@ fn not_run(case: &TestCase, sentence: String) -> TestResult {
         time: 0.0,
         wall: Duration::ZERO,
         seed: 0,
+        timeout: None,
+        wall_timeout: None,
         prints: Vec::new(),
         recording: None,
     }

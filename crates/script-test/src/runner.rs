@@ -43,6 +43,17 @@ const ENDING_POLL: Duration = Duration::from_micros(50);
 /// Cycles that a condition is judged by at a time.
 const CYCLES_AT_ONCE: usize = 2000;
 
+/// Simulated time that a test has where nobody says otherwise, s.
+pub const TIMEOUT_S: f64 = 60.0;
+/// Time of the machine without simulated time that it has.
+pub const WALL_TIMEOUT: Duration = Duration::from_secs(30);
+
+/// The usual simulated time.
+pub fn usual_timeout() -> Seconds {
+    // It is above 0 and bounded.
+    Seconds::new(TIMEOUT_S).unwrap_or_default()
+}
+
 /// What every test is run with.
 #[derive(Clone)]
 pub(crate) struct TestPlan {
@@ -102,6 +113,10 @@ pub struct TestResult {
     pub wall: Duration,
     /// Seed of the test.
     pub seed: u64,
+    /// Simulated time that it had, where that was not the usual.
+    pub timeout: Option<Seconds>,
+    /// Time of the machine without simulated time that it had, where that was not the usual.
+    pub wall_timeout: Option<Duration>,
     /// What it printed.
     pub prints: Vec<String>,
     /// The recording that was kept of it.
@@ -120,6 +135,8 @@ pub(crate) fn run(case: &TestCase, plan: &TestPlan) -> TestResult {
         time: 0.0,
         wall: Duration::ZERO,
         seed: plan.config.seed,
+        timeout: Some(plan.timeout).filter(|time| *time != usual_timeout()),
+        wall_timeout: Some(plan.wall_timeout).filter(|time| *time != WALL_TIMEOUT),
         prints: Vec::new(),
         recording: None,
     };
@@ -271,6 +288,23 @@ fn ended(supervisor: &Supervisor) -> Result<Option<ProgramOutcome>, String> {
     }
 }
 
+/// The error of the program under test, which may be why the test failed, unless the test has said so itself.
+fn error_of_program(bench: &TestContext, report: &str) -> Option<String> {
+    let last = bench.close(None)?;
+    let error = last.error?;
+    if report.contains(&error) {
+        return None;
+    }
+    let line = last
+        .line
+        .map_or_else(String::new, |line| format!(" in line {line}"));
+    let mut text = format!("the program under test {}{line}: {error}\n", last.outcome);
+    for part in last.report.unwrap_or_default().lines() {
+        text.push_str(&format!("  {part}\n"));
+    }
+    Some(text)
+}
+
 /// What became of the test.
 fn conclude(
     case: &TestCase,
@@ -307,6 +341,14 @@ fn conclude(
     } else {
         result.message = error;
         result.report.clone_from(&result.message);
+    }
+    if result.status != Status::Passed
+        && let Some(text) = error_of_program(bench, &result.report)
+    {
+        if !result.report.ends_with('\n') {
+            result.report.push('\n');
+        }
+        result.report.push_str(&text);
     }
 }
 
@@ -507,10 +549,12 @@ fn check_invariant(
                         condition.advance_world(message);
                     });
             }
-            let holds = condition.holds(&cycle, &trace.position_at(judged.cycles));
+            let position = trace.position_at(judged.cycles);
+            let holds = condition.holds(&cycle, &position);
             judged.cycles += 1;
             if holds.map_err(|error| error.to_string())? != watched.always {
-                let mut text = broken(watched, state, &cycle);
+                let line = (position.line > 0).then_some(position.line);
+                let mut text = broken(watched, state, &cycle, line);
                 if let Some(part) = condition.deciding_part() {
                     text.push_str(&format!("; part {part:?}"));
                 }
@@ -520,12 +564,20 @@ fn check_invariant(
     }
 }
 
-fn broken(watched: &Invariant, state: &RobotState, cycle: &CycleMessage) -> String {
+fn broken(
+    watched: &Invariant,
+    state: &RobotState,
+    cycle: &CycleMessage,
+    line: Option<u32>,
+) -> String {
     let mut text = match watched.always {
         true => format!("always: `{}` did not hold", watched.text),
         false => format!("never: `{}` held", watched.text),
     };
-    text.push_str(&format!(" at {:.3} s", state.time));
+    text.push_str(&format!(" at {:.3} s, cycle {}", state.time, state.cycle));
+    if let Some(line) = line {
+        text.push_str(&format!(", line {line} of the program"));
+    }
     // The values of what the condition names.
     let named = cycle.fields().into_iter().filter(|(name, _)| {
         let words = |c: char| !(c.is_alphanumeric() || c == '_');

@@ -47,7 +47,7 @@ fn run_folder(
 ) -> (BTreeMap<String, TestResult>, LineCountsByText) {
     let cases = discover(&[folder.to_owned()]).unwrap();
     let mut results = BTreeMap::new();
-    let counts = run(&cases, options, &|_| Ok(ideal()), &mut |result| {
+    let counts = run(&cases, options, &|_| Ok(ideal().into()), &mut |result| {
         results.insert(result.case.name.clone(), result);
     });
     assert_eq!(results.len(), cases.len());

@@ -134,6 +134,21 @@ impl EventBroadcaster {
         programs.get(&program).map(|known| known.name.clone())
     }
 
+    /// A message of a program that one person runs: what it is about, without time and threads.
+    fn line_for_people(&self, severity: Severity, origin: Origin, text: &str) -> String {
+        let word = match (severity, language::is_chinese()) {
+            (Severity::Info, _) => "",
+            (Severity::Warning, false) => "warning: ",
+            (Severity::Warning, true) => "警告：",
+            (Severity::Error, false) => "error: ",
+            (Severity::Error, true) => "错误：",
+        };
+        match self.name_of(origin.program).filter(|_| origin.line > 0) {
+            Some(name) => format!("{name}:{}: {word}{text}", origin.line),
+            None => format!("{word}{text}"),
+        }
+    }
+
     /// What the log says of where a message comes from; nothing of the controller's own.
     fn span_of(&self, origin: Origin) -> Span {
         let programs = self.programs.lock();
@@ -153,6 +168,9 @@ impl EventBroadcaster {
     }
 
     fn log(&self, severity: Severity, origin: Origin, text: &str) {
+        if self.console == PrintTarget::Stdout && !logging::is_json() {
+            return logging::say(&self.line_for_people(severity, origin, text));
+        }
         self.span_of(origin).in_scope(|| match severity {
             Severity::Info => tracing::info!(target: "script", "{text}"),
             Severity::Warning => tracing::warn!(target: "script", "{text}"),
@@ -193,7 +211,7 @@ impl Observer for EventBroadcaster {
             } => {
                 // The report has lines of its own; a log prefix would push the caret out of place.
                 if self.console != PrintTarget::Log {
-                    logging::say(report);
+                    logging::say(without_repetition(report));
                 } else {
                     let origin = Origin {
                         program: *program,
@@ -341,6 +359,17 @@ fn primary_message(
             },
         },
     })
+}
+
+/// A report for people. That of a text that does not compile ends with its title once more, for clients that look at
+/// last lines.
+fn without_repetition(report: &str) -> &str {
+    match report.rsplit_once('\n') {
+        Some((picture, last)) if report.starts_with("error[") && last.contains("Error: ") => {
+            picture
+        }
+        _ => report,
+    }
 }
 
 fn short(text: &str, most: usize) -> String {

@@ -44,6 +44,19 @@ pub fn is_chinese() -> bool {
     CHOSEN.get() == Some(&Language::Chinese)
 }
 
+/// One of two forms of a text.
+pub fn pick<'t>(english: &'t str, chinese: &'t str) -> &'t str {
+    match is_chinese() {
+        true => chinese,
+        false => english,
+    }
+}
+
+/// The language in which people are talked to.
+pub fn chosen() -> Language {
+    CHOSEN.get().copied().unwrap_or(Language::English)
+}
+
 /// A finding in the language of this process.
 pub fn finding(finding: &Diagnostic) -> Cow<'_, Diagnostic> {
     match is_chinese() {

@@ -66,9 +66,9 @@ fn execute(command: CliCommand) -> CommandResult {
             commands::serve::serve(&config)
         }
         CliCommand::Run(args) => {
-            let config = RunConfig::load(*args)?;
+            let config = RunConfig::load(args.run)?;
             begin_log(&config.log)?;
-            commands::run::run(&config)
+            commands::run::run(&config, args.timeout, !args.no_check)
         }
         CliCommand::Doctor(args) => {
             let config = ServeConfig::load(args.serve)?;
@@ -108,7 +108,10 @@ fn execute(command: CliCommand) -> CommandResult {
         CliCommand::Test(args) => commands::test::test(&args),
         CliCommand::Debug(args) => commands::debug::debug(&args),
         CliCommand::Replay(args) => commands::replay::replay(&args),
-        CliCommand::Builtins(args) => answer(commands::builtins::list(args.format).as_bytes()),
+        CliCommand::Builtins(args) => {
+            let (text, status) = commands::builtins::builtins(&args);
+            answer(text.as_bytes()).map(|written| written.max(status))
+        }
         CliCommand::Send(args) => commands::send::send(&args),
         CliCommand::Shell(args) => commands::shell::shell(&args),
         CliCommand::Calibrate(args) => commands::calibrate::calibrate(&args),

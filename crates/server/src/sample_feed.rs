@@ -86,6 +86,11 @@ impl SampleFeed {
         programs.find(|program| program.number == number).cloned()
     }
 
+    /// The line of the main thread that was told last; 0 where none was.
+    pub fn line(&self) -> u32 {
+        self.script_line.load(Ordering::Relaxed)
+    }
+
     /// At the first line of the main thread that is not the one of now, `then` is called, once, on the program's
     /// thread.
     pub fn at_next_line(&self, then: Box<dyn FnOnce() + Send>) {

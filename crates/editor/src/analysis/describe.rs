@@ -56,6 +56,7 @@ pub fn of_parameter(parameter: &Parameter, language: Language) -> String {
         parts.push(language.unit(parameter.unit));
     }
     if let Some(range) = parameter.kind.range_text() {
+        let range = range.replace(" to ", language.pick(" to ", " 到 "));
         parts.push(format!("{}: {range}", language.pick("range", "范围")));
     }
     if let Some((_, default)) = parameter.to_string().split_once('=') {

@@ -10,6 +10,7 @@ use elite_runtime::builtins::declare::Builtin;
 use parking_lot::Mutex;
 
 use super::types::Type;
+use super::words::Language;
 
 /// Functions of the robot by name, in the order of their names.
 pub static ROBOT: LazyLock<BTreeMap<&'static str, &'static Builtin>> = LazyLock::new(|| {
@@ -143,4 +144,22 @@ pub fn result_of_method(owner: &str, name: &str) -> Type {
         _ => return Type::Unknown,
     };
     Type::Value(result.into())
+}
+
+/// Everything that is said of a function, in small letters and both languages: what searches look in.
+pub fn searched_text(builtin: &Builtin) -> String {
+    let mut text = format!(
+        "{} {} {} {} {}",
+        builtin.signature(),
+        builtin.category.name(),
+        builtin.section,
+        builtin.summary,
+        builtin.returns
+    );
+    for parameter in builtin.params {
+        text.push_str(&format!(" {} {}", parameter.meaning, parameter.unit));
+    }
+    text.push(' ');
+    text.push_str(Language::Chinese.summary(builtin));
+    text.to_lowercase()
 }

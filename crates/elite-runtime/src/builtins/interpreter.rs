@@ -12,6 +12,7 @@ use crate::external::ExternalInputKind;
 use crate::interpreter::NextAction;
 use crate::message::Message;
 use crate::message::{InterpreterEvent, Severity};
+use crate::panel::Operator;
 use crate::task::Wait;
 
 /// Statements of interpreter mode that are executed before other threads, stop and pause have their turn. A statement
@@ -78,6 +79,11 @@ fn interpreter_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let interpreter = call.context().interpreter();
     if call.origin().thread != ThreadNumber(0) {
         let text = "interpreter_mode() can only be called in the main thread";
+        return Err(call.error(ExceptionKind::RuntimeError, text));
+    }
+    if call.context().panel().operator() == Operator::Absent {
+        let text = "interpreter_mode(): nobody can send statements here, there is no port 30020; run the program on a \
+                    server (eliteserver serve)";
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
     if !interpreter.enter(clear_queue) {

@@ -33,7 +33,7 @@ use std::rc::Rc;
 use elite_lang::{NativeBody, NativeContext, NativeFunction, Param, ParamKind};
 use supervision::injection;
 
-pub use hints::known_names;
+pub use hints::{TOOL_LENGTH_MAX, known_names, known_names_for};
 
 use crate::task::TaskContext;
 use call::Call;

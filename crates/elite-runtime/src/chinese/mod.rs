@@ -88,11 +88,24 @@ fn report(english: &str) -> String {
             (_, _, Some((blanks, said))) if blanks.trim().is_empty() => {
                 sentence(said).map(|said| format!("{blanks}= help: {said}"))
             }
-            _ => headline(text),
+            _ => advice_line(text).or_else(|| headline(text)),
         };
         format!("{}{end}", told.as_deref().unwrap_or(text))
     });
     lines.collect()
+}
+
+/// Advice below the line of a program: `  help: …`. One that consists of two sentences is told by both.
+fn advice_line(english: &str) -> Option<String> {
+    let (blanks, said) = english.split_once("help: ")?;
+    if !blanks.trim().is_empty() {
+        return None;
+    }
+    let whole = sentence(said).or_else(|| {
+        let (first, second) = said.split_once("; ")?;
+        Some(format!("{}；{}", sentence(first)?, sentence(second)?))
+    });
+    Some(format!("{blanks}help: {}", whole?))
 }
 
 #[cfg(test)]

@@ -59,12 +59,16 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "第 {0} 位不能切换（{1}），保持不变",
     ),
     (
+        "choose another position for the joints between them",
+        "请为它们之间的关节选择其他位置",
+    ),
+    (
         "clean-up behind a stop is ended at line {}: {}",
         "停止后的清理在第 {0} 行结束：{1~}",
     ),
     (
-        "collision at joint {}: {} Nm from outside (allowed {} Nm), as {} N at the tool would be",
-        "关节 {0} 发生碰撞：外力矩 {1} Nm（允许 {2} Nm），相当于工具处 {3} N",
+        "collision at joint {}: {} Nm from outside (allowed {} Nm), as a push of {} N at the TCP makes; the sensor at the tool may read another force",
+        "关节 {0} 碰撞：外力矩 {1} Nm（允许 {2} Nm），相当于 TCP 处 {3} N 的推力；工具上的传感器可能读到不同的力",
     ),
     ("divide millimetres by 1000", "请把毫米除以 1000"),
     ("emergency stop: {}", "紧急停止：{0~}"),
@@ -85,6 +89,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "get_inverse_kin()：{0} 没有关节位置能以此 TCP 到达 p = {1}",
     ),
     (
+        "if these are joint positions, movej() is the function for them",
+        "如果这些是关节位置，请用 movej()",
+    ),
+    (
         "internal fault {} in the motion thread; please report it with the recording",
         "运动线程内部故障 {0}；请连同记录一起报告",
     ),
@@ -95,6 +103,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "interpreter_mode() cannot be called inside interpreter mode",
         "interpreter_mode() 不能在解释器模式中调用",
+    ),
+    (
+        "interpreter_mode(): nobody can send statements here, there is no port 30020; run the program on a server (eliteserver serve)",
+        "interpreter_mode()：这里无法接收语句，没有 30020 端口；请在服务器上运行程序（eliteserver serve）",
     ),
     (
         "is_within_safety_limits(): either p or q must be given, {}",
@@ -125,6 +137,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "joint {} would go to {} rad, allowed is {} to {} rad",
         "关节 {0} 将到达 {1} rad，允许 {2} 到 {3} rad",
+    ),
+    (
+        "lengths are in metres: divide millimetres by 1000",
+        "长度以米为单位：把毫米除以 1000",
     ),
     (
         "move to a pose with movel(), or turn it into joint positions with get_inverse_kin()",
@@ -170,6 +186,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "socket_open(): {} sockets are open already, more are not allowed; close one with socket_close()",
         "socket_open()：已打开 {0} 个连接，不能再多；请用 socket_close() 关闭一个",
+    ),
+    (
+        "speeds of joints are in rad/s: turn degrees into radians with d2r()",
+        "关节速度以 rad/s 为单位：用 d2r() 把度换算为弧度",
     ),
     (
         "start, via point and target make no circular arc: two of them coincide, or they lie on a straight line",
@@ -302,6 +322,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0~}与{1~}在那里会相撞，重叠 {2} mm",
     ),
     (
+        "{} folds the arm into itself: {} and {} would be in the same place",
+        "{0~}会使机械臂碰到自己：{1~}和{2~}会在同一位置",
+    ),
+    (
         "{} has a position of {}: positions are in metres",
         "{0~}的位置为 {1}：位置以米为单位",
     ),
@@ -312,6 +336,22 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "{} is not allowed for word {} ({})",
         "字 {1} 不允许取值 {0}（{2}）",
+    ),
+    (
+        "{} is out of reach: {} m from the shoulder, a {} reaches {} m",
+        "{0~}够不到：距肩部 {1} m，{2} 只能到达 {3} m",
+    ),
+    (
+        "{} is out of reach: {} m from the shoulder, a {} with a tool of {} m reaches {} m",
+        "{0~}够不到：距肩部 {1} m，{2} 带 {3} m 的工具只能到达 {4} m",
+    ),
+    (
+        "{} is out of reach: {} m from the shoulder, the largest arm with a long tool reaches {} m",
+        "{0~}够不到：距肩部 {1} m，最大的机械臂带长工具也只能到达 {2} m",
+    ),
+    (
+        "{} is {} {}, far beyond what the arm can do",
+        "{0~}为 {1} {2}，远超机械臂的能力",
     ),
     (
         "{} is {}, allowed are {} to {}; {} is used",

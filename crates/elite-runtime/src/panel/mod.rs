@@ -39,6 +39,8 @@ pub struct Panel {
     /// Bit n is flag n. All low when the controller starts (our choice; the manual does not say).
     flags: AtomicU32,
     operator: Operator,
+    /// The line at which a thread was when it had computed for a slice without waiting.
+    computing_line: AtomicU32,
     popups: Mutex<Popups>,
     watchdogs: Mutex<Watchdogs>,
     variables: Mutex<Variables>,
@@ -53,6 +55,15 @@ impl Panel {
             operator,
             ..Self::default()
         }
+    }
+
+    /// The line at which a script thread was last seen computing without waiting; 0 before it was.
+    pub fn computing_line(&self) -> u32 {
+        self.computing_line.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn set_computing_line(&self, line: u32) {
+        self.computing_line.store(line, Ordering::Relaxed);
     }
 
     /// Level of flag `n`; flags beyond the last are low.

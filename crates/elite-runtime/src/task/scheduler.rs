@@ -630,8 +630,13 @@ impl Task {
             // The thread has its next turn as soon as the garbage collector's search is over.
             return self.threads.ready.push_front(number);
         }
-        let bounds = self.threads.entries.get_mut(&number);
-        if let Some(bounds) = bounds.and_then(|entry| entry.secondary.as_mut()) {
+        let entry = self.threads.entries.get_mut(&number);
+        if let Some(entry) = &entry {
+            self.settings
+                .panel
+                .set_computing_line(entry.script.current_line());
+        }
+        if let Some(bounds) = entry.and_then(|entry| entry.secondary.as_mut()) {
             bounds.slices -= 1;
             if bounds.slices == 0 {
                 let text = "TimeoutError: a secondary program has to be short, this one was ended after about a \

@@ -32,6 +32,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "':=' within a comprehension cannot be used in a class body",
         "类体中的推导式不能使用 ':='",
     ),
+    ("'=' assigns, '==' compares", "'=' 用于赋值，'==' 用于比较"),
     (
         "'=' assigns; use '==' to compare",
         "'=' 用于赋值；比较请用 '=='",
@@ -52,6 +53,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "'sec' heads a program of its own: nothing else can stand in the same text",
         "'sec' 开头的是独立的程序：同一文本中不能有其他内容",
+    ),
+    (
+        "'self' is the first parameter of a method: def name(self)",
+        "'self' 是方法的第一个参数：def name(self)",
     ),
     (
         "'try' needs at least one 'except' or a 'finally'",
@@ -75,15 +80,30 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("'{}' is not a number", "'{0}' 不是数"),
     ("'{}' outside a loop", "'{0}' 不在循环内"),
     ("'{}' without a matching {}", "'{0}' 没有对应的{1~}"),
+    ("`{}` alone calls nothing", "单独的 `{0}` 没有调用任何函数"),
     ("`{}` has no function `{}`", "`{0}` 没有函数 `{1}`"),
+    (
+        "`{}` is a function: its arguments are in parentheses",
+        "`{0}` 是函数：参数写在圆括号中",
+    ),
+    (
+        "a 'global' line only says which names are global, it sets nothing",
+        "'global' 行只声明哪些名称是全局的，不赋值",
+    ),
     (
         "a bare 'except:' must be the last one",
         "不带类型的 'except:' 必须是最后一个",
     ),
     (
+        "a block that does nothing has 'pass' in it, a loop that waits 'sync()'",
+        "什么都不做的块写 'pass'，等待的循环写 'sync()'",
+    ),
+    (
         "a bytes literal can hold ASCII characters and escapes only",
         "bytes 中只能有 ASCII 字符和转义",
     ),
+    ("a call has parentheses", "调用要带圆括号"),
+    ("a comment begins with '#'", "注释以 '#' 开头"),
     (
         "a comprehension cannot unpack with '*'",
         "推导式不能用 '*' 解包",
@@ -104,6 +124,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "a parameter that collects arguments cannot have a default",
         "收集参数的形参不能有默认值",
+    ),
+    (
+        "a pose is a plain list: write [x, y, z, rx, ry, rz] without 'p'",
+        "位姿就是普通列表：写成 [x, y, z, rx, ry, rz]，不带 'p'",
     ),
     (
         "a positional argument follows '**' unpacking",
@@ -137,6 +161,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "a statement with a block needs a line of its own",
         "带块的语句需要单独一行",
     ),
+    (
+        "a thread is a function that start_thread() begins: write 'def' in place of 'thread'",
+        "线程是由 start_thread() 启动的函数：把 'thread' 改为 'def'",
+    ),
     ("after this 'break'", "在这个 'break' 之后"),
     ("after this 'continue'", "在这个 'continue' 之后"),
     ("after this 'raise'", "在这个 'raise' 之后"),
@@ -147,6 +175,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "f-string 的字段需要一个表达式",
     ),
     (
+        "an object is the first parameter of its methods, called 'self' by custom",
+        "对象是其方法的第一个参数，习惯上叫 'self'",
+    ),
+    (
         "annotated name '{}' can't be {}",
         "带注解的名称 '{0}' 不能是 {1}",
     ),
@@ -154,6 +186,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "blanks before a tab in the indentation; a tab goes to the next multiple of 8",
         "缩进中制表符之前有空格；制表符对齐到 8 的倍数",
     ),
+    ("call it as {}", "调用写作 {0}"),
+    ("call it as {}({}{})", "调用写作 {0}({1}{2})"),
     (
         "call sleep() or sync() in it",
         "请在其中调用 sleep() 或 sync()",
@@ -197,9 +231,18 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "import * 只能用在模块顶层",
     ),
     ("it has {}", "它有 {0}"),
+    ("it is defined here", "在这里定义"),
+    (
+        "it looks like a blank: write a blank in its place",
+        "它看起来像空格：请换成普通空格",
+    ),
     (
         "keyword argument '{}' is given twice",
         "关键字参数 '{0}' 重复",
+    ),
+    (
+        "leave out the word 'global' here: names of the top level are global",
+        "这里去掉 'global' 一词：顶层的名称就是全局的",
     ),
     (
         "more than {} items in one 'with'",
@@ -230,9 +273,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "找不到 nonlocal '{0}' 的绑定",
     ),
     ("no way leads past this", "没有路径越过这里"),
+    ("nobody can see it: delete it", "它不可见：请删除"),
     (
         "nonlocal declaration not allowed at module level",
         "模块顶层不能有 nonlocal 声明",
+    ),
+    (
+        "numpy is not there: lists, math and the functions for poses are",
+        "没有 numpy：可以用列表、math 和位姿函数",
     ),
     (
         "only a name can stand before '=' in a call",
@@ -254,9 +302,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "请删除它；若有意如此，可命名为 '_{0}'",
     ),
     (
+        "set the name on a line of its own, below this one",
+        "在下面单独写一行给它赋值",
+    ),
+    (
         "several exception types need parentheses",
         "多个异常类型需要括号",
     ),
+    ("str(…) makes a text of a value", "str(…) 把值变成文本"),
     (
         "the block was closed by 'end' above, but its lines go on",
         "块已由上面的 'end' 结束，但其行仍在继续",
@@ -322,6 +375,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "这个 'end' 没有可结束的块：没有块从它所在的列开始",
     ),
     (
+        "this compares and does nothing with the answer",
+        "这里做了比较，却没有使用结果",
+    ),
+    (
         "this expression is deeper than {} levels",
         "这个表达式超过 {0} 层",
     ),
@@ -329,7 +386,12 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "this f-string field is never closed: expected '}'",
         "这个 f-string 字段没有结束：缺少 '}'",
     ),
+    ("this is its value", "它的值在这里"),
     ("this is never reached", "这里永远不会执行到"),
+    (
+        "this line begins with a tab, which goes to the next multiple of 8 columns: use blanks, as the lines around it",
+        "这一行以制表符开头，制表符跳到 8 的下一个倍数列：请像周围的行一样使用空格",
+    ),
     (
         "this line is indented, but no block is open",
         "这一行有缩进，但没有打开的块",
@@ -358,6 +420,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("this {} is never closed", "这个{0~}没有结束"),
     (
+        "to stop the program where it does not hold, write 'assert' before it",
+        "如果要在条件不成立时停止程序，请在前面写 'assert'",
+    ),
+    (
         "unexpected character after line continuation '\\'",
         "续行符 '\\' 之后有意外的字符",
     ),
@@ -371,12 +437,27 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "写作 '$ LINE: (7, \"name\")'，需要时第三部分为 \"before\" 或 \"after\"",
     ),
     ("write 'and'", "请写 'and'"),
+    ("write 'elif'", "请写 'elif'"),
     (
         "write 'except (A, B):'; to name the exception, 'except A as e:'",
         "请写 'except (A, B):'；命名异常写 'except A as e:'",
     ),
+    (
+        "write 'for i in range(n):' or 'while True:'",
+        "写 'for i in range(n):' 或 'while True:'",
+    ),
+    ("write 'not'", "请写 'not'"),
     ("write 'or'", "请写 'or'"),
+    (
+        "write 'while not' and the condition",
+        "写 'while not' 加条件",
+    ),
     ("write 'x += 1'", "请写 'x += 1'"),
+    ("write {}(…) in place of {}[…]", "把 {1}[…] 改写为 {0}(…)"),
+    (
+        "{} (U+{}) has no meaning here",
+        "{0~}（U+{1}）在这里没有意义",
+    ),
     ("{} after the '**' parameter", "{0~}在 '**' 参数之后"),
     (
         "{} cannot be changed by an augmented assignment",
@@ -386,6 +467,12 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("{} does not match {}", "{0~}与{1~}不匹配"),
     ("{} is never closed", "{0~}没有关闭"),
     ("{} is not supported", "不支持{0~}"),
+    ("{}() has no parameter '{}'", "{0}() 没有参数 '{1}'"),
+    ("{}() needs '{}'", "{0}() 需要 '{1}'"),
+    (
+        "{}() takes at most {} arguments, got {}",
+        "{0}() 最多接受 {1} 个参数，给出了 {2} 个",
+    ),
 ];
 
 /// What stands in them.
@@ -404,6 +491,7 @@ pub(super) const WORDS: &[(&str, &str)] = &[
         "条件表达式的 'else'",
     ),
     ("'if', loop or 'try'", "'if'、循环或 'try'"),
+    ("a character of no width", "零宽字符"),
     ("a comparison", "比较"),
     ("a comprehension", "推导式"),
     ("a conditional expression", "条件表达式"),
@@ -414,12 +502,15 @@ pub(super) const WORDS: &[(&str, &str)] = &[
     ("a literal", "字面量"),
     ("a name", "名称"),
     ("a named expression", "命名表达式"),
+    ("a no-break space", "不间断空格"),
     ("a number", "数"),
     ("a set display", "集合"),
     ("a slice", "切片"),
+    ("a space of a special width", "特殊宽度的空格"),
     ("a starred expression", "带星号的表达式"),
     ("a string", "字符串"),
     ("a tuple", "元组"),
+    ("a wide space", "全角空格"),
     ("a yield expression", "yield 表达式"),
     ("an attribute", "属性"),
     ("an expression", "表达式"),

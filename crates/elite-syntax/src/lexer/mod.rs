@@ -406,10 +406,11 @@ impl<'t> Lexer<'t> {
     }
 
     fn unknown_character(&mut self, start: usize, c: char) {
-        let message = format!(
-            "the character {c:?} (U+{:04X}) has no meaning here",
-            c as u32
-        );
+        let code = c as u32;
+        let message = match invisible(c) {
+            Some(name) => format!("{name} (U+{code:04X}) has no meaning here"),
+            None => format!("the character {c:?} (U+{code:04X}) has no meaning here"),
+        };
         let ascii = match c {
             '（' => "(",
             '）' => ")",
@@ -430,6 +431,18 @@ impl<'t> Lexer<'t> {
             diagnostic = diagnostic
                 .with_help(format!("did you mean {ascii}"))
                 .with_fix(Span::new(start, self.at), ascii);
+        } else if c.is_whitespace() {
+            diagnostic = diagnostic
+                .with_help("it looks like a blank: write a blank in its place")
+                .with_fix(Span::new(start, self.at), " ");
+        } else if invisible(c).is_some() {
+            diagnostic = diagnostic
+                .with_help("nobody can see it: delete it")
+                .with_fix(Span::new(start, self.at), "");
+        } else if c == '!' {
+            diagnostic = diagnostic
+                .with_help("write 'not'")
+                .with_fix(Span::new(start, self.at), "not ");
         } else if c == '$' {
             diagnostic = diagnostic.with_help("a directive needs a line of its own");
         }
@@ -508,4 +521,15 @@ fn is_operand(word: &str, next: char) -> bool {
             None | Some(TokenKind::None | TokenKind::True | TokenKind::False | TokenKind::Lambda)
         );
     is_name || next.is_ascii_digit() || matches!(next, '"' | '\'')
+}
+
+/// The name of a character that shows as a blank or not at all.
+fn invisible(c: char) -> Option<&'static str> {
+    Some(match c {
+        '\u{a0}' | '\u{202f}' => "a no-break space",
+        '\u{3000}' => "a wide space",
+        '\u{2000}'..='\u{200a}' => "a space of a special width",
+        '\u{200b}'..='\u{200d}' | '\u{2060}' | '\u{feff}' => "a character of no width",
+        _ => return None,
+    })
 }

@@ -3,10 +3,12 @@
 //!
 //! A name that the program binds itself, anywhere, may stand for something else: nothing is said of its calls then.
 
+use core::fmt;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::ast::visit::{blocks, own_expressions, parts};
-use crate::ast::{Arg, Constant, Expr, ExprKind, Stmt, UnaryOp};
+use crate::ast::{Arg, Constant, Expr, ExprKind, Stmt, StmtKind, UnaryOp};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic_list::DIAGNOSTICS_MAX;
 use crate::resolve::KnownNames;
@@ -30,7 +32,7 @@ pub struct CallArgument<'t> {
     pub name: Option<&'t str>,
     /// What can be read of it.
     pub value: ArgumentLiteral<'t>,
-    span: Span,
+    pub(super) span: Span,
 }
 
 /// A value as far as the text tells it.
@@ -66,7 +68,29 @@ pub struct CallHint {
 }
 
 /// The embedder's view on a call.
-pub type CallHook = fn(&CallSite<'_>) -> Vec<CallHint>;
+#[derive(Clone)]
+pub struct CallHook(Arc<HintFunction>);
+
+type HintFunction = dyn Fn(&CallSite<'_>) -> Vec<CallHint> + Send + Sync;
+
+impl CallHook {
+    pub(crate) fn new(
+        hints: impl Fn(&CallSite<'_>) -> Vec<CallHint> + Send + Sync + 'static,
+    ) -> Self {
+        Self(Arc::new(hints))
+    }
+
+    /// What the embedder has to say about a call.
+    pub(crate) fn hints(&self, site: &CallSite<'_>) -> Vec<CallHint> {
+        (self.0)(site)
+    }
+}
+
+impl fmt::Debug for CallHook {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("CallHook")
+    }
+}
 
 /// What was found about calls, with the name that each finding stands or falls with. Of each name the first ones are
 /// kept.
@@ -101,6 +125,17 @@ pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut CallDiagnosti
         return;
     };
     for statement in body {
+        if let StmtKind::Expr(expr) = &statement.kind
+            && let ExprKind::Name(function) = &expr.kind
+            && known.contains(function)
+            && known.members(function).is_none()
+        {
+            let text = format!("`{function}` alone calls nothing");
+            let finding = Diagnostic::warning("not-called", expr.span, text);
+            let call = format!("{function}()");
+            let finding = finding.with_help("a call has parentheses");
+            found.push(function, finding.with_fix(expr.span, call));
+        }
         own_expressions(statement, &mut |expr| expression(expr, known, hook, found));
         for block in blocks(statement) {
             check(block, known, found);
@@ -108,8 +143,9 @@ pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut CallDiagnosti
     }
 }
 
-fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut CallDiagnostics) {
-    if is_meant_to_fail(expr, known) {
+fn expression(expr: &Expr, known: &KnownNames, hook: &CallHook, found: &mut CallDiagnostics) {
+    // A function without a name that calls with wrong arguments is there for somebody who expects the error.
+    if is_meant_to_fail(expr, known) || matches!(expr.kind, ExprKind::Lambda(_)) {
         return;
     }
     if let ExprKind::Attribute { value, name } = &expr.kind
@@ -124,10 +160,20 @@ fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut CallD
         diagnostic.help = Some(format!("it has {}", members.join(", ")));
         found.push(object, diagnostic);
     }
+    if let ExprKind::Subscript { value, .. } = &expr.kind
+        && let ExprKind::Name(function) = &value.kind
+        && known.contains(function)
+        && known.members(function).is_none()
+    {
+        let text = format!("`{function}` is a function: its arguments are in parentheses");
+        let finding = Diagnostic::warning("subscripted-function", value.span, text);
+        let finding = finding.with_help(format!("write {function}(…) in place of {function}[…]"));
+        found.push(function, finding);
+    }
     if let Some(site) = call_site(expr)
         && known.contains(site.function)
     {
-        for hint in hook(&site) {
+        for hint in hook.hints(&site) {
             let argument = hint.argument.and_then(|index| site.args.get(index));
             let span = argument.map_or(expr.span, |arg| arg.span);
             let mut diagnostic = Diagnostic::warning(hint.code, span, hint.message);
@@ -139,7 +185,7 @@ fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut CallD
 }
 
 /// `test.raises(…)`: what is called in it is wrong on purpose.
-fn is_meant_to_fail(expr: &Expr, known: &KnownNames) -> bool {
+pub(super) fn is_meant_to_fail(expr: &Expr, known: &KnownNames) -> bool {
     let ExprKind::Call { function, .. } = &expr.kind else {
         return false;
     };
@@ -156,6 +202,14 @@ fn is_meant_to_fail(expr: &Expr, known: &KnownNames) -> bool {
 }
 
 fn call_site(expr: &Expr) -> Option<CallSite<'_>> {
+    call_site_with(expr, &|_| None)
+}
+
+/// A call, with what `value_of` knows of variables in place of their names.
+pub(super) fn call_site_with<'t>(
+    expr: &'t Expr,
+    value_of: &dyn Fn(&'t str) -> Option<&'t Expr>,
+) -> Option<CallSite<'t>> {
     let ExprKind::Call { function, args } = &expr.kind else {
         return None;
     };
@@ -171,7 +225,10 @@ fn call_site(expr: &Expr) -> Option<CallSite<'_>> {
         };
         read.push(CallArgument {
             name,
-            value: literal(value),
+            value: match &value.kind {
+                ExprKind::Name(name) => value_of(name).map_or(ArgumentLiteral::Other, literal),
+                _ => literal(value),
+            },
             span: value.span,
         });
     }
@@ -198,7 +255,11 @@ fn literal(expr: &Expr) -> ArgumentLiteral<'_> {
             }
             _ => ArgumentLiteral::Other,
         },
-        ExprKind::List(items) | ExprKind::Tuple(items) => {
+        ExprKind::List(items) | ExprKind::Tuple(items)
+            if !items
+                .iter()
+                .any(|item| matches!(item.kind, ExprKind::Starred(_))) =>
+        {
             ArgumentLiteral::List(items.iter().map(literal).collect())
         }
         ExprKind::Call { function, .. } => match &function.kind {

@@ -1,6 +1,6 @@
 //! What is never reached, loops that never wait, and modules that are not there.
 
-use super::imports;
+use super::{comparisons, imports};
 use crate::ast::visit::{blocks, own_expressions, parts};
 use crate::ast::{Constant, Expr, ExprKind, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
@@ -14,22 +14,30 @@ pub(super) fn check(
     known: &KnownNames,
     found: &mut DiagnosticList,
 ) {
-    check_block(body, file, known, false, found);
+    check_block(body, file, known, Guard::default(), found);
 }
 
-/// `may_miss`: the program catches that a module is not there.
+/// What the program catches around a block.
+#[derive(Clone, Copy, Default)]
+struct Guard {
+    /// That a module is not there.
+    may_miss: bool,
+    /// Any exception.
+    may_fail: bool,
+}
+
 fn check_block(
     body: &[Stmt],
     file: &SourceFile,
     known: &KnownNames,
-    may_miss: bool,
+    guard: Guard,
     found: &mut DiagnosticList,
 ) {
     if found.is_full() {
         return;
     }
     unreachable(body, file, found);
-    check_nested(body, file, known, may_miss, found);
+    check_nested(body, file, known, guard, found);
 }
 
 /// Checks what is nested in the statements of `body`, but not what is never reached in `body` itself.
@@ -39,16 +47,20 @@ pub(super) fn check_each(
     known: &KnownNames,
     found: &mut DiagnosticList,
 ) {
-    check_nested(body, file, known, false, found);
+    check_nested(body, file, known, Guard::default(), found);
 }
 
 fn check_nested(
     body: &[Stmt],
     file: &SourceFile,
     known: &KnownNames,
-    may_miss: bool,
+    guard: Guard,
     found: &mut DiagnosticList,
 ) {
+    let Guard {
+        may_miss,
+        may_fail: guarded,
+    } = guard;
     for statement in body {
         if !may_miss {
             imports::check(statement, found);
@@ -56,10 +68,19 @@ fn check_nested(
         if let StmtKind::While { test, body, .. } = &statement.kind {
             busy_loop(test, body, known, found);
         }
+        if !guarded {
+            comparisons::check(statement, file, found);
+        }
         let catches = imports::catches(statement);
+        let handles =
+            matches!(&statement.kind, StmtKind::Try { handlers, .. } if !handlers.is_empty());
         for (index, block) in blocks(statement).into_iter().enumerate() {
             // The first block of a `try` is what it guards.
-            check_block(block, file, known, may_miss || catches && index == 0, found);
+            let caught = Guard {
+                may_miss: may_miss || catches && index == 0,
+                may_fail: guarded || handles && index == 0,
+            };
+            check_block(block, file, known, caught, found);
         }
     }
 }

@@ -2,8 +2,10 @@
 //! never wait, calls that look wrong to the embedder. Only `check` asks for them; running a program does not.
 
 mod calls;
+mod comparisons;
 mod flow;
 mod imports;
+mod whole_program;
 
 use crate::ast::{Module, Stmt};
 use crate::diagnostic::Diagnostic;
@@ -15,6 +17,7 @@ use crate::work_budget::WorkBudget;
 pub(crate) use calls::CallDiagnostics;
 pub use calls::{ArgumentLiteral, CallArgument, CallHint, CallHook, CallSite};
 pub(crate) use flow::unreachable;
+pub(crate) use whole_program::check as check_whole_program;
 
 /// All warnings, in no particular order.
 pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagnostic> {
@@ -29,10 +32,25 @@ pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagn
             calls.push(finding.clone());
         }
     }
-    [unused, flow, calls]
+    whole_program::check(module, known, &mut calls);
+    let mut found: Vec<Diagnostic> = [unused, flow, calls]
         .into_iter()
         .flat_map(DiagnosticList::into_vec)
-        .collect()
+        .collect();
+    drop_followers(&mut found);
+    found
+}
+
+/// Of an import that finds nothing it is not also said that nothing uses it.
+pub(crate) fn drop_followers(found: &mut Vec<Diagnostic>) {
+    let missing: Vec<u32> = found
+        .iter()
+        .filter(|finding| finding.code == "missing-module")
+        .map(|finding| finding.span.start)
+        .collect();
+    found.retain(|finding| {
+        finding.code != "unused-import" || !missing.contains(&finding.span.start)
+    });
 }
 
 /// What `lint` finds in some statements of the top level, but for what depends on others.

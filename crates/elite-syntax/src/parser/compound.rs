@@ -85,7 +85,13 @@ impl Parser<'_> {
             if parser.eat(T::Indent).is_none() {
                 let span = parser.token().span;
                 let message = format!("expected an indented block after {header}");
-                parser.report(Diagnostic::error("indentation", span, message));
+                let finding = Diagnostic::error("indentation", span, message);
+                parser.report(match parser.kind() {
+                    T::End => finding.with_help(
+                        "a block that does nothing has 'pass' in it, a loop that waits 'sync()'",
+                    ),
+                    _ => finding,
+                });
                 // The lines that follow are what they are.
                 return Ok(body);
             }

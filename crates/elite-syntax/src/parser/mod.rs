@@ -315,6 +315,16 @@ impl<'f> Parser<'f> {
             diagnostic = diagnostic
                 .with_help("'=' assigns; use '==' to compare")
                 .with_fix(token.span, "==");
+        } else if let Some(help) = self.foreign_operator() {
+            diagnostic = diagnostic.with_help(help);
+            let word = help
+                .strip_prefix("write '")
+                .and_then(|rest| rest.strip_suffix('\''));
+            if let (Some(word @ ("and" | "or" | "elif")), Some(before)) =
+                (word, self.at.checked_sub(1))
+            {
+                diagnostic = diagnostic.with_fix(self.tokens[before].span.to(token.span), word);
+            }
         } else if token.kind.is_keyword() {
             let help = format!("'{}' is a keyword and cannot be a name", self.text(token));
             diagnostic = if expected == "a name" {
@@ -322,22 +332,18 @@ impl<'f> Parser<'f> {
             } else {
                 diagnostic
             };
-        } else if let Some(help) = self.foreign_operator() {
-            diagnostic = diagnostic.with_help(help);
-            let word = help
-                .strip_prefix("write '")
-                .and_then(|rest| rest.strip_suffix('\''));
-            if let (Some(word @ ("and" | "or")), Some(before)) = (word, self.at.checked_sub(1)) {
-                diagnostic = diagnostic.with_fix(self.tokens[before].span.to(token.span), word);
-            }
         }
         Err(self.report(diagnostic))
     }
 
     /// Advice where an operator of another language stands.
     fn foreign_operator(&self) -> Option<&'static str> {
+        if self.kind() == TokenKind::DoubleSlash {
+            return Some("a comment begins with '#'");
+        }
         let before = self.at.checked_sub(1).map(|at| self.tokens[at].kind)?;
         match (before, self.kind()) {
+            (TokenKind::Else, TokenKind::If) => Some("write 'elif'"),
             (TokenKind::Ampersand, TokenKind::Ampersand) => Some("write 'and'"),
             (TokenKind::Bar, TokenKind::Bar) => Some("write 'or'"),
             (TokenKind::Plus, TokenKind::Newline) if self.at >= 2 => {

@@ -105,11 +105,15 @@ impl Parser<'_> {
     fn unexpected_indent(&mut self, body: &mut Vec<Stmt>) -> ParseResult<()> {
         self.bump();
         let span = self.token().span;
-        let failed = self.report(Diagnostic::error(
+        let mut finding = Diagnostic::error(
             "indentation",
             span,
             "this line is indented, but no block is open",
-        ));
+        );
+        if let Some(help) = self.tab_advice(span) {
+            finding = finding.with_help(help);
+        }
+        let failed = self.report(finding);
         // Read the block as if it were not indented, so that its own errors show too.
         while !matches!(self.kind(), T::Dedent | T::EndOfFile) {
             self.statement_or_recover(body);
@@ -117,6 +121,15 @@ impl Parser<'_> {
         self.eat(T::Dedent);
         let _ = failed;
         Ok(())
+    }
+
+    /// What to do about a line that begins with a tab: what looks like four columns are eight.
+    fn tab_advice(&self, first: Span) -> Option<&'static str> {
+        let before = &self.file.text()[..first.start as usize];
+        let line = before.rfind(['\n', '\r']).map_or(0, |end| end + 1);
+        before[line..].contains('\t').then_some(
+            "this line begins with a tab, which goes to the next multiple of 8 columns: use blanks, as the lines around it",
+        )
     }
 
     fn misplaced_end(&mut self) -> ParseResult<()> {
@@ -156,7 +169,9 @@ impl Parser<'_> {
             T::Raise => self.raise_statement()?,
             T::Global => {
                 self.bump();
-                StmtKind::Global(self.names()?)
+                let names = self.names()?;
+                self.check_no_value(start, &names)?;
+                StmtKind::Global(names)
             }
             T::Nonlocal => {
                 self.bump();
@@ -173,6 +188,25 @@ impl Parser<'_> {
             kind,
             span: self.span_from(start),
         })
+    }
+
+    /// `global x = 3` of other robots declares and sets in one.
+    fn check_no_value(&mut self, start: Span, names: &[Ident]) -> ParseResult<()> {
+        if self.kind() != T::Equal {
+            return Ok(());
+        }
+        let text = "a 'global' line only says which names are global, it sets nothing";
+        let finding = Diagnostic::error("syntax", self.token().span, text);
+        Err(self.report(match names {
+            // Names of the top level are global without a word.
+            [_] if !self.context.in_function => finding
+                .with_help("leave out the word 'global' here: names of the top level are global")
+                .with_fix(
+                    Span::new(start.start as usize, names[0].span.start as usize),
+                    "",
+                ),
+            _ => finding.with_help("set the name on a line of its own, below this one"),
+        }))
     }
 
     fn keyword(&mut self, kind: StmtKind) -> StmtKind {
@@ -534,6 +568,14 @@ fn slip(word: &str) -> Option<&'static str> {
         "foreach" => "did you mean 'for'",
         "let" | "var" | "const" | "local" => "variables are not declared: write 'name = value'",
         "switch" | "case" => "there is no switch: use 'if' and 'elif'",
+        "thread" => {
+            "a thread is a function that start_thread() begins: write 'def' in place of 'thread'"
+        }
+        "int" | "float" | "double" | "bool" | "string" | "auto" => {
+            "variables are not declared: write 'name = value'"
+        }
+        "until" => "write 'while not' and the condition",
+        "repeat" | "loop" => "write 'for i in range(n):' or 'while True:'",
         _ => return None,
     })
 }

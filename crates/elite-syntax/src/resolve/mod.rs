@@ -20,6 +20,7 @@ use crate::work_budget::{WORK_PER_DROP, WorkBudget};
 
 pub use names::KnownNames;
 pub(crate) use parts::{PlacedUnit, UnitAnalysis, merge_units};
+pub(crate) use unused::READS_BY_NAME;
 pub use unused::unused_names;
 
 /// The embedder's names that a program binds somewhere; none where `import *` may bind any.

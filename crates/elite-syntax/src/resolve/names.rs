@@ -7,7 +7,8 @@ use super::collect::Scopes;
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic_list::{DiagnosticList, quoted};
-use crate::lint::CallHook;
+use crate::habits::advice as habit_advice;
+use crate::lint::{CallHint, CallHook, CallSite};
 use crate::source::Span;
 use crate::suggestions::nearest;
 
@@ -42,8 +43,11 @@ impl KnownNames {
     }
 
     /// Lets the embedder look at calls of its functions in `check`.
-    pub fn with_call_hook(mut self, hook: CallHook) -> Self {
-        self.hook = Some(hook);
+    pub fn with_call_hook(
+        mut self,
+        hints: impl Fn(&CallSite<'_>) -> Vec<CallHint> + Send + Sync + 'static,
+    ) -> Self {
+        self.hook = Some(CallHook::new(hints));
         self
     }
 
@@ -69,8 +73,8 @@ impl KnownNames {
         self.waiting.contains(name)
     }
 
-    pub(crate) fn call_hook(&self) -> Option<CallHook> {
-        self.hook
+    pub(crate) fn call_hook(&self) -> Option<&CallHook> {
+        self.hook.as_ref()
     }
 
     /// Adds a name.
@@ -153,6 +157,7 @@ pub(super) fn similar<'n>(
         .chain(known.natives.iter().map(String::as_str));
     let all = candidates
         .chain(locals)
+        .chain(["True", "False", "None"])
         .chain(crate::python_names::builtin_names().map(|name| -> &str { name }));
     nearest(name, all)
 }
@@ -165,7 +170,10 @@ pub(super) fn undefined_name(name: &str, span: Span, near: Option<String>) -> Di
         Some(near) => diagnostic
             .with_help(format!("did you mean '{near}'"))
             .with_fix(span, near),
-        None => diagnostic,
+        None => match habit_advice(name) {
+            Some(advice) => diagnostic.with_help(advice),
+            None => diagnostic,
+        },
     }
 }
 

@@ -10,7 +10,7 @@ use crate::source::Span;
 use crate::work_budget::WorkBudget;
 
 /// Functions that read variables by names this pass cannot see.
-pub(super) const READS_BY_NAME: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
+pub(crate) const READS_BY_NAME: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
 
 /// Warns about variables that are assigned in a function and never read, and about imports that are never used.
 pub fn unused_names(module: &Module, found: &mut DiagnosticList) {

@@ -198,7 +198,8 @@ class Controller:
         allow: Optional[Union[str, Sequence[str]]] = None,
         trace: int = TRACE_CYCLES,
         wall_timeout: float = 30.0,
-        **unknown: Any,
+        # Type checkers refuse every name that is not above; at run time ValueError says which there are.
+        **unknown: NoReturn,
     ) -> None:
         if unknown:
             options = (

@@ -18,7 +18,14 @@ pub fn repeat_command(result: &TestResult) -> String {
         false => format!("'{}'", path.replace('\'', "'\\''")),
     };
     let (name, seed) = (&result.case.name, result.seed);
-    format!("eliteserver test {path} -k {name} --seed {seed}")
+    let mut command = format!("eliteserver test {path} -k {name} --seed {seed}");
+    if let Some(timeout) = result.timeout {
+        command.push_str(&format!(" --timeout {}", timeout.get()));
+    }
+    if let Some(timeout) = result.wall_timeout {
+        command.push_str(&format!(" --wall-timeout {}", timeout.as_secs_f64()));
+    }
+    command
 }
 
 /// Control characters of what a program says must not steer the terminal of who reads it.

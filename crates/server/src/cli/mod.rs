@@ -3,6 +3,7 @@
 //! Owns the shape of the command line only. Options keep "not given" apart from "given", so that [`crate::config`] can
 //! put a flag over the configuration file over the default; the defaults are written there, the texts here name them.
 
+mod examples;
 mod import;
 mod paths;
 mod robot;
@@ -23,10 +24,10 @@ use elite_runtime::Preset;
 use crate::config::PRIMARY_PORT;
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
-pub use paths::{ClearanceArgs, OptimizeArgs, PlaceArgs, PlanArgs};
 pub use import::{ImportArgs, TranslateArgs};
-pub use paths::{ClearanceArgs, PlanArgs};
+pub use paths::{ClearanceArgs, OptimizeArgs, PlaceArgs, PlanArgs};
 pub use ros2::{Ros2Args, RosMiddleware};
+pub(crate) use test::seconds as seconds_of_test;
 pub use test::{TestArgs, TestFormat};
 
 pub use robot::{
@@ -57,10 +58,13 @@ impl Cli {
 #[derive(Debug, Subcommand)]
 pub enum CliCommand {
     /// Start the controller: every service, one simulated arm. Ends with SIGINT or SIGTERM
+    #[command(after_help = examples::SERVE)]
     Serve(Box<ServeArgs>),
     /// Run one script to its end without opening ports. Exit status: 0 ended, 1 failed, 2 does not compile
-    Run(Box<RunArgs>),
+    #[command(after_help = examples::RUN)]
+    Run(Box<RunCommandArgs>),
     /// Parse and check scripts without running them. Exit status: 0 clean, 1 findings, 2 unreadable
+    #[command(after_help = examples::CHECK)]
     Check(CheckArgs),
     /// Read a cell file: what it describes, which point is connected to what, and what is doubtful.
     /// Exit status: 0 clean, 1 findings, 2 unreadable
@@ -80,25 +84,41 @@ pub enum CliCommand {
     Place(Box<PlaceArgs>),
     /// Run the tests of programs: every test_ function of test_*.script and *_test.script files.
     /// Exit status: 0 all passed, 1 some failed, 2 nothing to run
+    #[command(after_help = examples::TEST)]
     Test(TestArgs),
-    /// Debug a program from an editor (Debug Adapter Protocol), forwards and backwards, on standard input and output
-    Debug(DebugArgs),
+    /// Debug a program forwards and backwards: at the terminal, or from an editor (Debug Adapter Protocol)
+    #[command(after_help = examples::DEBUG)]
+    Debug(Box<DebugArgs>),
     /// Read a recording: a summary, a state, a table, or run it again
+    #[command(after_help = examples::REPLAY)]
     Replay(ReplayArgs),
-    /// List every builtin function of the script language
+    /// List the builtin functions of the script language, search them, or show one. Exit status: 0 shown, 1 none found
+    #[command(after_help = examples::BUILTINS)]
     Builtins(BuiltinsArgs),
     /// Send a program to a robot, real or simulated, and follow it. Exit status: 0 ended, 1 failed or stopped, 2 not
     /// sent
+    #[command(after_help = examples::SEND)]
     Send(SendArgs),
     /// Type statements that a robot carries out at once. Exit status: 0, 1 a line of a pipe was discarded or failed, 2
     /// no connection
+    #[command(after_help = examples::SHELL)]
     Shell(ShellArgs),
     /// Read the arm's own kinematics from a robot into a calibration file. Exit status: 0 written, 2 not
+    #[command(after_help = examples::CALIBRATE)]
+    #[command(mut_arg("yes", |arg| arg.hide(true)))]
+    #[command(mut_arg("interpreter_port", |arg| arg.hide(true)))]
+    #[command(mut_arg("rtsi_port", |arg| arg.hide(true)))]
+    #[command(mut_arg("dashboard_port", |arg| arg.hide(true)))]
     Calibrate(CalibrateArgs),
     /// Record what a robot, real or simulated, does. Exit status: 0 recorded, 2 no connection or no recording
+    #[command(after_help = examples::RECORD)]
+    #[command(mut_arg("yes", |arg| arg.hide(true)))]
+    #[command(mut_arg("interpreter_port", |arg| arg.hide(true)))]
+    #[command(mut_arg("dashboard_port", |arg| arg.hide(true)))]
     Record(RecordArgs),
     /// Lay two recordings over each other and tell how far they are apart. Exit status: 0 within the bound, 1 beyond, 2
     /// unreadable
+    #[command(after_help = examples::COMPARE)]
     Compare(CompareArgs),
     /// Turn a toolpath (G-code, DXF, CSV) into a program. Exit status: 0 done, 1 the path is impossible or, with
     /// --strict, not wholly understood, 2 unreadable
@@ -115,18 +135,22 @@ pub enum CliCommand {
     Mcp(McpArgs),
     /// Look whether this machine can run the controller as it is set up, and say what to do.
     /// Exit status: 0 it can, 1 something keeps it from running
+    #[command(after_help = examples::DOCTOR)]
     Doctor(Box<DoctorArgs>),
     /// Print the completion script of a shell
+    #[command(after_help = examples::COMPLETIONS)]
     Completions(CompletionsArgs),
     /// Write the manual pages into a folder
     Man(ManArgs),
     /// Start many controllers on this machine, a process and an address each, and look after them. SIGHUP restarts one
     /// after the other with the file as it is then. Exit status: 0 after a signal, 2 they cannot be started
+    #[command(after_help = examples::FLEET)]
     Fleet(FleetArgs),
     /// The process of the ROS 2 node, which serve --ros2 starts; nobody else can
     #[command(hide = true)]
     Ros2,
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
+    #[command(after_help = examples::WAIT)]
     Wait(WaitArgs),
 }
 
@@ -167,13 +191,14 @@ impl CliCommand {
 
 /// Options of logging.
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Messages")]
 pub struct LogArgs {
     /// Log lines on stderr for people (text) or machines (json) [default: text]. RUST_LOG filters them
     #[arg(long, value_name = "text|json")]
     pub log_format: Option<LogFormat>,
     /// The language of findings, errors, stops and, for editors, of hover texts: en or zh
     /// [default: that of LANG; for editors that of the client's locale]
-    #[arg(long, value_name = "en|zh")]
+    #[arg(long, value_name = "en|zh", hide_possible_values = true)]
     pub language: Option<TextLanguage>,
 }
 
@@ -232,6 +257,7 @@ impl std::str::FromStr for TextLanguage {
 
 /// Options of `serve` and `run`.
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = ROBOT)]
 pub struct ControllerArgs {
     /// A TOML file whose keys are the names of these options; options given here come first
     #[arg(long, value_name = "FILE")]
@@ -299,6 +325,7 @@ pub struct ControllerArgs {
 
 /// Options of `serve`.
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Ports and server")]
 pub struct ServeArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
@@ -373,8 +400,14 @@ pub struct ServeArgs {
 /// Options of `doctor`: those of `serve`, whose set-up is looked at.
 #[derive(Args, Clone, Debug, Default)]
 pub struct DoctorArgs {
-    /// How the report is printed
-    #[arg(long, value_enum, default_value_t)]
+    /// The report for people, or as one JSON object
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        value_name = "human|json",
+        hide_possible_values = true
+    )]
     pub format: FindingFormat,
     /// What would be served.
     #[command(flatten)]
@@ -397,6 +430,21 @@ pub struct ManArgs {
 }
 
 /// Options of `run`.
+#[derive(Args, Clone, Debug, Default)]
+pub struct RunCommandArgs {
+    /// Stop the program after this long: simulated seconds, or seconds of the machine in which no simulated time passes
+    /// [default: never]
+    #[arg(long, value_name = "S", value_parser = test::wall, allow_negative_numbers = true)]
+    pub timeout: Option<std::time::Duration>,
+    /// Run the text without a word of what check finds in it
+    #[arg(long)]
+    pub no_check: bool,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub run: RunArgs,
+}
+
+/// A program, and the robot that it runs on.
 #[derive(Args, Clone, Debug, Default)]
 pub struct RunArgs {
     /// The script; - reads it from stdin
@@ -428,11 +476,20 @@ pub enum FindingFormat {
 /// Options of `check`.
 #[derive(Args, Clone, Debug)]
 pub struct CheckArgs {
-    /// The scripts; - reads stdin
+    /// Scripts, and folders whose scripts are looked at; - reads stdin
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
-    /// For people, or one JSON object a finding
-    #[arg(long, value_enum, default_value_t)]
+    /// The arm that the scripts are for: what it cannot reach is found as well [default: any arm]
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<ModelChoice>,
+    /// With the source line and a caret for people, or one JSON object a finding and line
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        value_name = "human|json",
+        hide_possible_values = true
+    )]
     pub format: FindingFormat,
     /// Run the programs in this cell on an ideal arm as well, as far as they go without help from outside, and tell
     /// the motions that run into something
@@ -441,9 +498,6 @@ pub struct CheckArgs {
     /// With --cell: also tell the motions that come nearer to something than this, m
     #[arg(long, value_name = "M", requires = "cell", value_parser = paths::margin, allow_negative_numbers = true)]
     pub margin: Option<f64>,
-    /// With --cell: the arm, as for run
-    #[arg(long, requires = "cell")]
-    pub model: Option<ModelChoice>,
     /// With --cell: tool centre point from the flange, m and rad
     #[arg(
         long,
@@ -495,8 +549,17 @@ pub enum ListFormat {
 /// Options of `builtins`.
 #[derive(Args, Clone, Debug)]
 pub struct BuiltinsArgs {
+    /// A function, for everything about it; or words, for the functions that have all of them in name or description
+    #[arg(value_name = "NAME|TEXT")]
+    pub words: Vec<String>,
     /// Columns for people, or a JSON array
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        value_name = "table|json",
+        hide_possible_values = true
+    )]
     pub format: ListFormat,
     #[command(flatten)]
     #[allow(missing_docs)]
@@ -506,13 +569,74 @@ pub struct BuiltinsArgs {
 /// Options of `debug`.
 #[derive(Args, Clone, Debug)]
 pub struct DebugArgs {
-    /// Listen on this port of this machine instead, for one client after the other; 0: any free port
+    /// A script or a recording (.mcap) to debug here, at the terminal; without it an editor talks to the debugger on
+    /// standard input and output
+    #[arg(value_name = "FILE", conflicts_with = "port")]
+    pub file: Option<PathBuf>,
+    /// Listen on this port of this machine for editors, one client after the other; 0: any free port
     #[arg(long, value_name = "N")]
     pub port: Option<u16>,
     #[command(flatten)]
     #[allow(missing_docs)]
+    pub robot: DebugRobotArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
     pub log: LogArgs,
 }
+
+/// The robot of `debug FILE`, by the options of `run`; each is a key of `launch` as well, which checks it.
+#[derive(Args, Clone, Debug, Default)]
+#[group(requires = "file")]
+pub struct DebugRobotArgs {
+    /// Which program of a recording, from 1 [default: 1]
+    #[arg(long, value_name = "N")]
+    pub number: Option<u64>,
+    /// A global variable that is set before the program; repeat it for more: --set speed=0.25 --set 'name="left"'
+    #[arg(long, value_name = "NAME=VALUE", help_heading = ROBOT)]
+    pub set: Vec<String>,
+    /// A TOML file whose keys are the names of the options of run
+    #[arg(long, value_name = "FILE", help_heading = ROBOT)]
+    pub config: Option<String>,
+    /// The arm [default: cs66]
+    #[arg(long, value_name = "MODEL", help_heading = ROBOT)]
+    pub model: Option<String>,
+    /// The lengths and twists of this very arm [default: as the model]
+    #[arg(long, value_name = "FILE", help_heading = ROBOT)]
+    pub calibration: Option<String>,
+    /// What stands around the arm [default: nothing]
+    #[arg(long, value_name = "FILE", help_heading = ROBOT)]
+    pub cell: Option<String>,
+    /// Length of a control cycle, 1 to 8 ms [default: 4]
+    #[arg(long, value_name = "MS", help_heading = ROBOT)]
+    pub step_ms: Option<String>,
+    /// How the arm is simulated [default: rigid]
+    #[arg(long, value_name = "rigid|rapier|ideal", help_heading = ROBOT)]
+    pub plant: Option<String>,
+    /// Folder of the task files [default: ./tasks]
+    #[arg(long, value_name = "PATH", help_heading = ROBOT)]
+    pub task_dir: Option<String>,
+    /// The recording of the first run [default: off]
+    #[arg(long, value_name = "PATH|off", help_heading = ROBOT)]
+    pub record: Option<String>,
+    /// Tool centre point from the flange, m and rad [default: 0,0,0,0,0,0]
+    #[arg(long, value_name = "x,y,z,rx,ry,rz", allow_hyphen_values = true, help_heading = ROBOT)]
+    pub tcp: Option<String>,
+    /// Payload and its centre of gravity, kg and m [default: 0]
+    #[arg(long, value_name = "kg[,cx,cy,cz]", help_heading = ROBOT)]
+    pub payload: Option<String>,
+    /// Joint positions at start, rad [default: 0,-1.5708,1.5708,-1.5708,-1.5708,0]
+    #[arg(long, value_name = "q1,…,q6", allow_hyphen_values = true, help_heading = ROBOT)]
+    pub home: Option<String>,
+    /// Seed of random() and of every simulated noise [default: 0]
+    #[arg(long, value_name = "N", help_heading = ROBOT)]
+    pub seed: Option<String>,
+    /// What the program may reach beyond the robot; repeat it for more [default: net]
+    #[arg(long, value_name = "fs|fs=DIR|process|env|net", help_heading = ROBOT)]
+    pub allow: Vec<String>,
+}
+
+/// Options about the robot, together in help texts.
+pub(super) const ROBOT: &str = "Robot";
 
 /// Options of `replay`; without any of them a summary is printed.
 #[derive(Args, Clone, Debug)]
@@ -529,6 +653,22 @@ pub struct ReplayArgs {
     /// Draw joint positions, speeds, torques and force over time
     #[arg(long, value_name = "OUT.png", group = "what")]
     pub plot: Option<PathBuf>,
+    /// Begin of what --plot draws, s [default: the whole recording]
+    #[arg(
+        long,
+        value_name = "T",
+        requires = "plot",
+        allow_negative_numbers = true
+    )]
+    pub from: Option<f64>,
+    /// End of what --plot draws, s
+    #[arg(
+        long,
+        value_name = "T",
+        requires = "plot",
+        allow_negative_numbers = true
+    )]
+    pub to: Option<f64>,
     /// Print when a condition held, the line and the position then: "safety_mode != normal"
     #[arg(long, value_name = "CONDITION", group = "what")]
     pub find: Option<String>,
@@ -558,6 +698,7 @@ pub struct ReplayArgs {
 /// Where `replay --serve` listens. The same services as those of `serve`, but for the ones that only take orders.
 #[derive(Args, Clone, Debug, Default)]
 #[group(requires = "serve")]
+#[command(next_help_heading = "Ports of --serve")]
 pub struct ReplayPortArgs {
     /// Address that every port listens on [default: 127.0.0.1]
     #[arg(long, value_name = "ADDR")]
@@ -692,8 +833,8 @@ mod tests {
             let CliCommand::Run(args) = parse(line).unwrap() else {
                 panic!("{line}")
             };
-            assert_eq!(args.shared.home.unwrap().0.0, expected, "{line}");
-            assert_eq!(args.file, PathBuf::from("x.script"));
+            assert_eq!(args.run.shared.home.unwrap().0.0, expected, "{line}");
+            assert_eq!(args.run.file, PathBuf::from("x.script"));
         }
         let args = serve_args("eliteserver --tcp -0.1,0,0,0,0,-3 --payload 1,-0.1,0,0");
         assert_eq!(args.shared.tcp.unwrap().0.xyz[0], -0.1);
@@ -705,7 +846,7 @@ mod tests {
         let CliCommand::Run(args) = parse("eliteserver run -").unwrap() else {
             panic!()
         };
-        assert_eq!(args.file, PathBuf::from("-"));
+        assert_eq!(args.run.file, PathBuf::from("-"));
     }
 
     #[test]

@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::LogArgs;
-use crate::config::{DASHBOARD_PORT, INTERPRETER_PORT, PRIMARY_PORT, RTSI_PORT};
+use crate::config::{DASHBOARD_PORT, HTTP_PORT, INTERPRETER_PORT, PRIMARY_PORT, RTSI_PORT};
+use crate::options::PortSetting;
 
 /// Options of commands that speak to a robot. Each takes all of them, so that one robot is named in one way, and uses
 /// the ports that it needs.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Robot")]
 pub struct RemoteRobotArgs {
     /// The robot: a name or an address of a controller, real or ours
     #[arg(long, value_name = "HOST", default_value = "127.0.0.1")]
@@ -34,6 +36,27 @@ pub struct RemoteRobotArgs {
     pub log: LogArgs,
 }
 
+/// Where a controller of ours tells what programs print.
+#[derive(Args, Clone, Copy, Debug, Default)]
+#[command(next_help_heading = "Robot")]
+pub struct OutputArgs {
+    /// The http port of a controller of ours, which tells what programs print
+    /// [default: 8080; off where the primary port is not 30001]
+    #[arg(long, value_name = "PORT|off")]
+    pub http_port: Option<PortSetting>,
+}
+
+impl OutputArgs {
+    /// The port, if there is one to ask.
+    pub fn port(self, robot: &RemoteRobotArgs) -> Option<u16> {
+        match self.http_port {
+            Some(PortSetting::Number(port)) => Some(port),
+            Some(PortSetting::Any | PortSetting::Either(..) | PortSetting::Off) => None,
+            None => (robot.primary_port == PRIMARY_PORT).then_some(HTTP_PORT),
+        }
+    }
+}
+
 /// Options of `send`.
 #[derive(Args, Clone, Debug)]
 pub struct SendArgs {
@@ -52,6 +75,9 @@ pub struct SendArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub robot: RemoteRobotArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub output: OutputArgs,
 }
 
 /// Options of `shell`.
@@ -63,6 +89,9 @@ pub struct ShellArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub robot: RemoteRobotArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub output: OutputArgs,
 }
 
 /// Options of `calibrate`.

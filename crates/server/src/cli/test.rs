@@ -25,7 +25,8 @@ pub enum TestFormat {
 #[derive(Args, Clone, Debug)]
 pub struct TestArgs {
     /// Files and folders with tests. The settings of a test are in test.toml beside it, or in a folder above up to the
-    /// one named here; its keys are the options of run
+    /// one named here; its keys are the options of run, timeout and
+    /// wall-timeout
     #[arg(value_name = "PATH", default_value = ".")]
     pub paths: Vec<PathBuf>,
     /// Only tests whose path::name holds this text; one whose name it is exactly runs alone
@@ -34,12 +35,12 @@ pub struct TestArgs {
     /// How many tests run at once [default: one a core]
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZeroUsize>,
-    /// Longest simulated time of a test
-    #[arg(long, value_name = "S", default_value = "60", value_parser = simulated, allow_negative_numbers = true)]
-    pub timeout: Seconds,
-    /// Longest time of the machine in which no simulated time passes
-    #[arg(long, value_name = "S", default_value = "30", value_parser = wall, allow_negative_numbers = true)]
-    pub wall_timeout: Duration,
+    /// Longest simulated time of a test; over that of test.toml [default: 60]
+    #[arg(long, value_name = "S", value_parser = simulated, allow_negative_numbers = true)]
+    pub timeout: Option<Seconds>,
+    /// Longest time of the machine in which no simulated time passes; over that of test.toml [default: 30]
+    #[arg(long, value_name = "S", value_parser = wall, allow_negative_numbers = true)]
+    pub wall_timeout: Option<Duration>,
     /// Seed of the order and of every controller; over that of test.toml [default: 0]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -74,7 +75,7 @@ pub struct TestArgs {
 /// Longest time that can be asked for, s.
 const TIME_MAX: f64 = 1e9;
 
-fn seconds(text: &str) -> Result<f64, String> {
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     let time: Option<f64> = text.parse().ok();
     let time = time.filter(|time| *time > 0.0 && *time <= TIME_MAX);
     time.ok_or_else(|| format!("allowed are seconds above 0, up to {TIME_MAX}"))
@@ -85,6 +86,6 @@ fn simulated(text: &str) -> Result<Seconds, String> {
     Ok(Seconds::new(seconds(text)?).unwrap_or_default())
 }
 
-fn wall(text: &str) -> Result<Duration, String> {
+pub(super) fn wall(text: &str) -> Result<Duration, String> {
     seconds(text).map(Duration::from_secs_f64)
 }

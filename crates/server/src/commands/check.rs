@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use controller::clearance::{ClearanceRun, LeastDistance, MeasureOptions, MeasuredEnd, measure};
+use controller::options::ModelChoice;
 use elite_runtime::ProgramText;
+use elite_runtime::builtins::TOOL_LENGTH_MAX;
 use elite_runtime::task_folder::is_xml;
-use elite_syntax::{Diagnostic, Severity, SourceFile, Span};
+use elite_syntax::{Diagnostic, KnownNames, Severity, SourceFile, Span};
+use kinematics::{ModelError, RobotModel, RpyPose};
 use serde_json::{Value as Json, json};
 
 use crate::cli::{CheckArgs, ControllerArgs, FindingFormat, RunArgs};
@@ -22,13 +25,22 @@ use crate::ports::escape::{EscapedLines, EscapedText};
 
 /// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
 pub fn check(args: &CheckArgs) -> CommandResult {
+    let model = args.model.as_ref().map(model_of).transpose()?;
     let mut status = CommandStatus::Success;
-    for path in &args.files {
+    for path in &scripts(&args.files)? {
         match read_script(path) {
             Ok(ProgramText { name, text }) => {
                 let file = SourceFile::new(name, text);
                 let is_test = script_test::is_test_file(path);
-                let mut findings = diagnostics_of(&file, is_test);
+                let known = match &model {
+                    Some(model) => known_names_of_arm(
+                        model,
+                        &args.tcp.map(|tcp| tcp.0).unwrap_or_default(),
+                        &file,
+                    ),
+                    None => elite_runtime::builtins::known_names(),
+                };
+                let mut findings = findings(&file, known, is_test);
                 let compiles = findings
                     .iter()
                     .all(|finding| finding.severity != Severity::Error);
@@ -155,9 +167,53 @@ fn line_span(file: &SourceFile, line: u32) -> Span {
     Span::new(start + indent, start + text.trim_end().len().max(indent))
 }
 
+/// The files that are named, and the scripts of folders that are.
+fn scripts(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CommandError> {
+    let mut found = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            found.push(path.clone());
+            continue;
+        }
+        let below = script_test::scripts_below(path)?;
+        if below.is_empty() {
+            let text = format!("there is no script (*.script) below {}", path.display());
+            return Err(CommandError::sentence(text));
+        }
+        found.extend(below);
+    }
+    Ok(found)
+}
+
+/// The arm of an option.
+pub(crate) fn model_of(choice: &ModelChoice) -> Result<RobotModel, ModelError> {
+    match choice {
+        ModelChoice::BuiltIn(name) => RobotModel::built_in(name),
+        ModelChoice::Urdf(path) => RobotModel::open(&path.to_string_lossy()),
+    }
+}
+
+/// What `check` knows of the functions when it is known for which arm a program is.
+pub(crate) fn known_names_of_arm(
+    model: &RobotModel,
+    tcp: &RpyPose,
+    file: &SourceFile,
+) -> KnownNames {
+    let [x, y, z] = tcp.xyz;
+    let tool = match file.text().contains("set_tcp") {
+        // How long the tool is may be known only when the program runs.
+        true => TOOL_LENGTH_MAX,
+        false => x.hypot(y).hypot(z),
+    };
+    elite_runtime::builtins::known_names_for(model.clone(), tool)
+}
+
 /// What is to be said about a program, or a test of programs.
 pub(crate) fn diagnostics_of(file: &Arc<SourceFile>, is_test: bool) -> Vec<Diagnostic> {
-    let known = elite_runtime::builtins::known_names();
+    findings(file, elite_runtime::builtins::known_names(), is_test)
+}
+
+fn findings(file: &Arc<SourceFile>, known: KnownNames, is_test: bool) -> Vec<Diagnostic> {
     let known = match is_test {
         true => known.with_object(script_test::OBJECT, script_test::function_names()),
         false => known,

@@ -1,6 +1,6 @@
 //! `eliteserver serve`: the controller with its ports, until SIGINT or SIGTERM.
 
-use std::net::IpAddr;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -297,6 +297,17 @@ fn start_node(
     }))
 }
 
+/// Where a browser of this machine finds the page; none without the http port.
+fn page_address(bind: IpAddr, bound: &[(&'static str, Option<u16>)]) -> Option<String> {
+    let port = bound.iter().find(|(name, _)| *name == "http")?.1?;
+    let host = match bind.is_unspecified() {
+        true if bind.is_ipv4() => Ipv4Addr::LOCALHOST.into(),
+        true => Ipv6Addr::LOCALHOST.into(),
+        false => bind,
+    };
+    Some(format!("http://{}/", SocketAddr::new(host, port)))
+}
+
 async fn serve_ports(
     config: &ServeConfig,
     host: &ControllerHost,
@@ -430,6 +441,12 @@ async fn serve_ports(
         if let Some(port) = port {
             tracing::info!("{name} on {}:{port}", config.bind);
         }
+    }
+    if let Some(address) = page_address(config.bind, &bound) {
+        crate::logging::say(&match crate::language::is_chinese() {
+            true => format!("示教器页面：{address}"),
+            false => format!("the pendant page: {address}"),
+        });
     }
     if let Some(path) = controller.recording_path() {
         tracing::info!("recording into {}", path.display());

@@ -8,14 +8,15 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use controller::ControllerConfig;
 use controller::options::Permission;
 use elite_runtime::SandboxRoots;
+use motion_api::Seconds;
 use script_test::report::{github, human, json, junit, lcov};
 use script_test::{
-    FileScope, GoldenMode, Status, TestCase, TestResult, TestRunOptions, discover, run,
+    FileScope, GoldenMode, Status, TestCase, TestResult, TestRunOptions, TestSettings,
+    WALL_TIMEOUT, discover, run, usual_timeout,
 };
 
 use crate::cli::{TestArgs, TestFormat};
@@ -48,13 +49,14 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
         }
         return Ok(true);
     }
-    let settings = Settings::read(&cases, args.seed)?;
+    let mut settings = Settings::read(&cases, args.seed)?;
+    settings.override_times(args.timeout, args.wall_timeout);
     let cores = thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let options = TestRunOptions {
         jobs: args.jobs.unwrap_or(cores),
         seed: args.seed.unwrap_or(0),
-        timeout: args.timeout,
-        wall_timeout: args.wall_timeout,
+        timeout: args.timeout.unwrap_or_else(usual_timeout),
+        wall_timeout: args.wall_timeout.unwrap_or(WALL_TIMEOUT),
         goldens: match args.update {
             true => GoldenMode::Update,
             false => GoldenMode::Compare,
@@ -111,7 +113,7 @@ pub(crate) fn select(cases: &mut Vec<TestCase>, text: &str) {
 }
 
 /// What the tests of each folder are run with.
-pub(crate) struct Settings(BTreeMap<PathBuf, ControllerConfig>);
+pub(crate) struct Settings(BTreeMap<PathBuf, TestSettings>);
 
 impl Settings {
     fn read(cases: &[TestCase], seed: Option<u64>) -> Result<Self, String> {
@@ -130,7 +132,8 @@ impl Settings {
         root: &Path,
     ) -> Result<Self, String> {
         let mut all = Self::read_within(cases, seed, Some(folders))?;
-        for (folder, config) in &mut all.0 {
+        for (folder, settings) in &mut all.0 {
+            let config = &mut settings.robot;
             let granted = std::mem::take(&mut config.allow);
             for permission in granted {
                 let reduced = match permission {
@@ -172,7 +175,19 @@ impl Settings {
         Ok(Self(known))
     }
 
-    pub(crate) fn of(&self, case: &TestCase) -> Result<ControllerConfig, String> {
+    /// What was typed comes before what stands in a file.
+    pub(crate) fn override_times(
+        &mut self,
+        timeout: Option<Seconds>,
+        wall_timeout: Option<Duration>,
+    ) {
+        for settings in self.0.values_mut() {
+            settings.timeout = timeout.or(settings.timeout);
+            settings.wall_timeout = wall_timeout.or(settings.wall_timeout);
+        }
+    }
+
+    pub(crate) fn of(&self, case: &TestCase) -> Result<TestSettings, String> {
         let folder = folder_of(case);
         let config = self.0.get(&folder).cloned();
         config.ok_or_else(|| format!("{} has no settings", folder.display()))

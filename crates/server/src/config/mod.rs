@@ -14,6 +14,8 @@ use std::time::Duration;
 
 use elite_runtime::{Preset, SandboxRoots};
 use kinematics::{Calibration, CalibrationError};
+use motion_api::Seconds;
+use script_test::TestSettings;
 use thiserror::Error;
 
 use controller::ControllerConfig;
@@ -33,6 +35,8 @@ pub const PRIMARY_PORT: u16 = 30001;
 pub const INTERPRETER_PORT: u16 = 30020;
 /// Port that cyclic data comes from.
 pub const RTSI_PORT: u16 = 30004;
+/// Port of the pendant page and of the interface behind it.
+pub const HTTP_PORT: u16 = 8080;
 /// Port of a controller's dashboard.
 pub const DASHBOARD_PORT: u16 = 29999;
 /// Where the state comes from that nothing can be sent to.
@@ -278,7 +282,7 @@ impl ServeConfig {
     /// [`ConfigError`]
     pub fn of_text(path: &Path, text: &str) -> Result<Self, ConfigError> {
         let mut args = ServeArgs::default();
-        merge_file(&mut args, path, text)?;
+        merge_file(&mut args, path, text, None)?;
         Self::of(args)
     }
 
@@ -366,7 +370,7 @@ pub fn robot_for_tests(
     file: Option<&Path>,
     seed: Option<u64>,
     within: Option<&SandboxRoots>,
-) -> Result<ControllerConfig, ConfigError> {
+) -> Result<TestSettings, ConfigError> {
     let only_the_file = ServeArgs {
         shared: ControllerArgs {
             config: file.map(Path::to_owned),
@@ -374,7 +378,8 @@ pub fn robot_for_tests(
         },
         ..ServeArgs::default()
     };
-    let mut shared = with_file(only_the_file, within)?.shared;
+    let mut times = TestTimes::default();
+    let mut shared = with_file_and(only_the_file, within, Some(&mut times))?.shared;
     let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
     let paths = [
         &mut shared.cell,
@@ -388,8 +393,22 @@ pub fn robot_for_tests(
         *path = folder.join(&*path);
     }
     shared.seed = seed.or(shared.seed);
-    robot_config(shared, ClockChoice::Virtual, RecordTarget::Off, within)
+    Ok(TestSettings {
+        robot: robot_config(shared, ClockChoice::Virtual, RecordTarget::Off, within)?,
+        timeout: times.timeout.and_then(Seconds::new),
+        wall_timeout: times.wall_timeout.map(Duration::from_secs_f64),
+    })
 }
+
+/// Times of a `test.toml`, s.
+#[derive(Default)]
+struct TestTimes {
+    timeout: Option<f64>,
+    wall_timeout: Option<f64>,
+}
+
+/// Keys that only a `test.toml` has.
+const TEST_KEYS: [&str; 2] = ["timeout", "wall-timeout"];
 
 fn robot_config(
     args: ControllerArgs,
@@ -528,7 +547,15 @@ const KEYS: [&str; 37] = [
 ];
 
 /// Fills what was not typed from the configuration file, if one is named.
-fn with_file(mut args: ServeArgs, within: Option<&SandboxRoots>) -> Result<ServeArgs, ConfigError> {
+fn with_file(args: ServeArgs, within: Option<&SandboxRoots>) -> Result<ServeArgs, ConfigError> {
+    with_file_and(args, within, None)
+}
+
+fn with_file_and(
+    mut args: ServeArgs,
+    within: Option<&SandboxRoots>,
+    times: Option<&mut TestTimes>,
+) -> Result<ServeArgs, ConfigError> {
     let Some(path) = args.shared.config.take() else {
         return Ok(args);
     };
@@ -540,11 +567,17 @@ fn with_file(mut args: ServeArgs, within: Option<&SandboxRoots>) -> Result<Serve
         Ok(text) => text,
         Err(source) => return Err(ConfigError::Unreadable { path, source }),
     };
-    merge_file(&mut args, &path, &text)?;
+    merge_file(&mut args, &path, &text, times)?;
     Ok(args)
 }
 
-fn merge_file(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError> {
+/// `times`: the file is a `test.toml`.
+fn merge_file(
+    args: &mut ServeArgs,
+    path: &Path,
+    text: &str,
+    mut times: Option<&mut TestTimes>,
+) -> Result<(), ConfigError> {
     let table: toml::Table = text
         .parse()
         .map_err(|e: toml::de::Error| ConfigError::Syntax {
@@ -609,10 +642,17 @@ fn merge_file(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), Confi
             "tcp" => entry.one(&mut shared.tcp),
             "tool-serial-port" => entry.one(&mut args.tool_serial_port),
             "trust-host" => entry.list(&mut args.trust_host),
+            "timeout" if let Some(times) = &mut times => entry.seconds(&mut times.timeout),
+            "wall-timeout" if let Some(times) = &mut times => {
+                entry.seconds(&mut times.wall_timeout)
+            }
             _ => Err(ConfigError::UnknownKey {
                 path: path.to_owned(),
                 key: written.clone(),
-                allowed: KEYS.to_vec(),
+                allowed: match times {
+                    Some(_) => KEYS.into_iter().chain(TEST_KEYS).collect(),
+                    None => KEYS.to_vec(),
+                },
             }),
         }?;
     }
@@ -639,6 +679,14 @@ impl FileEntry<'_> {
         let text = text_of(self.value).ok_or_else(|| self.bad(self.value, allowed))?;
         let value = text.parse().map_err(|_| self.bad(self.value, allowed))?;
         slot.get_or_insert(value);
+        Ok(())
+    }
+
+    /// A time above 0, s.
+    fn seconds(&self, slot: &mut Option<f64>) -> Result<(), ConfigError> {
+        let text = text_of(self.value).unwrap_or_default();
+        let time = crate::cli::seconds_of_test(&text);
+        slot.get_or_insert(time.map_err(|allowed| self.bad(self.value, &allowed))?);
         Ok(())
     }
 

@@ -55,6 +55,11 @@ fn queue() -> io::Result<LogQueue> {
 /// Whether each line on stderr is a JSON object.
 static IS_JSON: AtomicBool = AtomicBool::new(false);
 
+/// Whether each line on stderr is for a program.
+pub fn is_json() -> bool {
+    IS_JSON.load(Ordering::Relaxed)
+}
+
 /// Says something to the person at the terminal, without time and level. Like the log it waits for nobody. Where the
 /// log is JSON, it is the `message` of an object.
 pub fn say(text: &str) {

@@ -7,6 +7,7 @@ use tiny_skia::Color;
 
 use super::axis::{Ticks, range};
 use super::canvas::{Align, Canvas, StrokeStyle, TextStyle};
+use super::palette::{COLORS, Rgb};
 use super::{
     Axes, Circle, Curve, CurveStyle, Figure, Marks, MinMaxBins, POINTS_MAX, PlotError, PlotPanel,
 };
@@ -33,8 +34,6 @@ const MANY_MARKS: usize = 60;
 /// Room after a mark's name before the next one, pixels.
 const MARK_SPACE: f32 = 10.0;
 
-type Rgb = [u8; 3];
-
 const PAPER: Rgb = [255, 255, 255];
 const INK: Rgb = [38, 42, 48];
 const FAINT_INK: Rgb = [104, 110, 118];
@@ -43,17 +42,6 @@ const GRID: Rgb = [230, 233, 237];
 const MARK: Rgb = [134, 142, 152];
 const FAINT_MARK: Rgb = [206, 210, 216];
 const DARK_MARK: Rgb = [60, 66, 76];
-
-/// Colours that people with colour blindness tell apart too (Okabe and Ito, 2008), darker where they were pale.
-const COLORS: [Rgb; 7] = [
-    [0, 114, 178],
-    [213, 94, 0],
-    [0, 158, 115],
-    [204, 121, 167],
-    [192, 148, 0],
-    [70, 160, 215],
-    [90, 90, 90],
-];
 
 pub(super) fn draw(figure: &Figure) -> Result<Canvas, PlotError> {
     let layout = Layout::new(figure);

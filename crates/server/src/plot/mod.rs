@@ -31,6 +31,7 @@ mod axis;
 mod canvas;
 pub mod clearance;
 mod draw;
+mod palette;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -321,6 +322,11 @@ impl Marks {
     /// Adds a mark at a time, s.
     pub fn push(&mut self, time: f64, name: impl Into<String>) {
         self.at.push((time, name.into()));
+    }
+
+    /// What the marks are.
+    pub fn kind(&self) -> &str {
+        &self.name
     }
 
     /// Number of the marks.

@@ -7,9 +7,13 @@ use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
 use crate::value::{R, Raised, Value};
 
-/// Characters of each side that are told, and items of a container up to which it is told at all.
+/// Characters of each side that are told.
 const SIDE_CHARS_MAX: usize = 300;
+/// Items up to which a container is told whole, and those of a longer one that are told.
 const ITEMS_MAX: usize = 100;
+const ITEMS_SHOWN: usize = 10;
+/// Items of a side that are looked through for the first difference.
+const ITEMS_COMPARED: usize = 100_000;
 
 /// `assert test, message`
 pub struct Assert {
@@ -74,32 +78,87 @@ fn fail(
     if let (Some((left, right)), Raised::Exception(exception)) = (sides, &error)
         && let Some(state) = exception.exception()
     {
-        let sides = [("left", left), ("right", right)];
+        let sides = [("left", &left), ("right", &right)];
         let mut lines = Vec::new();
+        let mut is_cut = false;
         for (name, value) in sides {
-            lines.push(format!(
-                "the {name} side is {}",
-                attempt!(short_repr(ev, &value))
-            ));
+            let (shown, is_whole) = attempt!(short_repr(ev, value));
+            lines.push(format!("the {name} side is {shown}"));
+            is_cut |= !is_whole;
+        }
+        if is_cut && let Some(place) = attempt!(first_difference(ev, &left, &right)) {
+            lines.push(place);
         }
         *state.help.borrow_mut() = Some(lines.join(", ").into());
     }
     Flow::Raise(ev.trace(f, span, error))
 }
 
-/// A value in a few words; a `__repr__` that fails is not this statement's error.
-fn short_repr(ev: &Evaluator<'_>, value: &Value) -> R<String> {
-    let is_long = ev.len(value).is_ok_and(|items| items > ITEMS_MAX);
+/// A value in a few words, and whether that is all of it; a `__repr__` that fails is not this statement's error.
+fn short_repr(ev: &Evaluator<'_>, value: &Value) -> R<(String, bool)> {
     let name = ev.core.types.name_of(value);
-    if is_long && !matches!(value, Value::Str(_)) {
-        return Ok(format!("a {name} of more than {ITEMS_MAX} items"));
+    let length = ev.len(value).ok().filter(|items| *items > ITEMS_MAX);
+    if let (Some(length), false) = (length, matches!(value, Value::Str(_))) {
+        let items = value.as_items().unwrap_or_default();
+        let mut shown = Vec::new();
+        for item in items.iter().take(ITEMS_SHOWN) {
+            shown.push(cut_repr(ev, item)?.0);
+        }
+        let beginning = match shown.is_empty() {
+            true => String::new(),
+            false => format!(": {}, …", shown.join(", ")),
+        };
+        return Ok((format!("a {name} of {length} items{beginning}"), false));
     }
+    let (text, is_whole) = cut_repr(ev, value)?;
+    match (value, is_whole) {
+        (Value::Str(string), false) => {
+            let length = string.as_str().chars().count();
+            Ok((format!("a text of {length} characters: {text}"), false))
+        }
+        _ => Ok((text, is_whole)),
+    }
+}
+
+fn cut_repr(ev: &Evaluator<'_>, value: &Value) -> R<(String, bool)> {
     match ev.repr(value) {
         Ok(text) => Ok(match text.char_indices().nth(SIDE_CHARS_MAX) {
-            Some((end, _)) => format!("{}…", &text[..end]),
-            None => text,
+            Some((end, _)) => (format!("{}…", &text[..end]), false),
+            None => (text, true),
         }),
         Err(Raised::Stop) => Err(Raised::Stop),
-        Err(_) => Ok(format!("a {name}")),
+        Err(_) => Ok((format!("a {}", ev.core.types.name_of(value)), true)),
     }
+}
+
+/// Where two lists or texts differ first. A comparison that fails is not this statement's error.
+fn first_difference(ev: &Evaluator<'_>, left: &Value, right: &Value) -> R<Option<String>> {
+    if let (Value::Str(a), Value::Str(b)) = (left, right) {
+        let (a, b) = (a.as_str().chars(), b.as_str().chars());
+        let index = a.zip(b).position(|(a, b)| a != b);
+        return Ok(index.map(|index| format!("they differ first at character {index}")));
+    }
+    let (Some(a), Some(b)) = (left.as_items(), right.as_items()) else {
+        return Ok(None);
+    };
+    for (index, (a, b)) in a.iter().zip(&b).enumerate().take(ITEMS_COMPARED) {
+        match ev.compare_truth(CompareOp::Eq, a, b) {
+            Ok(true) => {}
+            Ok(false) => {
+                let (a, b) = (cut_repr(ev, a)?.0, cut_repr(ev, b)?.0);
+                return Ok(Some(format!(
+                    "they differ first at item {index}: {a} and {b}"
+                )));
+            }
+            Err(Raised::Stop) => return Err(Raised::Stop),
+            Err(_) => return Ok(None),
+        }
+    }
+    let longer = a.len() != b.len();
+    Ok(longer.then(|| {
+        format!(
+            "one ends after item {}",
+            a.len().min(b.len()).saturating_sub(1)
+        )
+    }))
 }

@@ -4,13 +4,18 @@
 //!
 //! Reads the declarations, so a new builtin that takes joints or a pose is covered without a word here.
 
+mod limits;
 mod signature_check;
 
 use std::rc::Rc;
+use std::sync::LazyLock;
 
 use elite_lang::{NativeCall, Raised};
 use elite_syntax::{ArgumentLiteral, CallHint, CallSite, KnownNames};
+use kinematics::RobotModel;
 
+use self::limits::ArmLimits;
+pub use self::limits::TOOL_LENGTH_MAX;
 use super::declare::{Builtin, Category, Parameter, ParameterType};
 use super::{all, names};
 use crate::message::{Message, Severity};
@@ -43,16 +48,26 @@ const POSE_FOR_JOINTS: &str =
     "move to a pose with movel(), or turn it into joint positions with get_inverse_kin()";
 const JOINTS_FOR_POSE: &str = "turn joint positions into a pose with get_forward_kin()";
 
-/// The names of all builtins, with what `check` needs to know of them.
-pub fn known_names() -> KnownNames {
+fn natives() -> KnownNames {
     // Names of later editions are not there when a program runs; `check` says more of them than that.
     let later = LATER.iter().map(|(name, _, _)| *name);
-    KnownNames::new(names().chain(later))
-        .with_waiting(all().filter(|b| b.waits).map(|b| b.name))
-        .with_call_hook(hints)
+    KnownNames::new(names().chain(later)).with_waiting(all().filter(|b| b.waits).map(|b| b.name))
 }
 
-fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
+/// The names of all builtins, with what `check` needs to know of them. What no arm can do is wrong.
+pub fn known_names() -> KnownNames {
+    static ANY: LazyLock<ArmLimits> = LazyLock::new(ArmLimits::of_any_arm);
+    natives().with_call_hook(|site| hints(site, &ANY))
+}
+
+/// As [`known_names`], for programs of one arm: what this arm cannot do is wrong. `tool` is how far the TCP is from the
+/// flange at most, m.
+pub fn known_names_for(model: RobotModel, tool: f64) -> KnownNames {
+    let limits = ArmLimits::of(model, tool);
+    natives().with_call_hook(move |site| hints(site, &limits))
+}
+
+fn hints(site: &CallSite<'_>, arm: &ArmLimits) -> Vec<CallHint> {
     let Some(builtin) = all().find(|builtin| builtin.name == site.function) else {
         return of_later_edition(site.function).into_iter().collect();
     };
@@ -64,11 +79,13 @@ fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
     let args = site.args.iter().enumerate();
     let slips = args.filter_map(|(index, arg)| {
         let parameter = parameter(builtin, index, arg.name)?;
-        let (code, message, help) = match parameter.kind {
-            ParameterType::Joints => about_joints(builtin, parameter, &arg.value)?,
-            ParameterType::Pose => about_pose(builtin, parameter, &arg.value)?,
-            _ => return None,
+        let slip = match parameter.kind {
+            ParameterType::Joints => about_joints(builtin, parameter, &arg.value),
+            ParameterType::Pose => about_pose(builtin, parameter, &arg.value),
+            _ => None,
         };
+        let (code, message, help) =
+            slip.or_else(|| arm.violation(builtin, parameter, &arg.value))?;
         Some(CallHint {
             argument: Some(index),
             code,
@@ -281,6 +298,59 @@ mod tests {
         );
     }
 
+    #[test]
+    fn variables_of_one_value_are_looked_into() {
+        assert_eq!(codes("q = [0, 90, 0, 0, 0, 0]\nmovej(q)"), ["degrees"]);
+        assert_eq!(
+            codes("here = get_actual_tcp_pose()\nmovej(here)"),
+            ["pose-for-joints"]
+        );
+        assert_eq!(
+            codes("home = get_actual_joint_positions()\ndef go():\n  movel(home)\nend\ngo()"),
+            ["joints-for-pose"]
+        );
+        for text in [
+            "q = [0, 90, 0, 0, 0, 0]\nq = [0, 0, 0, 0, 0, 0]\nmovej(q)",
+            "q = [0, 90, 0, 0, 0, 0]\nq[1] = 0\nmovej(q)",
+            "q = [0, 90, 0, 0, 0, 0]\nq.clear()\nmovej(q)",
+            "q = [0, 90, 0, 0, 0, 0]\ndef go(q):\n  movej(q)\nend\ngo(get_actual_joint_positions())",
+        ] {
+            assert_eq!(codes(text), [""; 0], "{text}");
+        }
+    }
+
+    #[test]
+    fn own_functions_are_called_as_they_are_defined() {
+        let head = "def pick(pose, height, speed=0.25):\n  movel(pose, v=speed * height)\nend\n";
+        for (call, code) in [
+            ("pick([0.4, 0, 0.3, 3.14, 0, 0])", "missing-argument"),
+            ("pick(1, 2, 3, 4)", "argument-count"),
+            ("pick(1, 2, sped=3)", "unknown-argument"),
+        ] {
+            assert_eq!(codes(&format!("{head}{call}\n")), [code], "{call}");
+        }
+        for call in [
+            "pick(1, 2)",
+            "pick(pose=1, height=2)",
+            "a = (1, 2)\npick(*a)",
+            "pick = print\npick(1)",
+        ] {
+            assert_eq!(codes(&format!("{head}{call}\n")), [""; 0], "{call}");
+        }
+        let found = check(
+            SourceFile::new("a.script", format!("{head}pick(1)\n")),
+            &known_names(),
+        );
+        assert_eq!(found[0].message, "pick() needs 'height'");
+        let help = found[0].help.as_deref();
+        assert_eq!(help, Some("call it as pick(pose, height, speed)"));
+        let chinese = crate::chinese::finding(&found[0]);
+        assert_eq!(
+            chinese.help.as_deref(),
+            Some("调用写作 pick(pose, height, speed)")
+        );
+    }
+
     fn said(text: &str) -> Vec<String> {
         let found = check(SourceFile::new("test.script", text), &known_names());
         found.into_iter().map(|finding| finding.message).collect()
@@ -361,7 +431,6 @@ mod tests {
         for text in [
             "movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=1.2)",
             "movel([0.4, 0, 0.3, 3.14, 0, 0])",
-            "q = [0, 90]\nmovej(q)",
             "movej(get_inverse_kin([0.4, 0, 0.3, 3.14, 0, 0]))",
             "movel(pose_trans(get_actual_tcp_pose(), [0, 0, 0.1, 0, 0, 0]))",
             "while get_actual_tcp_pose()[2] > 0.1: sync()",

@@ -9,7 +9,7 @@ use elite_syntax::{ArgumentLiteral, CallArgument, CallHint, CallSite};
 use super::super::declare::{
     Builtin, Parameter, ParameterDefault, ParameterType, Range, alternatives,
 };
-use super::{numbers, parameter};
+use super::parameter;
 
 /// What is wrong with the arguments of a call.
 pub(super) fn signature_errors(builtin: &Builtin, site: &CallSite<'_>) -> Vec<CallHint> {
@@ -129,7 +129,7 @@ fn outside(
 
 /// A list of numbers that are more or fewer than wanted.
 fn count(place: &str, words: &str, wanted: usize, items: &[ArgumentLiteral<'_>]) -> Option<String> {
-    let given = numbers(items)?.len();
+    let given = items.len();
     (given != wanted).then(|| format!("{place} must be {words}, got {given} numbers"))
 }
 

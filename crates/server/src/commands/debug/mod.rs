@@ -1,6 +1,8 @@
-//! `eliteserver debug`: the debugger over standard input and output, or over a port for one client after the other.
+//! `eliteserver debug`: the debugger at a terminal; for editors over standard input and output, or over a port for one
+//! client after the other.
 
 mod attach;
+mod console;
 mod option_errors;
 mod recording;
 
@@ -53,14 +55,17 @@ fn is_of_client(key: &str) -> bool {
 const RECORDING_KEYS: [&str; 4] = ["allow", "cell", "record", "task-dir"];
 
 /// Options that mean nothing here.
-const REFUSED_KEYS: [&str; 3] = ["language", "log-dir", "log-format"];
+const REFUSED_KEYS: [&str; 5] = ["language", "log-dir", "log-format", "no-check", "timeout"];
 
 /// Exit status: 0 the client has left, 2 the port cannot be opened.
 ///
 /// # Errors
 /// The operating system gives no thread.
 pub fn debug(args: &DebugArgs) -> CommandResult {
-    Ok(serve_clients(args)?)
+    match &args.file {
+        Some(file) => console::console(args, &file.to_string_lossy()),
+        None => Ok(serve_clients(args)?),
+    }
 }
 
 /// The reason for which the debugger cannot go on, displayed as one sentence.
@@ -193,7 +198,7 @@ fn options(fields: &Map<String, Json>, program: &str) -> Result<RunConfig, Strin
 fn configured(line: Vec<String>) -> Result<RunConfig, String> {
     let cli = Cli::try_parse_from(line).map_err(|error| option_errors::of_request(&error))?;
     match cli.into_command() {
-        CliCommand::Run(args) => RunConfig::load(*args).map_err(|error| error.to_string()),
+        CliCommand::Run(args) => RunConfig::load(args.run).map_err(|error| error.to_string()),
         _ => Err("these are no options of run".to_owned()),
     }
 }

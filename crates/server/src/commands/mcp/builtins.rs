@@ -89,7 +89,7 @@ fn found(words: &str, language: Language) -> Result<ToolOutput, String> {
     let mut hits: Vec<(usize, &Builtin)> = Vec::new();
     for builtin in all() {
         let name = builtin.name.to_lowercase();
-        let text = text_of(builtin);
+        let text = library::searched_text(builtin);
         if words.iter().all(|word| text.contains(word.as_str())) {
             let in_name = words.iter().filter(|word| name.contains(word.as_str()));
             hits.push((words.len() - in_name.count(), builtin));
@@ -117,24 +117,6 @@ fn found(words: &str, language: Language) -> Result<ToolOutput, String> {
 
 fn shortened_words(text: String) -> String {
     super::server::shortened(text, 400)
-}
-
-/// Everything that is said of a function, in small letters and both languages.
-fn text_of(builtin: &Builtin) -> String {
-    let mut text = format!(
-        "{} {} {} {} {}",
-        builtin.signature(),
-        builtin.category.name(),
-        builtin.section,
-        builtin.summary,
-        builtin.returns
-    );
-    for parameter in builtin.params {
-        text.push_str(&format!(" {} {}", parameter.meaning, parameter.unit));
-    }
-    text.push(' ');
-    text.push_str(Language::Chinese.summary(builtin));
-    text.to_lowercase()
 }
 
 fn names() -> String {

@@ -91,12 +91,13 @@ pub(super) fn test(
             ));
         }
     }
-    let settings = Settings::beneath(
+    let mut settings = Settings::beneath(
         &cases,
         arguments.seed,
         workspace.folders(),
         workspace.root(),
     )?;
+    settings.override_times(Seconds::new(timeout), Some(WALL_TIMEOUT));
     let record_failed = arguments.record_failed.as_deref();
     let options = TestRunOptions {
         jobs: thread::available_parallelism().unwrap_or(NonZeroUsize::MIN),

@@ -216,7 +216,7 @@ fn answer_about(
     } else if let Some(topic) = &args.csv {
         csv::print(recording, topic, out)?;
     } else if let Some(path) = &args.plot {
-        plot::plot(recording, path)?;
+        plot::plot(recording, path, (args.from, args.to))?;
     } else if let Some(condition) = &args.find {
         answer_of(recording, &Question::Find(condition.clone()), out)?;
     } else if args.script {

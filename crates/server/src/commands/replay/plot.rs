@@ -13,8 +13,8 @@ use crate::plot::{Curve, Figure, Marks, MinMaxBins, PlotError, PlotPanel};
 
 /// Width and height of the picture, pixels.
 const SIZE: (u32, u32) = (1600, 1500);
-/// Marks of a kind; more would hide the curves.
-const MAX_MARKS: usize = 400;
+/// Marks of a kind; more would hide the curves, so that none are drawn then.
+const MAX_MARKS: usize = 120;
 /// Longest time that is drawn, s: a hundred years.
 const MAX_SPAN: f64 = 3.2e9;
 /// Bytes of a mark's name.
@@ -40,17 +40,35 @@ pub enum PictureError {
         /// End of the last one, s.
         end: f64,
     },
+    /// There are no cycles between the times asked for.
+    #[error(
+        "there is nothing to draw from {from} s to {to} s: the recording covers {begin:.3} s to {end:.3} s"
+    )]
+    Nothing {
+        /// Begin of the span, s.
+        from: f64,
+        /// End of the span, s.
+        to: f64,
+        /// Begin of the recording, s.
+        begin: f64,
+        /// End of the recording, s.
+        end: f64,
+    },
     /// The picture cannot be made or written.
     #[error(transparent)]
     Plot(#[from] PlotError),
 }
 
-/// Draws the recording into a PNG file.
+/// Draws the recording, or the span of it from one time to another, into a PNG file.
 ///
 /// # Errors
 /// [`PictureError`].
-pub(super) fn plot(recording: &Recording, path: &Path) -> Result<(), PictureError> {
-    Ok(figure(recording)?.save(path)?)
+pub(super) fn plot(
+    recording: &Recording,
+    path: &Path,
+    span: (Option<f64>, Option<f64>),
+) -> Result<(), PictureError> {
+    Ok(figure(recording, span)?.save(path)?)
 }
 
 /// Draws the recording into a PNG in memory.
@@ -58,7 +76,14 @@ pub(super) fn plot(recording: &Recording, path: &Path) -> Result<(), PictureErro
 /// # Errors
 /// [`PictureError`].
 pub(super) fn png(recording: &Recording) -> Result<Vec<u8>, PictureError> {
-    Ok(figure(recording)?.to_png()?)
+    Ok(figure(recording, (None, None))?.to_png()?)
+}
+
+/// Whether a command moves the arm along a path or at a speed.
+fn is_motion(command: &str) -> bool {
+    ["move", "servo", "speed", "track_conveyor", "freedrive"]
+        .iter()
+        .any(|word| command.starts_with(word))
 }
 
 const JOINTS: &[&str] = &["J1", "J2", "J3", "J4", "J5", "J6"];
@@ -112,32 +137,47 @@ const PANELS: [Content; 5] = [
     },
 ];
 
-fn figure(recording: &Recording) -> Result<Figure, PictureError> {
-    let range = time_range(recording)?;
+fn figure(
+    recording: &Recording,
+    (from, to): (Option<f64>, Option<f64>),
+) -> Result<Figure, PictureError> {
+    let (begin, end) = time_range(recording)?;
+    let range = (from.unwrap_or(begin).max(begin), to.unwrap_or(end).min(end));
+    if range.0.total_cmp(&range.1).is_ge() {
+        return Err(PictureError::Nothing {
+            from: from.unwrap_or(begin),
+            to: to.unwrap_or(end),
+            begin,
+            end,
+        });
+    }
     let mut slots: Vec<Vec<MinMaxBins>> = PANELS
         .iter()
         .map(|panel| vec![MinMaxBins::new(range); panel.names.len()])
         .collect();
     let mut lines = Marks::dark("line");
+    let mut motions = Marks::dark("motion");
     let mut commands = Marks::dashed("command");
-    let mut unmarked = 0;
-    let mut mark = |marks: &mut Marks, time: f64, name: String| {
-        if marks.len() < MAX_MARKS {
+    let mark = |marks: &mut Marks, time: f64, name: String| {
+        let is_shown = (range.0..=range.1).contains(&time);
+        // One more than are drawn: it says that there are too many.
+        if is_shown && marks.len() <= MAX_MARKS {
             marks.push(time, truncate_marked(&name, MAX_NAME).unwrap_or(name));
-        } else {
-            unmarked += 1;
         }
     };
     for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Script])? {
         match entry? {
-            (_, RecordingEntry::Cycle(cycle)) => {
+            (_, RecordingEntry::Cycle(cycle)) if (range.0..=range.1).contains(&cycle.time) => {
                 for (panel, curves) in PANELS.iter().zip(&mut slots) {
                     for (value, curve) in (panel.values)(&cycle).iter().zip(curves) {
                         curve.add(cycle.time, *value);
                     }
                 }
             }
-            (time, RecordingEntry::Command(command)) => mark(&mut commands, time, command.name),
+            (time, RecordingEntry::Command(command)) => match is_motion(&command.name) {
+                true => mark(&mut motions, time, command.name),
+                false => mark(&mut commands, time, command.name),
+            },
             // The main thread's line; those of other threads would cross it.
             (time, RecordingEntry::Script(script)) if script.thread == Some(0) => {
                 if let Some(line) = script.line {
@@ -147,16 +187,25 @@ fn figure(recording: &Recording) -> Result<Figure, PictureError> {
             _ => {}
         }
     }
+    let rows = [lines, motions, commands];
+    let unmarked: Vec<&str> = rows
+        .iter()
+        .filter(|row| row.len() > MAX_MARKS)
+        .map(Marks::kind)
+        .collect();
     let mut note = format!("{:.2} s", range.1 - range.0);
-    if unmarked > 0 {
-        note += &format!(", {unmarked} later lines and commands not marked");
+    if !unmarked.is_empty() {
+        note += &format!(
+            ", too many to be marked: {}; --from and --to show a part",
+            unmarked.join(", ")
+        );
     }
     let figure = Figure::new(title(recording))
         .note(note)
         .size(SIZE.0, SIZE.1)
-        .time_range(range.0, range.1)
-        .marks(lines)
-        .marks(commands);
+        .time_range(range.0, range.1);
+    let drawn = rows.into_iter().filter(|row| row.len() <= MAX_MARKS);
+    let figure = drawn.fold(figure, Figure::marks);
     Ok(PANELS
         .iter()
         .zip(slots)

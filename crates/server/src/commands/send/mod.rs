@@ -19,12 +19,13 @@ use robot_client::{
 };
 use thiserror::Error;
 use tokio::sync::watch;
-use tokio::time::{Instant, MissedTickBehavior, interval};
+use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 use wire::primary::{Exception, ExceptionSource, Message, RobotErrorDisplay, RobotException};
 
 use crate::cli::SendArgs;
 use crate::command::{CommandResult, CommandStatus};
 use crate::commands::check::read_script;
+use crate::commands::program_output::{self, ProgramOutput};
 use crate::commands::robot_consent;
 use crate::language;
 use crate::logging;
@@ -40,6 +41,9 @@ const FAILED: CommandStatus = CommandStatus::Negative;
 const NOT_SENT: CommandStatus = CommandStatus::NotDone;
 /// The moments between messages are looked at so often.
 const TICK: Duration = Duration::from_millis(50);
+
+/// What the program has printed last may be on its way for so long after its end.
+const LAST_LINES: Duration = Duration::from_millis(120);
 
 /// A reason why nothing was sent, told in a sentence.
 #[derive(Debug, Error)]
@@ -77,9 +81,13 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<CommandSta
     let address = RobotAddress::new(&args.robot.robot, args.robot.primary_port);
     let what = format!("Send {} to", EscapedText(file.name()));
     robot_consent::ask_consent(&args.robot, &address, &what).await?;
-    if dashboard::is_simulated(&address.with_port(args.robot.dashboard_port)).await {
+    let is_ours = dashboard::is_simulated(&address.with_port(args.robot.dashboard_port)).await;
+    if is_ours {
         outgoing.name_the_file(file.name(), &settings);
     }
+    let http = args.output.port(&args.robot).filter(|_| is_ours);
+    let http = http.map(|port| address.with_port(port));
+    let printed = ProgramOutput::connect(http.as_ref(), file.name()).await;
     let mut robot = PrimaryClient::connect(&address).await?;
     // Until its stream is seen it may be anything that listens.
     robot.next().await?;
@@ -91,12 +99,16 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<CommandSta
     if args.no_wait || outgoing.is_secondary {
         return Ok(CommandStatus::Success);
     }
+    if !printed.is_connected() && program_output::prints(file.text()) {
+        logging::say(program_output::elsewhere());
+    }
     let is_terminal = std::io::stderr().is_terminal();
     let mut followed = FollowedProgram {
         nodes: NodeTracker::of(&file),
         file,
         outgoing,
         screen: ProgressLine::new(is_terminal),
+        printed,
     };
     let (sender, told) = watch::channel(RtsiProgress::default());
     let beside = async {
@@ -161,6 +173,7 @@ struct FollowedProgram {
     file: Arc<SourceFile>,
     outgoing: OutgoingProgram,
     screen: ProgressLine,
+    printed: ProgramOutput,
 }
 
 impl FollowedProgram {
@@ -178,6 +191,10 @@ impl FollowedProgram {
             let message = tokio::select! {
                 message = robot.next() => message?,
                 () = shutdown.token().cancelled() => return self.stop(robot).await,
+                line = self.printed.next() => {
+                    self.screen.output(&line);
+                    continue;
+                }
                 _ = ticks.tick() => Message::Unknown(0),
             };
             if let Message::State(state) = &message {
@@ -192,6 +209,9 @@ impl FollowedProgram {
                     ProgramEvent::Resumed => self.screen.line("the program goes on"),
                     ProgramEvent::Exception(exception) => self.tell(&exception),
                     ProgramEvent::Finished(outcome) => {
+                        while let Ok(line) = timeout(LAST_LINES, self.printed.next()).await {
+                            self.screen.output(&line);
+                        }
                         self.screen.end();
                         return Ok(match outcome {
                             MonitorOutcome::Completed => CommandStatus::Success,

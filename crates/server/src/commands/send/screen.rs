@@ -7,6 +7,7 @@ use wire::primary::State;
 
 use super::rtsi_progress::RtsiProgress;
 use crate::logging;
+use crate::ports::escape::EscapedLines;
 
 /// What every terminal has.
 const COLUMNS: usize = 80;
@@ -38,6 +39,14 @@ impl ProgressLine {
             // Before the changing line is drawn again.
             logging::flush_within(REDRAW);
         }
+    }
+
+    /// A line that the program printed: on standard output, as `run` has it.
+    pub(super) fn output(&mut self, text: &str) {
+        self.wipe();
+        let mut out = std::io::stdout().lock();
+        // Whoever reads may have seen enough.
+        let _ = writeln!(out, "{}", EscapedLines(text)).and_then(|()| out.flush());
     }
 
     /// How the robot is, so long after the program was sent. `place` is where the program is.

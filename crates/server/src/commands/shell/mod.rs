@@ -3,9 +3,9 @@
 //! Owns the prompt, the shell's own orders and the exit status. What lines become is `statement_reader`'s business,
 //! where they come from `line_input`'s, the conversation `session`'s.
 
-mod line_input;
 mod output;
 mod session;
+mod shown_value;
 mod statement_reader;
 
 use std::cell::RefCell;
@@ -16,7 +16,7 @@ use std::time::Duration;
 
 use elite_runtime::{Preset, PresetError};
 use elite_syntax::{SourceFile, compile};
-use robot_client::{InterpreterRequest, RobotAddress};
+use robot_client::{InterpreterRequest, RobotAddress, dashboard};
 use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::runtime::Runtime;
@@ -24,10 +24,12 @@ use tokio::sync::mpsc;
 
 use crate::cli::ShellArgs;
 use crate::command::{CommandResult, CommandStatus};
+use crate::commands::line_input::{CompletionNames, InputLine, LineCommands, LineSource};
+use crate::commands::program_output::{self, ProgramOutput};
 use crate::commands::robot_consent;
 use crate::logging;
 use crate::shutdown::Shutdown;
-use line_input::{CompletionNames, InputLine, LineSource};
+
 use output::show;
 use session::{SessionCommand, SessionError, SessionReply, SessionRequest, ShellSession};
 use statement_reader::StatementReader;
@@ -91,7 +93,11 @@ fn open_shell(args: &ShellArgs) -> Result<CommandStatus, ShellError> {
     names.extend(elite_runtime::builtins::all().map(|builtin| builtin.name.to_owned()));
     let names: CompletionNames = Rc::new(RefCell::new(names));
     let is_terminal = stdin().is_terminal() && stdout().is_terminal();
-    let mut lines = LineSource::open(is_terminal, &names);
+    let own = LineCommands {
+        history: "shell_history",
+        orders: ORDERS.map(|(order, _)| format!(":{order}")).into(),
+    };
+    let mut lines = LineSource::open(is_terminal, &names, own);
     session.set_notifier(lines.voice());
     if lines.is_terminal() {
         // Before the first prompt.
@@ -126,9 +132,19 @@ async fn opened(
     }
     let statements = address.with_port(robot.interpreter_port);
     let dashboard = address.with_port(robot.dashboard_port);
+    let is_ours = dashboard::is_simulated(&dashboard).await;
+    let http = args.output.port(robot).filter(|_| is_ours);
+    let http = http.map(|port| address.with_port(port));
+    let printed = ProgramOutput::connect(http.as_ref(), session::NAME).await;
+    if printed.is_connected() {
+        body.push_str(shown_value::DEFINITION);
+    }
     let stop = shutdown.token().clone();
-    let session = ShellSession::open(&address, &statements, dashboard, body, stop).await?;
+    let session = ShellSession::open(&address, &statements, dashboard, body, printed, stop).await?;
     logging::say(&format!("interpreter mode of the robot at {address}"));
+    if !session.shows_output() {
+        logging::say(program_output::elsewhere());
+    }
     Ok(session)
 }
 

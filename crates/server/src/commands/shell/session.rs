@@ -20,14 +20,16 @@ use wire::primary::{
     Exception, ExceptionLevel, ExceptionSource, Message, RobotErrorDisplay, RobotException, State,
 };
 
-use super::line_input::Notifier;
 use super::output::{described, show};
+use super::shown_value;
+use crate::commands::line_input::Notifier;
+use crate::commands::program_output::ProgramOutput;
 use crate::commands::robot_consent;
 use crate::logging;
 use crate::ports::escape::{EscapedLines, EscapedText};
 
 /// What the program that holds interpreter mode is called.
-const NAME: &str = "eliteserver_shell";
+pub(super) const NAME: &str = "eliteserver_shell";
 /// A robot that has not begun a program after so long does not.
 const BEGIN_PATIENCE: Duration = Duration::from_secs(3);
 /// A statement without a reply for so long: is anybody there?
@@ -102,6 +104,8 @@ pub(super) struct ShellSession {
     dashboard: RobotAddress,
     /// Lines before the mode is entered.
     body: String,
+    /// What statements print.
+    printed: ProgramOutput,
     /// Something happens beside the line that is typed.
     voice: Option<Notifier>,
     stop: CancellationToken,
@@ -123,6 +127,7 @@ impl ShellSession {
         interpreter: &RobotAddress,
         dashboard: RobotAddress,
         body: String,
+        printed: ProgramOutput,
         stop: CancellationToken,
     ) -> Result<Self, SessionError> {
         let mut session = Self {
@@ -130,6 +135,7 @@ impl ShellSession {
             interpreter: InterpreterClient::connect(interpreter).await?,
             dashboard,
             body,
+            printed,
             voice: None,
             stop,
             state: None,
@@ -168,6 +174,11 @@ impl ShellSession {
         SessionError::GivenUp { error, what }
     }
 
+    /// Whether what statements print is shown here.
+    pub(super) const fn shows_output(&self) -> bool {
+        self.printed.is_connected()
+    }
+
     /// Sets how something is said while a line is being typed.
     pub(super) fn set_notifier(&mut self, voice: Option<Notifier>) {
         self.voice = voice;
@@ -204,6 +215,7 @@ impl ShellSession {
                 }
                 message = self.primary.next() => self.take(&message?),
                 reply = self.interpreter.next() => self.late(reply?),
+                line = self.printed.next() => self.print(&line),
                 () = stop.cancelled() => return Err(self.stopped().await?),
             }
         }
@@ -302,7 +314,13 @@ impl ShellSession {
         while let Some(reply) = self.interpreter.try_next().await? {
             self.late(reply);
         }
-        self.interpreter.send(text).await?;
+        let sent = match self.printed.is_connected() {
+            true => shown_value::with_value(text),
+            false => None,
+        };
+        self.interpreter
+            .send(sent.as_deref().unwrap_or(text))
+            .await?;
         let stop = self.stop.clone();
         let mut patience = Instant::now() + REPLY_PATIENCE;
         loop {
@@ -313,6 +331,7 @@ impl ShellSession {
                     }
                 }
                 message = self.primary.next() => self.take(&message?),
+                line = self.printed.next() => self.print(&line),
                 () = sleep_until(patience) => {
                     // The statement may wait until a clear_interpreter() before it is executed (manual 2.5); the robot
                     // answers a state request all the same.
@@ -356,13 +375,20 @@ impl ShellSession {
         let is_terminal = self.voice.is_some();
         match reply {
             Reply::Ack { id, .. } if is_terminal => show(&format!("  ack {id}")),
-            Reply::Ack { id, statement } => show(&format!("ack: {id}: {}", EscapedText(statement))),
+            Reply::Ack { id, statement } => {
+                let statement = shown_value::typed(statement).unwrap_or(statement);
+                show(&format!("ack: {id}: {}", EscapedText(statement)));
+            }
             Reply::Discard { about } if is_terminal => {
-                let reason = about.strip_suffix(text.trim()).unwrap_or(about);
+                let about = shown_value::in_reply(about, text);
+                let reason = about.strip_suffix(text.trim()).unwrap_or(&about);
                 let reason = reason.trim_end().trim_end_matches(':').trim_end();
                 show(&format!("  discarded: {}", EscapedText(reason)));
             }
-            Reply::Discard { about } => show(&format!("discard: {}", EscapedText(about))),
+            Reply::Discard { about } => {
+                let about = shown_value::in_reply(about, text);
+                show(&format!("discard: {}", EscapedText(&about)));
+            }
             Reply::State { number, word } => {
                 show(&format!("state: {number}: {}", EscapedText(word)));
             }
@@ -465,6 +491,15 @@ impl ShellSession {
         self.say(text);
     }
 
+    /// A line that a statement printed.
+    fn print(&mut self, line: &str) {
+        let line = EscapedLines(line).to_string();
+        match &mut self.voice {
+            Some(voice) => voice(format!("{line}\n")),
+            None => show(&line),
+        }
+    }
+
     /// Something that nobody asked for.
     fn say(&mut self, text: String) {
         match &mut self.voice {
@@ -483,6 +518,7 @@ impl ShellSession {
         while !self.is_over() {
             tokio::select! {
                 message = self.primary.next() => self.take(&message?),
+                line = self.printed.next() => self.print(&line),
                 reply = self.interpreter.next() => self.late_but_the_last(reply?),
                 () = stop.cancelled() => return Err(self.stopped().await?),
             }

@@ -334,7 +334,7 @@ fn refuse(status: StatusCode, reason: &str) -> Response {
 /// A refusal as JSON; in both languages where the tables have the sentence, since each page has its own.
 fn refusal(reason: &str) -> Value {
     let mut refusal = json!({"error": reason});
-    if let Some(chinese) = elite_runtime::chinese::sentence(reason) {
+    if let Some(chinese) = page::sentences::chinese(reason) {
         refusal["texts"] = json!({"en": reason, "zh": chinese});
     }
     refusal

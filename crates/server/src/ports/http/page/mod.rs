@@ -10,6 +10,7 @@ mod live;
 mod page_broadcast;
 mod routes;
 mod search;
+pub(super) mod sentences;
 
 use std::path::Path;
 use std::sync::Arc;

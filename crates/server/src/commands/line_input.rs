@@ -14,7 +14,6 @@ use rustyline::history::FileHistory;
 use rustyline::validate::Validator;
 use rustyline::{CompletionType, Config, Context, Editor, ExternalPrinter, Helper};
 
-use super::ORDERS;
 use crate::ports::interpreter::codec::LINE_BYTES_MAX;
 
 /// Lines that are remembered.
@@ -22,7 +21,7 @@ const HISTORY_MAX: usize = 2000;
 
 /// What somebody typed.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum InputLine {
+pub(crate) enum InputLine {
     /// A line, without its end.
     Text(String),
     /// Ctrl-C.
@@ -36,21 +35,30 @@ pub(super) enum InputLine {
 }
 
 /// A way to say something while somebody types.
-pub(super) type Notifier = Box<dyn FnMut(String) + Send>;
+pub(crate) type Notifier = Box<dyn FnMut(String) + Send>;
 
 /// Source of lines.
-pub(super) enum LineSource {
+pub(crate) enum LineSource {
     Terminal(Box<Terminal>),
     Pipe(StdinLock<'static>),
 }
 
 /// Names that are completed; the shell adds those that are typed.
-pub(super) type CompletionNames = Rc<RefCell<BTreeSet<String>>>;
+pub(crate) type CompletionNames = Rc<RefCell<BTreeSet<String>>>;
+
+/// What a command completes beside names, and what its history is called.
+#[derive(Clone)]
+pub(crate) struct LineCommands {
+    /// Name of the file of the history.
+    pub(crate) history: &'static str,
+    /// The command's own orders at the beginning of a line, with the mark before them if they have one.
+    pub(crate) orders: Vec<String>,
+}
 
 impl LineSource {
     /// The terminal as the source, if there is one on both sides; standard input otherwise.
-    pub(super) fn open(is_terminal: bool, names: &CompletionNames) -> Self {
-        match is_terminal.then(|| Terminal::open(names)) {
+    pub(crate) fn open(is_terminal: bool, names: &CompletionNames, own: LineCommands) -> Self {
+        match is_terminal.then(|| Terminal::open(names, own)) {
             Some(Ok(terminal)) => Self::Terminal(Box::new(terminal)),
             Some(Err(error)) => {
                 tracing::warn!("lines cannot be edited: {error}");
@@ -60,12 +68,12 @@ impl LineSource {
         }
     }
 
-    pub(super) const fn is_terminal(&self) -> bool {
+    pub(crate) const fn is_terminal(&self) -> bool {
         matches!(self, Self::Terminal(_))
     }
 
     /// Says something beside the line that is being typed, if one is.
-    pub(super) fn voice(&mut self) -> Option<Notifier> {
+    pub(crate) fn voice(&mut self) -> Option<Notifier> {
         let Self::Terminal(terminal) = self else {
             return None;
         };
@@ -75,7 +83,7 @@ impl LineSource {
     }
 
     /// The next line.
-    pub(super) fn next(&mut self, prompt: &str) -> InputLine {
+    pub(crate) fn next(&mut self, prompt: &str) -> InputLine {
         match self {
             Self::Terminal(terminal) => terminal.next(prompt),
             Self::Pipe(pipe) => next_of(pipe),
@@ -98,13 +106,13 @@ fn next_of(pipe: &mut impl BufRead) -> InputLine {
 }
 
 /// A terminal.
-pub(super) struct Terminal {
+pub(crate) struct Terminal {
     editor: Editor<NameCompleter, FileHistory>,
     history: Option<PathBuf>,
 }
 
 impl Terminal {
-    fn open(names: &CompletionNames) -> Result<Self, ReadlineError> {
+    fn open(names: &CompletionNames, own: LineCommands) -> Result<Self, ReadlineError> {
         let config = Config::builder()
             .max_history_size(HISTORY_MAX)?
             // Lines of blocks begin with blanks.
@@ -113,8 +121,8 @@ impl Terminal {
             .auto_add_history(true)
             .build();
         let mut editor = Editor::with_config(config)?;
-        editor.set_helper(Some(NameCompleter(Rc::clone(names))));
-        let history = history_file();
+        let history = history_file(own.history);
+        editor.set_helper(Some(NameCompleter(Rc::clone(names), own.orders)));
         if let Some(path) = &history {
             // The first time there is none.
             let _ = editor.load_history(path);
@@ -144,15 +152,15 @@ impl Drop for Terminal {
 }
 
 /// Path of the history file, in the folder for such files of this system (XDG base directories); none without a home.
-fn history_file() -> Option<PathBuf> {
+fn history_file(name: &str) -> Option<PathBuf> {
     let state = std::env::var_os("XDG_STATE_HOME").filter(|path| !path.is_empty());
     let home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(".local/state"));
     let folder = state.map(PathBuf::from).or_else(home)?;
-    Some(folder.join("eliteserver").join("shell_history"))
+    Some(folder.join("eliteserver").join(name))
 }
 
-/// Completes names and the shell's own orders.
-struct NameCompleter(CompletionNames);
+/// Completes names and a command's own orders.
+struct NameCompleter(CompletionNames, Vec<String>);
 
 impl Helper for NameCompleter {}
 impl Hinter for NameCompleter {
@@ -170,19 +178,24 @@ impl Completer for NameCompleter {
         at: usize,
         _: &Context<'_>,
     ) -> rustyline::Result<(usize, Vec<String>)> {
-        Ok(completed(line, at, &self.0.borrow()))
+        Ok(completed(line, at, &self.0.borrow(), &self.1))
     }
 }
 
 /// Where the word before `at` begins, and what it may become.
-fn completed(line: &str, at: usize, names: &BTreeSet<String>) -> (usize, Vec<String>) {
+fn completed(
+    line: &str,
+    at: usize,
+    names: &BTreeSet<String>,
+    orders: &[String],
+) -> (usize, Vec<String>) {
     let before = &line[..at];
-    if before.starts_with(':') && !before.contains(' ') {
-        let orders = ORDERS.iter().map(|(order, _)| format!(":{order}"));
-        return (
-            0,
-            orders.filter(|order| order.starts_with(before)).collect(),
-        );
+    if !before.is_empty() && !before.contains(' ') {
+        let own = orders.iter().filter(|order| order.starts_with(before));
+        let own: Vec<String> = own.cloned().collect();
+        if !own.is_empty() || before.starts_with(':') {
+            return (0, own);
+        }
     }
     let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
     let start = before
@@ -208,7 +221,8 @@ mod tests {
     fn names_and_orders_are_completed() {
         let names = ["movej", "movel", "my_speed", "é_name"].map(str::to_owned);
         let names = BTreeSet::from(names);
-        let all = |line: &str| completed(line, line.len(), &names);
+        let orders = [":skip", ":state", ":vars"].map(str::to_owned);
+        let all = |line: &str| completed(line, line.len(), &names, &orders);
         let of = |start: usize, words: &[&str]| {
             let words = words.iter().map(|word| (*word).to_owned());
             (start, words.collect::<Vec<_>>())
@@ -220,7 +234,10 @@ mod tests {
         assert_eq!(all(""), of(0, &[]));
         assert_eq!(all(":s"), of(0, &[":skip", ":state"]));
         assert_eq!(all(":vars my"), of(6, &["my_speed"]));
-        assert_eq!(completed("movej(1)", 3, &names), of(0, &["movej", "movel"]));
+        assert_eq!(
+            completed("movej(1)", 3, &names, &orders),
+            of(0, &["movej", "movel"])
+        );
     }
 
     #[test]

@@ -1,0 +1,272 @@
+//! What an arm cannot do: speeds, accelerations and radii far beyond it, places that it does not reach, joint positions in
+//! which it stands in itself.
+//!
+//! Where it is not known which arm a program is for, only what no built-in arm can do is wrong, and a long tool is
+//! allowed for.
+
+use elite_syntax::ArgumentLiteral;
+use kinematics::collision::link_name;
+use kinematics::{JointPositions, RobotModel};
+use nalgebra::Vector3;
+
+use super::super::declare::{Builtin, Category, Parameter, ParameterType};
+use super::{HintText, numbers};
+
+/// Asking for up to this many times what a joint can do is usual: the controller cuts it.
+const SPEED_FACTOR: f64 = 2.0;
+/// The vendor gives no accelerations; programs ask for several times what arms do.
+const ACCELERATION_FACTOR: f64 = 10.0;
+/// No arm moves its tool faster, m/s.
+const TOOL_SPEED_MAX: f64 = 10.0;
+/// m/s².
+const TOOL_ACCELERATION_MAX: f64 = 150.0;
+/// No blend is rounder, m.
+const RADIUS_MAX: f64 = 2.0;
+/// Length of a tool that nobody has said anything about, m.
+pub const TOOL_LENGTH_MAX: f64 = 0.6;
+/// Links whose housings overlap by more stand in each other, m.
+const OVERLAP_MAX: f64 = 0.02;
+
+const RADIANS: &str = "speeds of joints are in rad/s: turn degrees into radians with d2r()";
+const METRES: &str = "lengths are in metres: divide millimetres by 1000";
+const OF_JOINTS: &str = "if these are joint positions, movej() is the function for them";
+
+/// The limits of one arm, or of all arms together.
+pub(super) struct ArmLimits {
+    /// The arm, or every built-in one.
+    arms: Vec<Arm>,
+    is_one: bool,
+    tool: f64,
+}
+
+struct Arm {
+    model: RobotModel,
+    /// m above the base.
+    shoulder: Vector3<f64>,
+    /// From the shoulder to the flange at most, m.
+    reach: f64,
+}
+
+impl Arm {
+    fn new(model: RobotModel) -> Self {
+        let frames = model.forward(&JointPositions::ZERO);
+        let origins: Vec<Vector3<f64>> = frames
+            .base_from_joint
+            .iter()
+            .map(|pose| pose.translation)
+            .chain([frames.base_from_flange.translation])
+            .collect();
+        // However the joints turn, the flange is no further away than all links in a row.
+        let reach = origins[1..]
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).norm())
+            .sum();
+        Self {
+            shoulder: origins[1],
+            reach,
+            model,
+        }
+    }
+}
+
+impl ArmLimits {
+    pub(super) fn of_any_arm() -> Self {
+        let models = RobotModel::names().filter_map(|name| RobotModel::built_in(name).ok());
+        Self {
+            arms: models.map(Arm::new).collect(),
+            is_one: false,
+            tool: TOOL_LENGTH_MAX,
+        }
+    }
+
+    pub(super) fn of(model: RobotModel, tool: f64) -> Self {
+        Self {
+            arms: vec![Arm::new(model)],
+            is_one: true,
+            tool,
+        }
+    }
+
+    /// What of an argument no arm can do.
+    pub(super) fn violation(
+        &self,
+        builtin: &Builtin,
+        parameter: &Parameter,
+        value: &ArgumentLiteral<'_>,
+    ) -> Option<HintText> {
+        if builtin.category != Category::Motion {
+            return None;
+        }
+        let what = format!("'{}' of {}()", parameter.name, builtin.name);
+        let goes_there = builtin.name.starts_with("move") || builtin.name == "servoj";
+        match (parameter.kind, value) {
+            (ParameterType::Joints, ArgumentLiteral::List(items)) if goes_there => {
+                self.in_itself(&what, &six(items)?)
+            }
+            (ParameterType::Pose, ArgumentLiteral::List(items)) if goes_there => {
+                self.out_of_reach(&what, &six(items)?)
+            }
+            (ParameterType::Number(_), _) => {
+                let given = numbers(std::slice::from_ref(value))?;
+                self.too_much(&what, parameter, *given.first()?)
+            }
+            _ => None,
+        }
+    }
+
+    fn largest(&self, of: impl Fn(&RobotModel) -> f64) -> f64 {
+        self.arms
+            .iter()
+            .map(|arm| of(&arm.model))
+            .fold(0.0, f64::max)
+    }
+
+    fn too_much(&self, what: &str, parameter: &Parameter, given: f64) -> Option<HintText> {
+        let (most, unit, help) = match (parameter.name, parameter.unit) {
+            (_, "rad/s") => {
+                let joints = self.largest(|model| model.limits().speed.max_abs());
+                (SPEED_FACTOR * joints, "rad/s", RADIANS)
+            }
+            (_, "rad/s^2") => {
+                let joints = self.largest(|model| model.limits().acceleration.max_abs());
+                (ACCELERATION_FACTOR * joints, "rad/s²", RADIANS)
+            }
+            (_, "m/s") => (TOOL_SPEED_MAX, "m/s", METRES),
+            (_, "m/s^2") => (TOOL_ACCELERATION_MAX, "m/s²", METRES),
+            ("r", "m") => (RADIUS_MAX, "m", METRES),
+            _ => return None,
+        };
+        (given > most).then(|| {
+            let text = format!("{what} is {given} {unit}, far beyond what the arm can do");
+            ("far-beyond", text, help)
+        })
+    }
+
+    fn out_of_reach(&self, what: &str, pose: &[f64; 6]) -> Option<HintText> {
+        let place = Vector3::new(pose[0], pose[1], pose[2]);
+        // The arm that comes nearest to it.
+        let beyond = |arm: &Arm| (place - arm.shoulder).norm() - arm.reach - self.tool;
+        let best = self
+            .arms
+            .iter()
+            .min_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
+        if beyond(best) <= 0.0 {
+            return None;
+        }
+        let distance = (place - best.shoulder).norm();
+        let reach = best.reach + self.tool;
+        let name = best.model.name();
+        let text = match (self.is_one, self.tool > 0.0) {
+            (true, false) => format!(
+                "{what} is out of reach: {distance:.2} m from the shoulder, a {name} reaches {reach:.2} m"
+            ),
+            (true, true) => format!(
+                "{what} is out of reach: {distance:.2} m from the shoulder, a {name} with a tool of {:.2} m reaches \
+                 {reach:.2} m",
+                self.tool
+            ),
+            (false, _) => format!(
+                "{what} is out of reach: {distance:.2} m from the shoulder, the largest arm with a long tool reaches \
+                 {reach:.2} m"
+            ),
+        };
+        let are_angles = pose.iter().all(|x| x.abs() <= std::f64::consts::TAU);
+        let help = if are_angles { OF_JOINTS } else { METRES };
+        Some(("out-of-reach", text, help))
+    }
+
+    fn in_itself(&self, what: &str, q: &[f64; 6]) -> Option<HintText> {
+        let q = JointPositions(*q);
+        // Angles out of range are degrees, and said as such.
+        if !q.is_finite() || q.max_abs() > std::f64::consts::TAU {
+            return None;
+        }
+        let mut least = None;
+        for arm in &self.arms {
+            let found = arm
+                .model
+                .collision()
+                .self_distance(&arm.model.forward(&q))?;
+            if -found.distance <= OVERLAP_MAX {
+                return None;
+            }
+            least = Some(found);
+        }
+        let found = least?;
+        let (a, b) = found.links;
+        let (a, b) = (link_name(a), link_name(b));
+        let text =
+            format!("{what} folds the arm into itself: {a} and {b} would be in the same place");
+        Some((
+            "self-collision",
+            text,
+            "choose another position for the joints between them",
+        ))
+    }
+}
+
+fn six(items: &[ArgumentLiteral<'_>]) -> Option<[f64; 6]> {
+    numbers(items)?.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtins::{known_names, known_names_for};
+    use elite_syntax::{SourceFile, check};
+
+    fn codes(text: &str) -> Vec<&'static str> {
+        let found = check(SourceFile::new("test.script", text), &known_names());
+        found.iter().map(|finding| finding.code).collect()
+    }
+
+    #[test]
+    fn what_no_arm_can_do_is_found() {
+        for (text, code) in [
+            (
+                "movej([0, -1.57, 1.57, -1.57, -1.57, 0], v=60)",
+                "far-beyond",
+            ),
+            (
+                "movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=1400)",
+                "far-beyond",
+            ),
+            ("movel([0.4, 0, 0.3, 3.14, 0, 0], v=250)", "far-beyond"),
+            ("movel([0.4, 0, 0.3, 3.14, 0, 0], a=1200)", "far-beyond"),
+            ("movel([0.4, 0, 0.3, 3.14, 0, 0], r=50)", "far-beyond"),
+            ("movel([3.4, 0, 0.3, 3.14, 0, 0])", "out-of-reach"),
+            (
+                "fast = 250\nmovel([0.4, 0, 0.3, 3.14, 0, 0], v=fast)",
+                "far-beyond",
+            ),
+            ("movej([0, -1.57, 2.9, 0, 0, 0])", "self-collision"),
+        ] {
+            assert_eq!(codes(text), [code], "{text}");
+        }
+        for text in [
+            "movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=8, v=3.9, r=0.1)",
+            "movel([1.9, 0, 0.3, 3.14, 0, 0], a=10, v=2)",
+            "ok = get_inverse_kin_has_solution([3.4, 0, 0.3, 3.14, 0, 0])",
+            "fast = 1\nif get_standard_digital_in(0):\n  fast = 250\nmovel([0.4, 0, 0.3, 3.14, 0, 0], v=fast)",
+        ] {
+            assert_eq!(codes(text), [""; 0], "{text}");
+        }
+    }
+
+    #[test]
+    fn one_arm_is_measured_by_itself() {
+        let text = "movel([1.4, 0, 0.3, 3.14, 0, 0])";
+        let found = |model: &str, tool: f64| {
+            let model = RobotModel::built_in(model).unwrap();
+            let known = known_names_for(model, tool);
+            check(SourceFile::new("test.script", text), &known)
+        };
+        let small = found("cs66", 0.0);
+        assert_eq!(small.len(), 1, "{small:?}");
+        assert!(small[0].message.contains("a cs66 reaches"), "{small:?}");
+        let chinese = crate::chinese::finding(&small[0]);
+        assert!(chinese.message.contains("够不到"), "{chinese:?}");
+        assert!(found("cs66", 0.5).is_empty());
+        assert!(found("cs620", 0.0).is_empty());
+    }
+}
