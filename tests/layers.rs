@@ -161,6 +161,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "kinematics",
             "motion-api",
             "recorder",
+            "ros2",
             "server",
             "supervision",
             "task-memory",

@@ -321,11 +321,6 @@ impl Robot {
         Some(outcome)
     }
 
-    /// Nobody will ask how a requested command ended.
-    pub fn forget(&self, id: CommandId) {
-        self.awaited().drop_waiter(id);
-    }
-
     /// What a command is called that has not been forgotten yet.
     pub fn command_name(&self, id: CommandId) -> Option<&'static str> {
         let awaited = self.awaited();

@@ -473,6 +473,9 @@ pub struct ReplayArgs {
     /// Draw joint positions, speeds, torques and force over time
     #[arg(long, value_name = "OUT.png", group = "what")]
     pub plot: Option<PathBuf>,
+    /// Write it as a bag of ROS 2 (MCAP, CDR) into this new folder
+    #[arg(long, value_name = "FOLDER", group = "what")]
+    pub rosbag2: Option<PathBuf>,
     /// Print when a condition held, the line and the position then: "safety_mode != normal"
     #[arg(long, value_name = "CONDITION", group = "what")]
     pub find: Option<String>,
