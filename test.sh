@@ -156,6 +156,7 @@ visiting() {
     renice -n 5 -p "$BASHPID" >/dev/null
     part "the Python module, without optimisation" module
     if [ "$all" = 1 ]; then
+        part "the node against real ROS 2: topics, services, trajectories, robustness" env -u ELITESERVER tests/ros2/run.sh
         part "the book of docs/, its links" packaging/book.sh
         part "what registries say of the versions in the lock files" packaging/audit.py
     fi

@@ -167,6 +167,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "motion-api",
             "program-import",
             "recorder",
+            "ros2",
             "server",
             "supervision",
             "task-memory",

@@ -152,6 +152,11 @@ pub enum FromNode {
     },
     /// A trajectory of the topic.
     Trajectory(JointTrajectory),
+    /// So many samples were published since the last time; only under simulated time.
+    Shown {
+        /// Their number.
+        samples: u32,
+    },
 }
 
 /// What a service asks for.

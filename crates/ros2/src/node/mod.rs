@@ -150,6 +150,7 @@ impl NodeBuilder {
 }
 
 struct RunningNode {
+    simulated_time: bool,
     publishers: Publishers,
     services: Services,
     parameters: ParameterServices,
@@ -193,6 +194,7 @@ impl RunningNode {
             },
         };
         let running = Self {
+            simulated_time: setup.simulated_time,
             publishers: Publishers::new(&mut builder, setup)?,
             services: Services::new(&mut builder)?,
             parameters: ParameterServices::new(&mut builder, setup)?,
@@ -248,11 +250,16 @@ impl RunningNode {
             if frames.is_closed() {
                 return Ok(());
             }
+            let mut out = Vec::new();
+            if self.simulated_time && !samples.is_empty() {
+                // As many as the controller may be ahead of what it is told here.
+                let samples = samples.len() as u32;
+                out.push(FromNode::Shown { samples });
+            }
             let skipped = samples.len().saturating_sub(SAMPLES_BEHIND_MAX);
             for sample in samples.drain(..).skip(skipped) {
                 self.publishers.publish(&sample);
             }
-            let mut out = Vec::new();
             self.services.poll(&mut out);
             self.parameters.poll();
             self.action.poll(&mut out);

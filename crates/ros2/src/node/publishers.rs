@@ -1,6 +1,6 @@
 //! The topics that go out.
 
-use ros2_client::qos::{Durability, QosProfile};
+use ros2_client::qos::{Durability, QosProfile, WhenFull};
 use ros2_client::{Publisher, WriteResult};
 
 use super::{NodeBuilder, NodeError, stream};
@@ -63,7 +63,11 @@ impl Publishers {
             safety_mode: node.publisher(topic::SAFETY_MODE, latched(1))?,
             task_running: node.publisher(topic::TASK_RUNNING, latched(1))?,
             clock: match setup.simulated_time {
-                true => Some(node.publisher(topic::CLOCK, stream(10))?),
+                // Time waits a little for those who follow it.
+                true => Some(node.publisher(
+                    topic::CLOCK,
+                    stream(100).reliability_reliable(WhenFull::DEFAULT),
+                )?),
                 false => None,
             },
             modes: None,

@@ -297,7 +297,7 @@ impl PortBackend {
 
     /// Gives the robot a command and returns when a cycle has taken it, so that what a client asks next, in the next
     /// line or on another port, is already answered by a state with it.
-    async fn send_and_wait_taken(&self, command: CommandKind) {
+    pub(super) async fn send_and_wait_taken(&self, command: CommandKind) {
         let before = self.robot.state().cycle;
         self.send_when_room(command).await;
         let patience = tokio::time::Instant::now() + TAKEN_WITHIN;

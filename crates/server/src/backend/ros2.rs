@@ -73,6 +73,7 @@ impl PortBackend {
             setup,
             rate: ros2.rate,
             epoch,
+            time_factor: ros2.time_factor,
         })
     }
 }

@@ -669,6 +669,9 @@ pub struct ReplayArgs {
         allow_negative_numbers = true
     )]
     pub to: Option<f64>,
+    /// Write it as a bag of ROS 2 (MCAP, CDR) into this new folder
+    #[arg(long, value_name = "FOLDER", group = "what")]
+    pub rosbag2: Option<PathBuf>,
     /// Print when a condition held, the line and the position then: "safety_mode != normal"
     #[arg(long, value_name = "CONDITION", group = "what")]
     pub find: Option<String>,

@@ -274,6 +274,9 @@ fn open_page(
     Ok(page)
 }
 
+/// The task that keeps the ROS 2 node.
+type NodeTask = tokio::task::JoinHandle<Result<(), supervision::Fault>>;
+
 /// Starts the ROS 2 node; the task ends with `token`, when the node's process has ended.
 fn start_node(
     config: &ServeConfig,
@@ -281,7 +284,7 @@ fn start_node(
     backend: &Arc<PortBackend>,
     faults: &ThreadSupervisor,
     token: &CancellationToken,
-) -> Result<tokio::task::JoinHandle<()>, ServeError> {
+) -> Result<NodeTask, ServeError> {
     let plan = backend.node_plan(config, ros2).map_err(ServeError::Ros2)?;
     if !ros2.is_loopback_only() {
         tracing::warn!(

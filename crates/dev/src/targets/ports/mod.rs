@@ -12,6 +12,7 @@ mod modbus_server;
 mod opening;
 mod primary;
 mod query;
+mod ros2;
 mod rtsi;
 mod script_socket;
 mod xmlrpc;
@@ -19,6 +20,21 @@ mod xmlrpc;
 use super::{Target, as_they_are, files_of};
 
 pub(super) const TARGETS: &[Target] = &[
+    Target {
+        name: "ros2-link",
+        about: "the link to the process of the ROS 2 node: messages, and trajectories within the limits",
+        check: ros2::judge,
+        render_input: as_they_are,
+        seeds: ros2::seeds,
+        words: &[
+            b"shoulder_pan_joint\0",
+            b"\x06\0\0\0",
+            b"\xff\xff\xff\xff",
+            b"\0\0\0\0\0\0\xf8\x7f",
+            b"\0\0\0\0\0\0\xf0\x7f",
+        ],
+        bytes_max: 2000,
+    },
     Target {
         name: "primary",
         about: "port 30001: programs framed the same in any pieces, bounded",

@@ -10,6 +10,7 @@ mod find;
 mod plot;
 mod programs;
 pub mod rerun;
+mod rosbag;
 pub(crate) mod script;
 mod serve;
 mod state;
@@ -30,6 +31,7 @@ pub use controller::condition::ConditionError;
 pub use plot::PictureError;
 pub use programs::{ProgramsComparison, ProgramsError, rerun_programs};
 pub use rerun::{Comparison, RerunError};
+pub use rosbag::BagError;
 pub use serve::ServeRecordingError;
 
 /// Characters of a sentence; what a file says of itself may be of any length.
@@ -105,12 +107,21 @@ pub enum ReplayError {
     /// The recording cannot be run again.
     #[error(transparent)]
     Rerun(#[from] RerunError),
+    /// There is no bag of the recording.
+    #[error(transparent)]
+    Bag(Box<rosbag::BagError>),
     /// The recording cannot be served.
     #[error(transparent)]
     Serve(Box<ServeRecordingError>),
     /// The answer cannot be written.
     #[error("cannot write the answer: {0}")]
     Output(#[from] io::Error),
+}
+
+impl From<rosbag::BagError> for ReplayError {
+    fn from(error: rosbag::BagError) -> Self {
+        ReplayError::Bag(Box::new(error))
+    }
 }
 
 impl From<ServeRecordingError> for ReplayError {
@@ -217,6 +228,13 @@ fn answer_about(
         csv::print(recording, topic, out)?;
     } else if let Some(path) = &args.plot {
         plot::plot(recording, path, (args.from, args.to))?;
+    } else if let Some(folder) = &args.rosbag2 {
+        let cycles = rosbag::write(recording, folder)?;
+        writeln!(
+            out,
+            "{}: {cycles} cycles as a bag of ROS 2",
+            folder.display()
+        )?;
     } else if let Some(condition) = &args.find {
         answer_of(recording, &Question::Find(condition.clone()), out)?;
     } else if args.script {

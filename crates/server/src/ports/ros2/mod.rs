@@ -9,6 +9,7 @@ mod orders;
 mod outbox;
 mod process;
 mod session;
+mod simulated_time;
 
 use std::sync::Arc;
 
@@ -41,4 +42,6 @@ pub struct NodePlan {
     pub rate: Option<f64>,
     /// What is added to the time of a cycle, ns.
     pub epoch: i64,
+    /// Simulated seconds a second; without it as many as the node keeps up with.
+    pub time_factor: Option<f64>,
 }

@@ -93,12 +93,11 @@ fn io_changes(asked: &SetIoRequest) -> Option<Vec<IoChange>> {
     let pin = u8::try_from(asked.pin).ok()?;
     let digital = |bank: DigitalBank, count: u8| {
         let mask = 1_u32 << bank.bit(pin.min(count - 1));
-        let level = match asked.state {
+        let levels = match asked.state {
             0.0 => 0,
             1.0 => mask,
             _ => return None,
         };
-        let levels = level;
         (pin < count).then(|| vec![IoChange::DigitalOut { mask, levels }])
     };
     match asked.fun {

@@ -22,6 +22,7 @@ use super::goals::Goals;
 use super::orders::carry_out;
 use super::outbox::Outbox;
 use super::process::NodeEnd;
+use super::simulated_time::SimulatedTime;
 use super::{NodePlan, Ros2Backend};
 use crate::ports::description::TaskStatus;
 use crate::ports::sample::Sample;
@@ -53,7 +54,9 @@ pub(super) async fn serve_link<B: Ros2Backend>(
         Goals::new(plan.setup.prefix.clone(), plan.epoch),
         backend.robot(),
     );
+    let mut time = None;
     loop {
+        let may_pass = outbox.is_empty() && samples.is_empty();
         tokio::select! {
             () = shutdown.cancelled() => {
                 outbox.push(&ToNode::End)?;
@@ -64,6 +67,7 @@ pub(super) async fn serve_link<B: Ros2Backend>(
                 let _ = timeout(FAREWELL, write).await;
                 return Err(NodeEnd::Asked);
             }
+            () = next_cycle(&mut time), if may_pass => {}
             written = outbox.write(&mut writer), if !outbox.is_empty() => written?,
             Err(why) = &mut reading => return Err(why),
             Some((request, (success, message))) = orders.next() => {
@@ -71,10 +75,18 @@ pub(super) async fn serve_link<B: Ros2Backend>(
             }
             Some(frame) = coming.recv(), if orders.len() < ORDERS_MAX => match frame {
                 FromNode::Ready { version: VERSION } => {
+                    if plan.setup.simulated_time {
+                        time = Some(SimulatedTime::begin(backend.robot(), plan.time_factor));
+                    }
                     tracing::info!("the ROS 2 node is there: domain {}", plan.setup.domain);
                 }
                 FromNode::Ready { version } => {
                     return Err(LinkError::Version { theirs: version }.into());
+                }
+                FromNode::Shown { samples } => {
+                    if let Some(time) = &mut time {
+                        time.shown(samples);
+                    }
                 }
                 FromNode::Request { request, order } => {
                     let of_goal = order_to_goal(&order, &mut goals.0, backend.robot());
@@ -109,6 +121,9 @@ pub(super) async fn serve_link<B: Ros2Backend>(
                     if pace.is_due(sample.state.time) {
                         let model = backend.robot().model();
                         outbox.push(&ToNode::Sample(node_sample(&sample, model, plan.epoch)))?;
+                        if let Some(time) = &mut time {
+                            time.sent();
+                        }
                     }
                 }
                 Err(RecvError::Lagged(_)) => {}
@@ -161,6 +176,14 @@ fn node_sample(sample: &Sample, model: &RobotModel, epoch: i64) -> NodeSample {
     let is_running = sample.task == TaskStatus::Running;
     let stamp = epoch + (sample.state.time * 1e9).round() as i64;
     NodeSample::of(&sample.state, model, is_running, stamp)
+}
+
+/// Lets simulated time pass by a cycle when that is due; never where time is not simulated.
+async fn next_cycle(time: &mut Option<SimulatedTime<'_>>) {
+    match time {
+        Some(time) => time.pass().await,
+        None => std::future::pending().await,
+    }
 }
 
 /// Reads frames until the link ends or what comes is none.

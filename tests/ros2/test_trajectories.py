@@ -1,0 +1,224 @@
+"""Goals of FollowJointTrajectory: followed, refused, canceled, replaced, held, stopped."""
+
+import math
+import time
+
+import pytest
+from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
+from builtin_interfaces.msg import Duration
+from conftest import JOINTS
+from control_msgs.action import FollowJointTrajectory
+from control_msgs.msg import JointTolerance
+from eli_common_interface.srv import SetSpeedSliderFraction
+from rclpy.action import ActionClient
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+ACTION = "scaled_joint_trajectory_controller/follow_joint_trajectory"
+TOPIC = "scaled_joint_trajectory_controller/joint_trajectory"
+
+
+def span(seconds):
+    return Duration(sec=int(seconds), nanosec=round(seconds % 1 * 1e9))
+
+
+def point(seconds, positions, velocities=(), accelerations=()):
+    return JointTrajectoryPoint(
+        positions=list(positions), velocities=list(velocities), accelerations=list(accelerations),
+        time_from_start=span(seconds))
+
+
+def goal_of(points, names=JOINTS):
+    goal = FollowJointTrajectory.Goal()
+    goal.trajectory.joint_names = list(names)
+    goal.trajectory.points = points
+    return goal
+
+
+class Arm:
+    """What tests do with the arm."""
+
+    def __init__(self, peer):
+        self.peer = peer
+        self.states = peer.collect(JointState, "joint_states", 500)
+        self.client = ActionClient(peer.node, FollowJointTrajectory, ACTION)
+        assert self.client.wait_for_server(20)
+        peer.wait_for(lambda: self.states, what="joint states")
+        time.sleep(1.0)
+
+    def now(self):
+        return list(self.states[-1][1].position)
+
+    def send(self, goal, **options):
+        return self.peer.result(self.client.send_goal_async(goal, **options), 30, "the answer to a goal")
+
+    def result(self, handle, seconds=60):
+        return self.peer.result(handle.get_result_async(), seconds, "the result of a goal")
+
+    def go(self, goal, seconds=60):
+        handle = self.send(goal)
+        assert handle.accepted
+        return self.result(handle, seconds)
+
+
+@pytest.fixture(scope="module")
+def arm(peer):
+    return Arm(peer)
+
+
+def along(points, t):
+    """Positions that points with speeds ask for: cubics."""
+    for (t0, p0, v0), (t1, p1, v1) in zip(points, points[1:]):
+        if t <= t1:
+            h = t1 - t0
+            s = (t - t0) / h
+            return [
+                (1 + 2 * s) * (1 - s) ** 2 * a + s * (1 - s) ** 2 * h * va + s * s * (3 - 2 * s) * b
+                + s * s * (s - 1) * h * vb
+                for a, b, va, vb in zip(p0, p1, v0, v1)
+            ]
+    return points[-1][1]
+
+
+def test_a_goal_with_speeds_is_followed_to_a_thousandth(arm):
+    start = arm.now()
+    by = [0.4, -0.2, 0.3, 0.1, -0.3, 0.5]
+    middle = [a + b for a, b in zip(start, by)]
+    zero, speed = [0.0] * 6, [0.3 * b for b in by]
+    end = [a + 1.5 * b for a, b in zip(start, by)]
+    points = [(0.0, start, zero), (2.0, middle, speed), (4.0, end, zero)]
+    feedback = []
+    before = len(arm.states)
+    handle = arm.send(
+        goal_of([point(2.0, middle, speed), point(4.0, end, zero)]),
+        feedback_callback=lambda message: feedback.append(message.feedback))
+    result = arm.result(handle)
+    assert result.status == GoalStatus.STATUS_SUCCEEDED
+    assert result.result.error_code == FollowJointTrajectory.Result.SUCCESSFUL
+    states = [m for _, m in arm.states[before:]]
+    stamps = [m.header.stamp.sec + m.header.stamp.nanosec * 1e-9 for m in states]
+    begun = next(i for i, m in enumerate(states) if max(map(abs, m.velocity)) > 1e-6)
+    best = math.inf
+    for shift in range(-6, 3):
+        first = stamps[begun] + shift * 0.004
+        worst = max(
+            max(abs(a - b) for a, b in zip(m.position, along(points, t - first)))
+            for t, m in zip(stamps[begun:], states[begun:]) if 0 <= t - first <= 4.0)
+        best = min(best, worst)
+    assert best < 1e-3, best
+    assert max(abs(a - b) for a, b in zip(arm.now(), end)) < 1e-3
+    assert len(feedback) > 40
+    assert feedback[0].joint_names == JOINTS and len(feedback[0].error.positions) == 6
+
+
+def test_joints_in_another_order_and_positions_alone(arm):
+    start = arm.now()
+    end = [p - 0.2 for p in start]
+    names = JOINTS[::-1]
+    result = arm.go(goal_of([point(1.0, [p - 0.1 for p in start][::-1]), point(2.0, end[::-1])], names))
+    assert result.status == GoalStatus.STATUS_SUCCEEDED
+    assert max(abs(a - b) for a, b in zip(arm.now(), end)) < 1e-3
+
+
+@pytest.mark.parametrize("change, code, said", [
+    (lambda g: g.trajectory.joint_names.__setitem__(2, "elbow"), -2, "elbow_joint"),
+    (lambda g: g.trajectory.points.clear(), -1, "no point"),
+    (lambda g: g.trajectory.points[0].positions.__setitem__(0, math.nan), -1, "NaN"),
+    (lambda g: setattr(g.trajectory.points[1], "time_from_start", span(1.0)), -1, "not after"),
+    (lambda g: g.trajectory.points[0].positions.__setitem__(0, 100.0), -1, "beyond its limit"),
+    (lambda g: setattr(g.trajectory.points[0], "time_from_start", span(0.001)), -1, "speed"),
+    (lambda g: setattr(g.trajectory, "points", [g.trajectory.points[0]] * 20_000), -1, "20000 points"),
+])
+def test_wrong_goals_end_with_their_code_and_a_text(arm, change, code, said):
+    before = arm.now()
+    goal = goal_of([point(1.0, [p + 0.1 for p in before]), point(2.0, before)])
+    change(goal)
+    result = arm.go(goal)
+    assert result.status == GoalStatus.STATUS_ABORTED
+    assert result.result.error_code == code
+    assert said in result.result.error_string
+    assert arm.now() == before
+
+
+def test_a_canceled_goal_brakes_on_its_way(arm):
+    start = arm.now()
+    end = [p + 0.6 for p in start]
+    handle = arm.send(goal_of([point(4.0, end, [0.0] * 6)]))
+    time.sleep(1.5)
+    answer = arm.peer.result(handle.cancel_goal_async())
+    assert answer.return_code == CancelGoal.Response.ERROR_NONE and len(answer.goals_canceling) == 1
+    result = arm.result(handle)
+    assert result.status == GoalStatus.STATUS_CANCELED
+    here = arm.now()
+    by = [b - a for a, b in zip(start, here)]
+    assert 0.01 < by[0] < 0.55 and max(by) - min(by) < 1e-3
+    again = arm.peer.result(handle.cancel_goal_async())
+    assert again.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
+
+
+def test_a_new_goal_replaces_the_old_one_without_a_jump(arm):
+    start = arm.now()
+    first = arm.send(goal_of([point(3.0, [p - 0.5 for p in start], [0.0] * 6)]))
+    time.sleep(1.2)
+    before = len(arm.states)
+    second = arm.send(goal_of([point(2.0, start, [0.0] * 6)]))
+    assert arm.result(first).status in (GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED)
+    assert arm.result(second).status == GoalStatus.STATUS_SUCCEEDED
+    states = [m for _, m in arm.states[before - 5:]]
+    for a, b in zip(states, states[1:]):
+        step = b.header.stamp.sec - a.header.stamp.sec + (b.header.stamp.nanosec - a.header.stamp.nanosec) * 1e-9
+        for j in range(6):
+            assert abs(b.velocity[j] - a.velocity[j]) < 25.0 * step + 1e-6
+    assert max(abs(a - b) for a, b in zip(arm.now(), start)) < 1e-3
+
+
+def test_the_slider_stretches_time_and_a_pause_holds(arm):
+    peer, start = arm.peer, arm.now()
+    slider = lambda x: peer.call(
+        SetSpeedSliderFraction, "io_and_status_controller/set_speed_slider",
+        SetSpeedSliderFraction.Request(speed_slider_fraction=x)).success
+    assert slider(0.5)
+    begun = time.monotonic()
+    result = arm.go(goal_of([point(1.5, [p + 0.2 for p in start], [0.0] * 6)]))
+    assert result.status == GoalStatus.STATUS_SUCCEEDED
+    assert 2.9 < time.monotonic() - begun < 5.0
+    assert slider(1.0)
+    handle = arm.send(goal_of([point(6.0, start, [0.0] * 6)]))
+    assert peer.call(Trigger, "dashboard_client/pause").success
+    peer.wait_for(lambda: max(map(abs, arm.states[-1][1].velocity)) == 0.0, what="rest")
+    held = arm.now()
+    time.sleep(0.5)
+    assert arm.now() == held and max(abs(a - b) for a, b in zip(held, start)) > 0.01
+    assert peer.call(Trigger, "dashboard_client/play").success
+    assert arm.result(handle).status == GoalStatus.STATUS_SUCCEEDED
+
+
+def test_a_goal_is_rejected_where_the_arm_cannot_move(arm):
+    peer, start = arm.peer, arm.now()
+    assert peer.call(Trigger, "dashboard_client/power_off").success
+    time.sleep(1.0)
+    handle = arm.send(goal_of([point(1.0, start)]))
+    assert not handle.accepted
+    assert peer.call(Trigger, "dashboard_client/brake_release").success
+    time.sleep(3.0)
+
+
+def test_a_trajectory_of_the_topic_is_followed(arm):
+    start = arm.now()
+    publisher = arm.peer.node.create_publisher(JointTrajectory, TOPIC, 1)
+    arm.peer.wait_for(lambda: publisher.get_subscription_count() > 0, what="the subscription")
+    time.sleep(1.0)
+    message = JointTrajectory(joint_names=JOINTS, points=[point(1.0, [p + 0.1 for p in start], [0.0] * 6)])
+    publisher.publish(message)
+    arm.peer.wait_for(
+        lambda: max(abs(a - b - 0.1) for a, b in zip(arm.now(), start)) < 1e-3, what="the end of the trajectory")
+
+
+def test_tolerances_of_a_goal_count(arm):
+    start = arm.now()
+    goal = goal_of([point(1.0, [p - 0.1 for p in start], [0.0] * 6)])
+    goal.goal_tolerance = [JointTolerance(name="elbow_joint", position=math.inf)]
+    result = arm.go(goal)
+    assert result.status == GoalStatus.STATUS_ABORTED and "tolerance" in result.result.error_string
