@@ -1,6 +1,12 @@
 //! The mistakes that people make most, as transcripts of what the terminal says: what `check` finds, and what `run` says
 //! of the same program, in English and in Chinese.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test fails by panicking"
+)]
+
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -1,6 +1,12 @@
 //! What people see at the terminal: `run` of programs that do not end, `check` of folders, `builtins`, the debugger's
 //! prompt, what programs print through `send` and `shell`, pictures of a part of a recording.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test fails by panicking"
+)]
+
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Output, Stdio};

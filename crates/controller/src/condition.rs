@@ -396,7 +396,7 @@ mod tests {
         use kinematics::RobotModel;
         use path_planning::{ObstaclePlace, PlacedShape, Shape};
         let condition = Condition::new("condition", "clearance() < 0.05").unwrap();
-        let home = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
+        let home = [0.0, -1.55, 1.55, -1.55, -1.55, 0.0];
         let mut cycle = CycleMessage {
             cycle: 1,
             actual_q: home.to_vec(),

@@ -1,5 +1,13 @@
 //! How near the motions of programs come to anything, and paths that keep a margin, both by running programs.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::result_large_err,
+    clippy::approx_constant,
+    reason = "a test fails by panicking; poses are those that people write"
+)]
+
 use std::io::Write;
 use std::time::Duration;
 

@@ -348,7 +348,7 @@ mod tests {
     use crate::messages::{Duration, JointTrajectoryPoint};
 
     pub(crate) const LIMITS: TrajectoryLimits = TrajectoryLimits {
-        positions: [(-6.28, 6.28); 6],
+        positions: [(-6.25, 6.25); 6],
         speeds: [3.0; 6],
     };
 
@@ -395,7 +395,7 @@ mod tests {
                 -1,
                 "100000 points",
             ),
-            (|t| drop(t.points[1].positions.pop()), -1, "5 numbers"),
+            (|t| t.points[1].positions.truncate(5), -1, "5 numbers"),
             (|t| t.points[1].positions.clear(), -1, "0 numbers"),
             (
                 |t| t.points[1].velocities = vec![0.0; 3],
@@ -425,7 +425,7 @@ mod tests {
             (
                 |t| t.points[1].positions[0] = 7.0,
                 -1,
-                "beyond its limit, 6.28",
+                "beyond its limit, 6.25",
             ),
             (|t| t.points[1].velocities = vec![3.5; 6], -1, "speed 3.5"),
         ];

@@ -287,7 +287,7 @@ mod tests {
     use super::*;
 
     const LIMITS: TrajectoryLimits = TrajectoryLimits {
-        positions: [(-6.28, 6.28); 6],
+        positions: [(-6.25, 6.25); 6],
         speeds: [3.0; 6],
     };
     const START: ArmStart = ArmStart {

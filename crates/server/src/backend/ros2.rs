@@ -114,7 +114,7 @@ mod tests {
             ["<link ", "<joint ", "<parent ", "<child "]
                 .iter()
                 .map(|tag| urdf.matches(tag).count())
-                .sum()
+                .sum::<usize>()
         });
     }
 }

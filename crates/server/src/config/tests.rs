@@ -21,7 +21,7 @@ fn typed(line: &str) -> ServeArgs {
 
 fn serve(line: &str, toml: &str) -> Result<ServeConfig, ConfigError> {
     let mut args = typed(line);
-    merge_file(&mut args, Path::new("e.toml"), toml)?;
+    merge_file(&mut args, Path::new("e.toml"), toml, None)?;
     ServeConfig::load(args)
 }
 
