@@ -96,8 +96,9 @@ fn every_program_that_moves_runs_again_from_its_recording() {
     let mut programs = scripts(&root().join("tests/moves"));
     assert!(programs.len() >= 7, "{programs:?}");
     // Those of examples/testing and examples/errors wait for machines that only their tests play; those of
-    // examples/reference, and files whose names begin with `test_`, are tests.
-    let others = ["testing", "errors", "reference"].map(|name| root().join("examples").join(name));
+    // examples/reference, and files whose names begin with `test_`, are tests; examples/cells have a test of their own.
+    let others =
+        ["testing", "errors", "reference", "cells"].map(|name| root().join("examples").join(name));
     programs.extend(
         scripts(&root().join("examples"))
             .into_iter()

@@ -1,5 +1,6 @@
 //! Tests of controllers without ports, in one binary: a file each.
 
+mod cell_world;
 mod common;
 
 mod clearance;
