@@ -332,6 +332,17 @@ impl Robot {
         self.awaited().open.get(&id).map(|entry| entry.command)
     }
 
+    /// Hands `each` the motions that were carried out to their end in this cycle and whose senders have not been told
+    /// yet, in their order.
+    pub fn for_motions_done_in(&self, cycle: u64, mut each: impl FnMut(&Command)) {
+        for entry in self.awaited().open.values() {
+            let is_done = entry.ended_in == cycle && entry.outcome == Some(Outcome::Done);
+            if is_done && entry.command.kind.is_motion() {
+                each(&entry.command);
+            }
+        }
+    }
+
     /// True once a requested command has ended.
     pub fn has_ended(&self, id: CommandId) -> bool {
         self.has_ended_by(id, u64::MAX)

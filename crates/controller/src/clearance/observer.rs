@@ -131,6 +131,9 @@ impl MeasuredProgram {
             history.push((state.time, nearest.distance));
         }
         let before = self.rows.len();
+        if let Some(robot) = robot {
+            self.note_short_motions(state.cycle, robot);
+        }
         if state.command_id != CommandId::NONE && state.command_id != self.command {
             self.command = state.command_id;
             self.begin_row(robot);
@@ -147,7 +150,11 @@ impl MeasuredProgram {
             false => row.distance(),
         };
         let found = self.tracker.advance(&self.scene, &q, threshold);
-        let first = self.rows.len() - 1 - usize::from(is_shared && before > 0);
+        // The rows that are new, and the one before them.
+        let first = match is_shared {
+            true => before.saturating_sub(1),
+            false => before - 1,
+        };
         for row in &mut self.rows[first..] {
             if let Some(place) = &found {
                 row.note_place(place, &self.scene, state);
@@ -157,6 +164,30 @@ impl MeasuredProgram {
                 row.note_posture(&q, &self.scene);
             }
         }
+    }
+
+    /// Motions that began and ended within this cycle, because the arm was there already, get their rows.
+    fn note_short_motions(&mut self, cycle: u64, robot: &Robot) {
+        let mut short = Vec::new();
+        robot.for_motions_done_in(cycle, |command| {
+            if command.id > self.command {
+                short.push((command.id, command.origin.line, command.kind.name()));
+            }
+        });
+        for (id, line, kind) in short {
+            self.command = id;
+            self.push_row(line, kind);
+        }
+    }
+
+    fn push_row(&mut self, line: u32, kind: &'static str) {
+        if self.rows.len() >= ROWS_MAX {
+            return;
+        }
+        let before = self.nodes.partition_point(|(begins, _)| *begins <= line);
+        let node = before.checked_sub(1).and_then(|at| self.nodes.get(at));
+        let node = node.map(|(_, label)| label.clone());
+        self.rows.push(MotionClearance::new(line, node, kind));
     }
 
     /// A command has begun: it gets a row, unless it goes on with what the last one did.
@@ -183,14 +214,9 @@ impl MeasuredProgram {
             .rows
             .last()
             .is_some_and(|last| !is_planned && last.line == line && last.kind == kind);
-        let is_full = self.rows.len() >= ROWS_MAX;
-        if goes_on || is_full || (is_overlay && !self.rows.is_empty()) {
-            return;
+        if !goes_on && (!is_overlay || self.rows.is_empty()) {
+            self.push_row(line, kind);
         }
-        let before = self.nodes.partition_point(|(begins, _)| *begins <= line);
-        let node = before.checked_sub(1).and_then(|at| self.nodes.get(at));
-        let node = node.map(|(_, label)| label.clone());
-        self.rows.push(MotionClearance::new(line, node, kind));
     }
 }
 

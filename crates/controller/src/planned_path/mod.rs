@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use elite_runtime::ProgramText;
 use kinematics::{JointPositions, Pose};
-use path_planning::{CollisionScene, ObstaclePlace, PathError, PathRequest};
+use path_planning::{CollisionScene, JointPath, ObstaclePlace, PathError, PathRequest};
 use thiserror::Error;
 
 use crate::clearance::{
@@ -27,6 +27,8 @@ pub use request::{DEFAULT_ACCELERATION, DEFAULT_SPEED, PathTarget, PlanOptions};
 
 /// The search keeps this more than the margin, m: what is proven is proven to less, and rounding is not to count.
 const RESERVE: f64 = 3e-4;
+/// A second path is looked for that keeps this much more, m: in its corners there is room for blends.
+const BLEND_ROOM: f64 = 0.015;
 /// Of the shorter of its two pieces a blend takes so much, as seen from the TCP.
 const BLEND_SHARE: f64 = 0.45;
 /// Largest blend, m.
@@ -143,37 +145,33 @@ pub fn plan_path(
     let mut should_stop = || began.elapsed() > options.time || !keep_going();
     let path =
         path_planning::plan(&request, &mut should_stop).map_err(|error| planner.explain(error))?;
-    let end = path.corners.last().copied().unwrap_or(config.home);
-    let mut waypoints = path.corners.clone();
-    let goal = goals.iter().find(|goal| goal.before_line == end);
-    let has_line = options.approach > 0.0;
-    if let Some(goal) = goal.filter(|_| has_line) {
-        waypoints.push(goal.target);
+    // Blends need room: with more of it around the corners a longer path may be driven in less time.
+    let mut paths = vec![path];
+    if paths[0].corners.len() > 2 {
+        let roomier = PathRequest {
+            margin: request.margin + BLEND_ROOM,
+            ..request
+        };
+        paths.extend(path_planning::plan(&roomier, &mut should_stop).ok());
     }
-    let mut warnings = Vec::new();
-    let mut least_allowed = options.margin;
-    for (pair, left) in &path.lowered {
-        let (a, b) = scene.names(*pair);
-        least_allowed = least_allowed.min(*left - RESERVE);
-        warnings.push(format!(
-            "{a} and {b} are only {:.1} mm apart at an end of the path; there the margin of {:.1} mm is not kept",
-            left * 1e3,
-            options.margin * 1e3
-        ));
-    }
-    let mut radii = planner.first_radii(&waypoints, &path.via);
     let planning_time = began.elapsed().as_secs_f64();
-    let (text, run) = planner.drive(&waypoints, &mut radii, least_allowed, keep_going)?;
-    let distance = run.distance();
-    Ok(PlannedPath {
-        length: path_planning::length(&waypoints),
-        waypoints,
-        program: text,
-        distance: distance.is_finite().then_some(distance),
-        time: run.result.time,
-        planning_time,
-        warnings,
-    })
+    let mut driven: Vec<PlannedPath> = Vec::new();
+    let mut failed = None;
+    for path in paths {
+        match planner.finish(path, &goals, planning_time, keep_going) {
+            Ok(path) => driven.push(path),
+            Err(error) => failed = failed.or(Some(error)),
+        }
+    }
+    let quicker = |best: PlannedPath, other: PlannedPath| match other.time < best.time {
+        true => other,
+        false => best,
+    };
+    match (driven.into_iter().reduce(quicker), failed) {
+        (Some(best), _) => Ok(best),
+        (None, Some(error)) => Err(error),
+        (None, None) => Err(no_path(NoPathReason::NoPath, "no path was found")),
+    }
 }
 
 /// The scene of the settings, with what is held on the flange.
@@ -298,6 +296,48 @@ impl PathPlanner<'_> {
                     "the arm cannot follow the last {millimetres:.0} mm to the target on a line; --approach is shorter or 0"
                 ),
             ),
+        })
+    }
+
+    /// Drives a path that was found.
+    fn finish(
+        &self,
+        path: JointPath,
+        goals: &[Goal],
+        planning_time: f64,
+        keep_going: &mut dyn FnMut() -> bool,
+    ) -> Result<PlannedPath, PlanError> {
+        let end = path.corners.last().copied().unwrap_or(self.config.home);
+        let mut waypoints = path.corners.clone();
+        let goal = goals.iter().find(|goal| goal.before_line == end);
+        if let Some(goal) = goal.filter(|_| self.options.approach > 0.0) {
+            waypoints.push(goal.target);
+        }
+        let mut warnings = Vec::new();
+        let mut least_allowed = self.options.margin;
+        for (pair, left) in &path.lowered {
+            if *left >= self.options.margin {
+                continue;
+            }
+            let (a, b) = self.scene.names(*pair);
+            least_allowed = least_allowed.min(*left - RESERVE);
+            warnings.push(format!(
+                "{a} and {b} are only {:.1} mm apart at an end of the path; there the margin of {:.1} mm is not kept",
+                left * 1e3,
+                self.options.margin * 1e3
+            ));
+        }
+        let mut radii = self.first_radii(&waypoints, &path.via);
+        let (program, run) = self.drive(&waypoints, &mut radii, least_allowed, keep_going)?;
+        let distance = run.distance();
+        Ok(PlannedPath {
+            length: path_planning::length(&waypoints),
+            waypoints,
+            program,
+            distance: distance.is_finite().then_some(distance),
+            time: run.result.time,
+            planning_time,
+            warnings,
         })
     }
 

@@ -39,6 +39,7 @@ walks! {
     io: "docs/IO.md",
     mcp: "docs/mcp.md",
     packages: "docs/packages.md",
+    paths: "docs/paths.md",
     platforms: "docs/platforms.md",
     plc: "docs/plc.md",
     primary: "docs/protocol/primary.md",

@@ -221,7 +221,14 @@ impl LegSearch<'_, '_> {
             let grown = self.grow(start, goals, &bounds, most, &mut tries);
             was_stopped = (self.should_stop)();
             if let Some(mut path) = grown {
-                shortcut::shorten(&mut path, self.check, &mut self.random, self.should_stop);
+                let limits = self.request.limits;
+                shortcut::shorten(
+                    &mut path,
+                    self.check,
+                    limits,
+                    &mut self.random,
+                    self.should_stop,
+                );
                 let is_shorter = |found: &Vec<JointPositions>| length(&path) < length(found);
                 if shortest.as_ref().is_none_or(is_shorter) {
                     shortest = Some(path);

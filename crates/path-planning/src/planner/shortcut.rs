@@ -1,6 +1,6 @@
 //! Shorter paths: corners that nobody needs go, others move to where the path is shorter.
 
-use kinematics::JointPositions;
+use kinematics::{JointLimits, JointPositions};
 
 use super::edge::ClearanceCheck;
 use super::length;
@@ -10,6 +10,9 @@ use crate::tracker::interpolate;
 /// Shortcuts that are tried between random places of a path.
 const SHORTCUTS: u32 = 150;
 
+/// Corners nearer to each other than this leave no room for blends, rad.
+const NEAR_CORNERS: f64 = 0.25;
+
 /// Shortest gain that is worth a corner, rad.
 const LEAST_GAIN: f64 = 1e-3;
 
@@ -17,6 +20,7 @@ const LEAST_GAIN: f64 = 1e-3;
 pub(super) fn shorten(
     path: &mut Vec<JointPositions>,
     check: &mut ClearanceCheck<'_>,
+    limits: &JointLimits,
     random: &mut RandomSequence,
     should_stop: &mut dyn FnMut() -> bool,
 ) {
@@ -42,7 +46,38 @@ pub(super) fn shorten(
     }
     drop_corners(path, check);
     tighten_corners(path, check);
+    join_corners(path, check, limits);
     drop_corners(path, check);
+}
+
+/// Makes one corner of two that are near each other, in the middle or a little outside of it.
+fn join_corners(
+    path: &mut Vec<JointPositions>,
+    check: &mut ClearanceCheck<'_>,
+    limits: &JointLimits,
+) {
+    let mut at = 1;
+    while at + 2 < path.len() {
+        let (before, first, second, after) = (path[at - 1], path[at], path[at + 1], path[at + 2]);
+        let is_near = first.distance_squared(&second).sqrt() < NEAR_CORNERS;
+        let ends = interpolate(&before, &after, 0.5);
+        let middle = interpolate(&first, &second, 0.5);
+        let outside: &[f64] = match is_near {
+            true => &[0.0, 0.05, 0.1, 0.2, 0.3],
+            false => &[],
+        };
+        let joined = outside
+            .iter()
+            .map(|outside| interpolate(&ends, &middle, 1.0 + outside))
+            .filter(|joined| limits.contains(joined))
+            .find(|joined| check.is_clear(&before, joined) && check.is_clear(joined, &after));
+        match joined {
+            Some(joined) => {
+                path.splice(at..at + 2, [joined]);
+            }
+            None => at += 1,
+        }
+    }
 }
 
 /// Leaves out corners between which the joints can go straight, the longest stretches first.
