@@ -2,11 +2,13 @@
 
 import "./app.css";
 import { choiceOf, keepChoice } from "./choices";
+import { CellPanel } from "./cell";
 import { type Channel, Debugger } from "./debugger";
 import { DebugPanel } from "./debugpanel";
 import { ask, byId, fixed, make, setText, toast } from "./dom";
 import type { Frame } from "./frame";
 import { Jog } from "./jog";
+import { forward } from "./kinematics";
 import { api, Link, type ServerEvent } from "./link";
 import { Notices, type Panel, setChip } from "./notices";
 import { Points, type Registers } from "./points";
@@ -15,6 +17,7 @@ import { TimeLine } from "./timeline";
 import { currentUnits, numberText, onUnits, unitOf } from "./units";
 import type { SceneData, View } from "./view";
 import { Waypoints } from "./waypoints";
+import type { WorldMoment } from "./world";
 import { currentLanguage, isWord, onLanguage, setLanguage, t, translate, type Language, type Word } from "./words";
 
 const ROBOT: Record<number, string> = {
@@ -40,6 +43,16 @@ async function openView(): Promise<void> {
     const { View: Drawn } = (await import(file)) as typeof import("./view");
     view = new Drawn(byId("view"));
     view.setTheme(theme());
+    view.hands = {
+      describe: ({ name }) => {
+        const gripper = scene?.world?.grippers[world?.parts.find((part) => part.name === name)?.held_by ?? -1];
+        return gripper ? t("held_by", { part: name, gripper: gripper.name }) : name;
+      },
+      pick: (part) => cell.choose(part),
+      movable: () => (cell.canPlace ? cell.selected : null),
+      drag: (x, y) => cell.drag(x, y),
+    };
+    view.showWorld(world);
     if (scene) view.setScene(scene);
     if (shown) view.show(shown, true);
   } catch {
@@ -52,6 +65,7 @@ const jog = new Jog(link, (q) => {
   byId("view").dataset["ghost"] = String(q !== null);
 }, (q) => programs.teach(q));
 const points = new Points(link);
+const cell = new CellPanel(link, (part, pose) => view?.setPartGhost(part, pose));
 const timeline = new TimeLine();
 const names = new Map<number, RunningProgram>();
 const notices = new Notices(link, (number, line) => void goToPlace(number, line), (number) => names.get(number) ?? null, () => programs.markAlarms(notices.places));
@@ -106,6 +120,9 @@ let livePanel: Panel | null = null;
 /** What the arm is told to carry, at the moment that is shown. */
 let load: Panel["payload"];
 let liveRegisters: Registers | null = null;
+/** The world of the cell now, and at the moment that is shown. */
+let liveWorld: WorldMoment | null = null;
+let world: WorldMoment | null = null;
 let framesSeen = 0;
 
 async function goToPlace(number: number, line: number): Promise<void> {
@@ -146,6 +163,8 @@ function show(frame: Frame, jumped: boolean): void {
   view?.show(frame, jumped);
   jog.show(frame);
   points.show(frame);
+  if (timeline.isLive) world = liveWorld;
+  showWorld(world);
   programs.setPlace(frame.line, frame.node);
   void showProgram(frame.program);
   const robot = ROBOT[frame.robotMode] ?? String(frame.robotMode);
@@ -156,6 +175,14 @@ function show(frame: Frame, jumped: boolean): void {
   setChip("chip-safety", label("s_", safety), safety === "NORMAL" ? "good" : safety === "REDUCED" ? "warn" : "bad", safety);
   setChip("chip-program", t(task), task === "running" && isSafe ? "good" : task === "stopped" ? "" : "warn", task);
   showFacts(frame);
+}
+
+/** The parts of the cell; those that a gripper holds are where the arm is shown. */
+function showWorld(moment: WorldMoment | null): void {
+  world = moment;
+  view?.showWorld(moment);
+  const flange = scene?.world && shown ? forward(scene.joints, scene.flange, shown.actualQ, [])[7] : null;
+  if (flange) cell.show(moment, flange);
 }
 
 /** What can be read beside the arm, in the units that are chosen. */
@@ -240,6 +267,7 @@ function enable(): void {
   set("approach", may && isStopped && isReady && !programs.isEmpty);
   waypoints.enable(may && isStopped && isReady, mayEdit);
   points.enable(may);
+  cell.enable(may && isStopped);
   programs.enable(mayEdit, isConnected && mayEdit);
   showFirstStep(robot ?? "", safety ?? "");
 }
@@ -343,6 +371,9 @@ link.onEvent = (event: ServerEvent) => {
   } else if (event.event === "registers") {
     liveRegisters = event["registers"] as Registers | null;
     if (timeline.isLive) points.showRegisters(liveRegisters);
+  } else if (event.event === "world") {
+    liveWorld = event["world"] as WorldMoment | null;
+    if (timeline.isLive && link.readOnly === null) showWorld(liveWorld);
   } else if (event.event === "alarm") {
     void programOf(Number(event["program"])).then(() => notices.take(event));
   } else if (event.event === "debug") debugElsewhere(event["debug"] as DebugNews | null);
@@ -385,6 +416,7 @@ async function welcome(): Promise<void> {
     view?.setScene(scene);
     jog.setLimits(data.position_min, data.position_max);
     points.setWords(data);
+    cell.setScene(data.world ?? null);
     await timeline.begin(link.readOnly !== null);
     notices.clearLog();
     const events = await api<ServerEvent[]>("/api/v1/events");
@@ -411,6 +443,7 @@ timeline.onFrame = (frame, jumped) => {
 timeline.onMoment = (moment) => {
   if (moment.panel) showPanel({ ...moment.panel, popups: link.readOnly === null ? (livePanel?.popups ?? []) : [] });
   points.showRegisters(moment.registers);
+  showWorld(moment.world ?? null);
 };
 timeline.onLive = () => {
   if (latest) show(latest, true);
@@ -565,4 +598,4 @@ link.start();
 void openView();
 
 // For measurements: how often the page and the arm were drawn, and how late frames came.
-Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest } });
+Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest, cell: () => view?.figures() ?? null, pixelOf: (part: string) => view?.pixelOf(part) ?? null } });

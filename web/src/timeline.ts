@@ -11,12 +11,14 @@ import type { Registers } from "./points";
 import { Search } from "./search";
 import { spread, wheeled, zoomed } from "./span";
 import { onLanguage, t, type Word } from "./words";
+import type { WorldMoment } from "./world";
 
 interface Moment {
   time: number;
   frame: string | null;
   panel: Panel | null;
   registers: Registers | null;
+  world?: WorldMoment | null;
 }
 export interface TimedEvent {
   event: string;

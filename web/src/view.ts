@@ -8,7 +8,9 @@ import {
   SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { forward, type Matrix } from "./kinematics";
+import { type CellFigures, CellView, type Pointed } from "./cellview";
+import { forward, fromPose, type Matrix } from "./kinematics";
+import type { WorldMoment, WorldScene } from "./world";
 
 export interface SceneData {
   model: string;
@@ -24,6 +26,8 @@ export interface SceneData {
   names?: Record<string, string>;
   wires?: { from: string; to: string }[];
   safety_inputs?: { points: string[]; function: string }[];
+  /** What lives in the cell. */
+  world?: WorldScene | null;
 }
 
 export interface Shown {
@@ -63,6 +67,20 @@ function place(object: Object3D, m: Matrix): void {
 interface Label {
   element: HTMLElement;
   at: Vector3;
+}
+
+/** A movement of the mouse below this is a click, px. */
+const CLICK_PX = 4;
+
+/** What people do with the things of the cell. */
+export interface CellHands {
+  /** What is said of a thing under the pointer. */
+  describe: (pointed: Pointed) => string;
+  /** A part was clicked. */
+  pick: (part: string) => void;
+  /** The part that may be moved by the mouse now. */
+  movable: () => string | null;
+  drag: (x: number, y: number) => void;
 }
 
 class Arm {
@@ -140,6 +158,16 @@ export class View {
   private tracePoints: { time: number; x: number; y: number; z: number }[] = [];
   private data: SceneData | null = null;
   private labels: Label[] = [];
+  private cell: CellView | null = null;
+  private moment: WorldMoment | null = null;
+  /** Obstacles by name, with their text: actuators move them. */
+  private readonly obstacles = new Map<string, { group: Group; label: Label; height: number; rest: number[] }>();
+  private moved = new Set<string>();
+  private flange: number[] = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
+  private pointed: { label: Label; name: string } | null = null;
+  private placing: { part: string; pose: readonly number[] } | null = null;
+  /** What happens to things of the cell. */
+  hands: CellHands | null = null;
   private shown: Shown | null = null;
   private dirty = true;
   private readonly isSoft: boolean;
@@ -156,6 +184,7 @@ export class View {
     this.renderer.setPixelRatio(this.isSoft ? 0.85 : Math.min(devicePixelRatio, 2));
     this.host.prepend(this.renderer.domElement);
     this.renderer.domElement.setAttribute("aria-hidden", "true");
+    this.listen();
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("change", () => (this.dirty = true));
@@ -216,11 +245,19 @@ export class View {
     this.world.add(grid, base, this.arm.shadow, this.arm.root, this.ghost.root);
     for (const { element } of this.labels) element.remove();
     this.labels = [];
+    this.pointed = null;
+    this.obstacles.clear();
+    this.moved.clear();
     for (const obstacle of data.obstacles) this.world.add(this.obstacle(obstacle));
+    this.cell?.dispose();
+    this.cell = data.world ? new CellView(data.world, this.theme) : null;
+    if (this.cell) this.world.add(this.cell.root);
     for (const plane of data.planes) if (plane.mode !== "off") this.world.add(this.plane(plane));
     this.scene.add(this.world);
     if (isFirst) this.resetCamera();
     if (this.shown) this.show(this.shown, true);
+    this.showWorld(this.moment);
+    if (this.placing) this.setPartGhost(this.placing.part, this.placing.pose);
     if (this.ghostQ) this.setGhost(this.ghostQ);
     this.dirty = true;
   }
@@ -245,7 +282,8 @@ export class View {
     const height = (one.shape === "box" ? c / 2 : one.shape === "cylinder" ? b / 2 : one.shape === "sphere" ? a : 0) + 0.03;
     group.add(new Mesh(shape, material), edges);
     place(group, one.pose);
-    this.label(one.name, new Vector3(0, 0, height).applyMatrix4(group.matrix));
+    const label = this.label(one.name, new Vector3(0, 0, height).applyMatrix4(group.matrix));
+    this.obstacles.set(one.name, { group, label, height, rest: one.pose });
     return group;
   }
 
@@ -263,12 +301,114 @@ export class View {
     return group;
   }
 
-  private label(text: string, at: Vector3): void {
+  private label(text: string, at: Vector3): Label {
     const element = document.createElement("span");
     element.className = "label";
     element.textContent = text.slice(0, 40);
     document.getElementById("labels")?.append(element);
-    this.labels.push({ element, at });
+    const label = { element, at };
+    this.labels.push(label);
+    return label;
+  }
+
+  /** Parts and what handles them at a moment; null where nothing is known of one. */
+  showWorld(moment: WorldMoment | null): void {
+    const isOther = moment !== this.moment;
+    this.moment = moment;
+    if (!this.cell) return;
+    if (this.cell.show(moment, this.flange)) this.dirty = true;
+    if (!isOther && this.moved.size > 0) return;
+    const moved = new Map((moment?.obstacles ?? []).map((one) => [one.name, one.pose]));
+    for (const name of new Set([...moved.keys(), ...this.moved])) {
+      const obstacle = this.obstacles.get(name);
+      if (!obstacle) continue;
+      const pose = moved.get(name);
+      place(obstacle.group, pose ? fromPose(pose) : obstacle.rest);
+      obstacle.label.at.set(0, 0, obstacle.height).applyMatrix4(obstacle.group.matrix);
+      this.dirty = true;
+    }
+    this.moved = new Set(moved.keys());
+  }
+
+  /** Where a part would be put; null hides it. */
+  setPartGhost(part: string | null, pose: readonly number[] = []): void {
+    this.placing = part === null ? null : { part, pose };
+    this.cell?.setGhost(part, pose);
+    this.dirty = true;
+  }
+
+  /** For tests: what is drawn of the cell, and where a part is in the picture, px. */
+  figures(): CellFigures | null {
+    return this.cell?.figures() ?? null;
+  }
+
+  pixelOf(part: string): [number, number] | null {
+    const seen = this.cell?.middleOf(part)?.project(this.camera);
+    const box = this.renderer.domElement.getBoundingClientRect();
+    return seen ? [box.left + ((seen.x + 1) / 2) * box.width, box.top + ((1 - seen.y) / 2) * box.height] : null;
+  }
+
+  /** Names under the pointer, parts that are clicked, and the chosen one dragged over its level. */
+  private listen(): void {
+    const canvas = this.renderer.domElement;
+    const at = (event: PointerEvent): [number, number] => {
+      const box = canvas.getBoundingClientRect();
+      return [((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2];
+    };
+    let pressed: { x: number; y: number; on: Pointed | null } | null = null;
+    let drag: { z: number; dx: number; dy: number } | null = null;
+    // Before the camera's controls, which would turn the view.
+    this.host.addEventListener("pointerdown", (event) => {
+      if (event.target !== canvas || event.button !== 0) return;
+      const on = this.cell?.at(...at(event), this.camera) ?? null;
+      pressed = { x: event.clientX, y: event.clientY, on };
+      const middle = on?.isPart && on.name === this.hands?.movable() ? this.cell?.middleOf(on.name) : null;
+      const level = middle ? this.cell?.onLevel(...at(event), middle.z, this.camera) : null;
+      if (!middle || !level) return;
+      drag = { z: middle.z, dx: middle.x - level.x, dy: middle.y - level.y };
+      event.stopPropagation();
+      canvas.setPointerCapture(event.pointerId);
+    }, { capture: true });
+    canvas.addEventListener("pointermove", (event) => {
+      if (drag) {
+        const level = this.cell?.onLevel(...at(event), drag.z, this.camera);
+        const isDragged = pressed !== null && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > CLICK_PX;
+        if (level && isDragged) this.hands?.drag(level.x + drag.dx, level.y + drag.dy);
+        return;
+      }
+      if (event.buttons === 0) this.point(this.cell?.at(...at(event), this.camera) ?? null, event);
+    });
+    const end = (event: PointerEvent): void => {
+      const isClick = pressed !== null && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) <= CLICK_PX;
+      if (isClick && event.type === "pointerup") {
+        if (pressed?.on?.isPart) this.hands?.pick(pressed.on.name);
+        // A finger has no pointer that hovers.
+        if (event.pointerType !== "mouse") this.point(pressed?.on ?? null, event);
+      }
+      pressed = null;
+      drag = null;
+    };
+    canvas.addEventListener("pointerup", end);
+    canvas.addEventListener("pointercancel", end);
+    canvas.addEventListener("pointerleave", () => this.point(null, null));
+  }
+
+  /** The name of what is under the pointer, beside it. */
+  private point(pointed: Pointed | null, event: PointerEvent | null): void {
+    if (this.pointed?.name === pointed?.name) return;
+    if (this.pointed) {
+      this.pointed.label.element.remove();
+      this.labels = this.labels.filter((label) => label !== this.pointed?.label);
+      this.pointed = null;
+    }
+    this.host.classList.toggle("on-part", pointed?.isPart ?? false);
+    if (!pointed || !event) return;
+    const box = this.renderer.domElement.getBoundingClientRect();
+    const [x, y] = [((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top - 26) / box.height) * 2];
+    const label = this.label(this.hands?.describe(pointed) ?? pointed.name, new Vector3(x, y, 0.9).unproject(this.camera));
+    label.element.setAttribute("data-testid", "view-name");
+    this.pointed = { label, name: pointed.name };
+    this.placeLabels();
   }
 
   /** Moves the texts to where their things are seen; those beside the picture or behind the camera are not shown. */
@@ -294,6 +434,8 @@ export class View {
     if (isSame && !forceChanged && !targetChanged && !isAging) return;
     const frames = forward(this.data.joints, this.data.flange, shown.actualQ, shown.tcpOffset);
     this.arm.show(frames);
+    this.flange = frames[7] ?? this.flange;
+    this.showWorld(this.moment);
     const tcp = frames[8] ?? [];
     place(this.tcpAxes, tcp);
     const target = forward(this.data.joints, this.data.flange, shown.targetQ, shown.tcpOffset)[8] ?? [];

@@ -1,5 +1,5 @@
-//! What the time line of the page shows: frames, what was in the panel, registers and events over the whole time,
-//! within a bound.
+//! What the time line of the page shows: frames, what was in the panel, registers, parts and events over the whole
+//! time, within a bound.
 //!
 //! Owns the bound and the search. The same for a controller that runs and for a recording: who fills it makes the
 //! difference.
@@ -15,6 +15,8 @@ use crate::frame::{FRAME_BYTES, shows_the_same};
 const FRAMES_MAX: usize = 60_000;
 /// Bytes of all panels, and of all registers.
 const TEXT_BYTES_MAX: usize = 16 << 20;
+/// Bytes of all moments of the world: 200 parts have 20 kB.
+const WORLD_BYTES_MAX: usize = 32 << 20;
 /// Panels, and registers.
 const TEXTS_MAX: usize = 20_000;
 /// Events.
@@ -63,6 +65,8 @@ pub struct History {
     frames: BoundedSeries<Box<[u8]>>,
     panels: BoundedSeries<Arc<str>>,
     registers: BoundedSeries<Arc<str>>,
+    /// Parts and what handles them.
+    world: BoundedSeries<Arc<str>>,
     /// Warnings, errors, alarms, changes of mode, commands: what is jumped to.
     marks: BoundedSeries<TimedEvent>,
     /// Other lines of the log.
@@ -79,6 +83,7 @@ impl Default for History {
             frames: BoundedSeries::new(FRAMES_MAX, FRAMES_MAX * FRAME_BYTES),
             panels: BoundedSeries::new(TEXTS_MAX, TEXT_BYTES_MAX),
             registers: BoundedSeries::new(TEXTS_MAX, TEXT_BYTES_MAX),
+            world: BoundedSeries::new(TEXTS_MAX, WORLD_BYTES_MAX),
             marks: BoundedSeries::new(EVENTS_MAX, TEXT_BYTES_MAX),
             lines: BoundedSeries::new(EVENTS_MAX, TEXT_BYTES_MAX),
             still: None,
@@ -94,6 +99,7 @@ impl History {
             frames: BoundedSeries::even(FRAMES_MAX, FRAMES_MAX * FRAME_BYTES),
             panels: BoundedSeries::even(TEXTS_MAX, TEXT_BYTES_MAX),
             registers: BoundedSeries::even(TEXTS_MAX, TEXT_BYTES_MAX),
+            world: BoundedSeries::even(TEXTS_MAX, WORLD_BYTES_MAX),
             ..Self::default()
         }
     }
@@ -128,6 +134,11 @@ impl History {
     /// The registers are these from `time` on, as JSON.
     pub fn registers(&mut self, time: f64, registers: Arc<str>) {
         self.registers.push(time, registers);
+    }
+
+    /// Parts and what handles them are so from `time` on, as JSON.
+    pub fn world(&mut self, time: f64, world: Arc<str>) {
+        self.world.push(time, world);
     }
 
     /// Something has happened, as JSON; its level is that of a line of the log, 1 debug to 5 fatal.
@@ -180,7 +191,12 @@ impl History {
             let text = track.by(time).map(|text| serde_json::from_str(text));
             text.and_then(Result::ok).unwrap_or(Value::Null)
         };
-        json!({"time": time, "panel": text(&self.panels), "registers": text(&self.registers)})
+        json!({
+            "time": time,
+            "panel": text(&self.panels),
+            "registers": text(&self.registers),
+            "world": text(&self.world),
+        })
     }
 
     /// Events, oldest first, as a JSON array.
@@ -253,15 +269,19 @@ mod tests {
         let mut history = History::default();
         assert_eq!(
             history.beside(1.0),
-            json!({"time": 1.0, "panel": null, "registers": null})
+            json!({"time": 1.0, "panel": null, "registers": null, "world": null})
         );
         history.panel(1.0, r#"{"line":4}"#.into());
         history.panel(2.0, r#"{"line":5}"#.into());
         history.registers(0.5, r#"{"in":[1]}"#.into());
+        history.world(1.0, r#"{"counts":[1]}"#.into());
+        history.world(3.0, r#"{"counts":[2]}"#.into());
         history.event(1.5, 2, r#"{"event":"log"}"#.into());
         history.event(2.5, 5, r#"{"event":"alarm"}"#.into());
         assert_eq!(history.beside(1.9)["panel"]["line"], 4);
         assert_eq!(history.beside(1.9)["registers"]["in"][0], 1);
+        assert_eq!(history.beside(1.9)["world"]["counts"][0], 1);
+        assert_eq!(history.beside(9.0)["world"]["counts"][0], 2);
         let events = |from, to, level, most, first| {
             history.events(EventQuery {
                 from,

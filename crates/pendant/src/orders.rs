@@ -16,6 +16,10 @@ pub const PROGRAM_BYTES_MAX: usize = 1 << 20;
 pub const NAME_BYTES_MAX: usize = 200;
 /// Longest push, s.
 const PUSH_SECS_MAX: f64 = 10.0;
+/// Farthest place of a part along an axis, m.
+const PLACE_MAX: f64 = 100.0;
+/// Largest angle of a part's pose, rad.
+const ANGLE_MAX: f64 = 100.0;
 /// Largest push, N and Nm.
 const PUSH_MAX: f64 = 500.0;
 
@@ -145,6 +149,13 @@ pub enum PageOrder {
         /// Values by the names of points, in the form that `/api/inputs` takes.
         values: serde_json::Map<String, serde_json::Value>,
     },
+    /// Put a part of the cell somewhere, at rest; while no program runs.
+    PlacePart {
+        /// Name of the part.
+        part: String,
+        /// Pose in the base frame: x, y, z, Rx, Ry, Rz, m and rad.
+        pose: [f64; 6],
+    },
     /// Set outputs by hand, all or none: names of points to values.
     Outputs {
         /// Values by the names of points, in the form that `inputs` takes.
@@ -263,22 +274,32 @@ impl PageOrder {
                 let bytes = text.len();
                 let allowed = "at most 1048576 bytes long";
                 range("text", bytes as f64, bytes <= PROGRAM_BYTES_MAX, allowed)?;
-                check_name(name)
+                check_name("name", name)
             }
-            Self::RunTask { name } => check_name(name),
+            Self::RunTask { name } => check_name("name", name),
+            Self::PlacePart { part, pose } => {
+                check_name("part", part)?;
+                let (place, angles) = pose.split_at(3);
+                let most = |name, values: &[f64], most: f64, allowed| {
+                    let bad = values.iter().find(|x| !x.is_finite() || x.abs() > most);
+                    bad.map_or(Ok(()), |bad| range(name, *bad, false, allowed))
+                };
+                most("pose", place, PLACE_MAX, "at most 100 m from the base")?;
+                most("pose", angles, ANGLE_MAX, "angles of at most 100 rad")
+            }
             _ => Ok(()),
         }
     }
 }
 
-fn check_name(name: &str) -> Result<(), OrderError> {
+fn check_name(what: &'static str, name: &str) -> Result<(), OrderError> {
     let is_good = !name.trim().is_empty()
         && name.len() <= NAME_BYTES_MAX
         && !name.chars().any(char::is_control);
     match is_good {
         true => Ok(()),
         false => Err(OrderError::Range {
-            name: "name",
+            name: what,
             given: format!("{:?}", name.chars().take(40).collect::<String>()),
             allowed: "a name of at most 200 bytes without control characters",
         }),
@@ -333,6 +354,17 @@ mod tests {
     }
 
     #[test]
+    fn a_part_is_placed_under_control() {
+        let read = order(r#"{"do": "place_part", "part": "box[3]", "pose": [1, 2, 3, 0, 0, 1.5]}"#);
+        let placed = PageOrder::PlacePart {
+            part: "box[3]".to_owned(),
+            pose: [1.0, 2.0, 3.0, 0.0, 0.0, 1.5],
+        };
+        assert_eq!(read, Ok(placed.clone()));
+        assert!(placed.needs_control() && !placed.is_held());
+    }
+
+    #[test]
     fn outputs_take_control_and_are_not_held() {
         let read = order(r#"{"do": "outputs", "values": {"standard_digital_out[1]": true}}"#);
         let read = read.unwrap();
@@ -366,6 +398,22 @@ mod tests {
             (r#"{"do": "run", "name": "", "text": ""}"#, "name is \"\""),
             (r#"{"do": "run_task", "name": "a\nb"}"#, "name is"),
             (r#"{"do": "power_on", "now": true}"#, "takes no fields"),
+            (
+                r#"{"do": "place_part", "part": "box", "pose": [0, 0, 200, 0, 0, 0]}"#,
+                "pose is 200; it must be at most 100 m from the base",
+            ),
+            (
+                r#"{"do": "place_part", "part": "box", "pose": [0, 0, 0, 0, -101, 0]}"#,
+                "pose is -101; it must be angles",
+            ),
+            (
+                r#"{"do": "place_part", "part": " ", "pose": [0, 0, 0, 0, 0, 0]}"#,
+                "part is \" \"",
+            ),
+            (
+                r#"{"do": "place_part", "part": "box"}"#,
+                "missing field `pose`",
+            ),
         ] {
             let error = order(text).unwrap_err();
             assert!(error.contains(part), "{text}: {error}");

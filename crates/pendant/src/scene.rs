@@ -7,6 +7,8 @@ use kinematics::{Pose, RobotModel};
 use recorder::ObstacleShape;
 use serde_json::{Value, json};
 
+use crate::living_cell;
+
 /// The scene of an arm in its cell.
 pub fn describe(model: &RobotModel, cell: Option<&Cell>) -> Value {
     let chain = model.chain();
@@ -33,6 +35,7 @@ pub fn describe(model: &RobotModel, cell: Option<&Cell>) -> Value {
         "names": cell.map_or_else(|| json!({}), names),
         "wires": cell.map_or_else(|| json!([]), wires),
         "safety_inputs": cell.map_or_else(|| json!([]), safety_inputs),
+        "world": cell.map_or(Value::Null, |cell| living_cell::describe(model, cell)),
     })
 }
 
@@ -57,7 +60,7 @@ fn safety_inputs(cell: &Cell) -> Value {
 }
 
 /// Twelve numbers: three rows of rotation and translation.
-fn matrix(pose: &Pose) -> Value {
+pub(crate) fn matrix(pose: &Pose) -> Value {
     let (r, t) = (&pose.rotation, &pose.translation);
     let rows = (0..3).flat_map(|row| [r[(row, 0)], r[(row, 1)], r[(row, 2)], t[row]]);
     rows.collect()
@@ -71,7 +74,7 @@ fn obstacles(cell: &Cell) -> Value {
             ObstacleShape::Box(size) => ("box", size.to_vec()),
             ObstacleShape::Cylinder { radius, length } => ("cylinder", vec![radius, length]),
             ObstacleShape::Sphere { radius } => ("sphere", vec![radius]),
-            ObstacleShape::Plane => ("plane", Vec::new()),
+            ObstacleShape::Plane | ObstacleShape::Arrow { .. } => ("plane", Vec::new()),
         };
         json!({
             "name": obstacle.name,
@@ -117,6 +120,7 @@ mod tests {
         let pair = ["configurable_digital_in[2]", "configurable_digital_in[3]"];
         let safeguard = json!({"points": pair, "function": "safeguard_stop"});
         assert_eq!(scene["safety_inputs"], json!([safeguard]));
+        assert_eq!(scene["world"], Value::Null);
         assert_eq!(describe(&model, None)["obstacles"], json!([]));
     }
 }

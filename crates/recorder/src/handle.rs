@@ -11,6 +11,7 @@ use crate::lengths::{
 };
 use crate::notes::{Annotation, AnnotationQueue, ThreadPosition};
 use crate::topics::{IoValue, LogLevel};
+use crate::viewer::SceneBody;
 
 /// The script side's end: adds programs, lines, messages and registers to the recording. Clones share one channel.
 ///
@@ -127,6 +128,11 @@ impl RecorderHandle {
             topic,
             message: message.into(),
         });
+    }
+
+    /// What viewers draw beside the arm and the obstacles is this from now on, until the next call.
+    pub fn scene_bodies(&self, time: f64, bodies: Arc<[SceneBody]>) {
+        self.send(|| Annotation::SceneBodies { time, bodies });
     }
 
     /// Somebody wants a program to end or to be held at once: who waits for room goes on without, the note being

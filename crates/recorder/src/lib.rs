@@ -58,5 +58,5 @@ pub use table::TopicTable;
 pub use topics::{
     CommandMessage, IoMessage, IoValue, LogLevel, LogMessage, ScriptMessage, Topic, VariableMessage,
 };
-pub use viewer::{ObstacleShape, SceneObstacle, ViewerMessages};
+pub use viewer::{ObstacleShape, SceneBody, SceneFrame, SceneObstacle, ViewerMessages};
 pub use writer::Totals;

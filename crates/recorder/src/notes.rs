@@ -4,6 +4,7 @@
 //! goes without, as it likes; it never waits for a thread that is gone, and no longer when it is hurried.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::Duration;
 
 use motion_api::{ProgramId, ThreadNumber};
@@ -11,6 +12,7 @@ use parking_lot::{Condvar, Mutex};
 
 use crate::extra::CustomTopicId;
 use crate::topics::{IoValue, LogLevel};
+use crate::viewer::SceneBody;
 
 /// What all notes on their way may have together. With the ring of records (about 6 MiB), the texts that are kept for
 /// the next part and the text that is being written this stays within 64 MiB (INTERFACES 9).
@@ -56,6 +58,10 @@ pub(crate) enum Annotation {
         topic: CustomTopicId,
         message: Box<[u8]>,
     },
+    SceneBodies {
+        time: f64,
+        bodies: Arc<[SceneBody]>,
+    },
 }
 
 /// Where a script thread stands.
@@ -74,7 +80,8 @@ impl Annotation {
             | Self::Variable { time, .. }
             | Self::Log { time, .. }
             | Self::Io { time, .. }
-            | Self::Extra { time, .. } => *time,
+            | Self::Extra { time, .. }
+            | Self::SceneBodies { time, .. } => *time,
         }
     }
 
@@ -96,6 +103,7 @@ impl Annotation {
             } => source.len() + message.len(),
             Self::Io { name, .. } => name.len(),
             Self::Extra { message, .. } => message.len(),
+            Self::SceneBodies { bodies, .. } => size_of_val::<[SceneBody]>(bodies),
         };
         NOTE_BYTES + texts
     }

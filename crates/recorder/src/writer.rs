@@ -344,6 +344,10 @@ impl<W: Write> RecordWriter<W> {
                 topic,
                 message,
             } => self.file.put_extra(topic, time, &message),
+            Annotation::SceneBodies { bodies, .. } => {
+                self.viewer.set_bodies(bodies);
+                Ok(())
+            }
         }
     }
 

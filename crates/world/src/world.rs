@@ -236,6 +236,11 @@ impl World {
         &self.output
     }
 
+    /// Where the flange was in the last step; the identity before the first.
+    pub fn base_from_flange(&self) -> &Pose {
+        self.arm.motion.now()
+    }
+
     /// What can be seen after the last step.
     pub fn state(&self) -> &WorldState {
         &self.state

@@ -1,13 +1,31 @@
 //! What viewers draw of the cell.
 
-use kinematics::RpyPose;
+use kinematics::{RobotModel, RpyPose};
+use nalgebra::Vector3;
 use recorder::{ObstacleShape, SceneObstacle};
 
 use super::Cell;
 use super::point::{IoDirection, IoGroup, IoPointName};
 use super::schema::ShapeName;
+use super::world::WorldSettings;
 
 impl Cell {
+    /// Shapes and places of parts and of what handles them; period, gravity and seed are those of no run.
+    pub fn drawn_world(&self, model: &RobotModel) -> Option<::world::WorldDescription> {
+        self.world(&WorldSettings {
+            model,
+            step_time: 0.004,
+            gravity: Vector3::zeros(),
+            seed: 0,
+        })
+    }
+
+    /// Colours of the tables of parts, `#rrggbb`, where they have one.
+    pub fn part_colors(&self) -> Vec<Option<String>> {
+        let parts = self.tables().part.iter();
+        parts.map(|part| part.color.clone()).collect()
+    }
+
     /// `[[obstacle]]` as a recording and the live view show it.
     pub fn scene_obstacles(&self) -> Vec<SceneObstacle> {
         let obstacles = self.tables().obstacle.iter();

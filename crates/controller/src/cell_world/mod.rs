@@ -7,6 +7,9 @@
 pub mod facts;
 pub mod orders;
 pub mod part_names;
+pub mod picture;
+mod scene;
+mod scene_bodies;
 pub mod topic;
 
 use std::collections::VecDeque;
@@ -17,14 +20,16 @@ use motion_api::{LateCycles, WorldEndpoint, WorldInput, WorldOutput, world_chann
 use nalgebra::Vector3;
 use parking_lot::{Mutex, MutexGuard};
 use recorder::RecorderHandle;
-pub use world::description::{BodyShape, PartDescription, Surface};
+pub use world::description::{BodyShape, DetectorKind, GripperKind, PartDescription, Surface};
 pub use world::{FingerState, OrderError, World, WorldDescription, WorldError, WorldState};
 
 use crate::cell::Cell;
 use crate::cell::world::WorldSettings;
 use facts::WorldFacts;
-use kinematics::RobotModel;
+use kinematics::{Pose, RobotModel};
 pub use orders::{WorldInputs, WorldOrder, WorldOrderError};
+use scene::WorldRecording;
+pub use scene::WorldScene;
 use topic::{WorldChanges, WorldMessage};
 
 /// The world around a controller's arm, shared by all who look at it.
@@ -33,6 +38,8 @@ pub struct CellWorld(Arc<Shared>);
 
 struct Shared {
     description: WorldDescription,
+    /// Colours of the tables of parts.
+    colors: Vec<Option<String>>,
     world: Mutex<World>,
     late: LateCycles,
     followers: Mutex<Vec<WorldFollower>>,
@@ -97,7 +104,7 @@ pub struct WorldRunner {
     world: CellWorld,
     endpoint: WorldEndpoint,
     changes: WorldChanges,
-    recording: Option<RecorderHandle>,
+    recording: Option<WorldRecording>,
     /// A recorded run that is repeated, and results that the next cycle must not have yet.
     repeat: Option<(WorldInputs, VecDeque<WorldOutput>)>,
 }
@@ -123,8 +130,9 @@ impl WorldRunner {
                 let mut message = change.unwrap_or_default();
                 message.cycle = input.cycle;
                 message.seen = is_late.then_some(input.seen);
-                self.tell(&message);
+                self.tell(&message, &input.base_from_flange);
             }
+            self.draw(input.cycle);
         }
     }
 
@@ -142,14 +150,16 @@ impl WorldRunner {
     }
 
     /// Writes what the world was told before this cycle.
-    fn record_orders(&self, cycle: u64) {
+    fn record_orders(&mut self, cycle: u64) {
         let told = core::mem::take(&mut *self.world.0.told.lock());
         for (after, order) in told {
-            self.tell(&WorldMessage {
+            let message = WorldMessage {
                 cycle: after.min(cycle),
                 orders: vec![order],
                 ..WorldMessage::default()
-            });
+            };
+            // No part moves with it, so it does not matter where the flange is.
+            self.tell(&message, &Pose::IDENTITY);
         }
     }
 
@@ -158,10 +168,14 @@ impl WorldRunner {
         self.repeat = Some((inputs, VecDeque::new()));
     }
 
-    fn tell(&self, message: &WorldMessage) {
+    fn tell(&mut self, message: &WorldMessage, base_from_flange: &Pose) {
         let shared = &self.world.0;
-        if let Some(recording) = &self.recording {
-            topic::write(recording, message, shared.description.settings.period);
+        if let Some(recording) = &mut self.recording {
+            recording.apply(
+                message,
+                base_from_flange,
+                shared.description.settings.period,
+            );
         }
         for follower in shared.followers.lock().iter_mut() {
             follower(message);
@@ -169,9 +183,20 @@ impl WorldRunner {
     }
 
     /// Writes what moves to a recording; the state before the first cycle is written at once.
-    pub fn record_to(&mut self, recording: RecorderHandle) {
-        self.recording = Some(recording);
-        self.tell(&self.world.whole_state(&self.world.lock()));
+    pub fn record_to(&mut self, handle: RecorderHandle) {
+        let shared = &self.world.0;
+        let scene = WorldScene::new(&shared.description, &shared.colors);
+        self.recording = Some(WorldRecording::new(handle, scene));
+        let whole = self.world.whole_state(&self.world.lock());
+        self.tell(&whole, &Pose::IDENTITY);
+        self.draw(0);
+    }
+
+    fn draw(&mut self, cycle: u64) {
+        let period = self.world.0.description.settings.period;
+        if let Some(recording) = &mut self.recording {
+            recording.draw_if_due(cycle as f64 * period);
+        }
     }
 
     /// The world that is moved.
@@ -247,6 +272,7 @@ pub fn surround(
         world: CellWorld(Arc::new(Shared {
             description,
             world: Mutex::new(world),
+            colors: cell.part_colors(),
             late: endpoint.late_cycles(),
             followers: Mutex::default(),
             told: Mutex::default(),

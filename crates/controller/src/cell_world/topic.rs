@@ -7,6 +7,8 @@ use kinematics::Pose;
 use recorder::{CustomTopic, CustomTopicId, ReadError, RecorderHandle, Recording};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use std::collections::BTreeSet;
+use world::state::{ConveyorState, DetectorState, GripperState};
 use world::{WorldDescription, WorldState};
 
 use super::orders::WorldOrder;
@@ -33,9 +35,18 @@ pub struct WorldMessage {
     /// Numbers of parts that the sinks have removed, in the order of the cell file; where one has changed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counts: Vec<u64>,
-    /// Poses of obstacles, by name, that an actuator has moved.
+    /// Poses of obstacles, by name, that an actuator has moved; the first message has all that one moves.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<ObstacleRow>,
+    /// Whether each detector sees something, in the order of the cell file; where one has changed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub detectors: Vec<bool>,
+    /// Grippers whose cups or fingers have changed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub grippers: Vec<GripperRow>,
+    /// Speed of each conveyor, m/s or rad/s, in the order of the cell file; where one has changed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub conveyors: Vec<f64>,
     /// What the world was told from outside after this cycle.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub orders: Vec<WorldOrder>,
@@ -52,6 +63,9 @@ impl WorldMessage {
             && self.lost.is_empty()
             && self.counts.is_empty()
             && self.obstacles.is_empty()
+            && self.detectors.is_empty()
+            && self.grippers.is_empty()
+            && self.conveyors.is_empty()
     }
 }
 
@@ -98,6 +112,19 @@ pub struct ObstacleRow {
     pub pose: [f64; 6],
 }
 
+/// Cups or fingers in a cycle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GripperRow {
+    /// Name.
+    pub name: String,
+    /// By cup: it seals.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sealed: Vec<bool>,
+    /// Opening between the fingers, m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub width: f64,
+}
+
 /// The topic, for a recording that is begun.
 pub(crate) fn topic() -> CustomTopic {
     let integer = json!({"type": "integer", "minimum": 0});
@@ -113,6 +140,15 @@ pub(crate) fn topic() -> CustomTopic {
         },
         "required": ["name", "pose"],
     });
+    let gripper = json!({
+        "type": "object",
+        "properties": {
+            "name": {"type": "string"},
+            "sealed": {"type": "array", "items": {"type": "boolean"}},
+            "width": {"type": "number"},
+        },
+        "required": ["name"],
+    });
     CustomTopic {
         name: TOPIC.to_owned(),
         schema_name: "elite.World".to_owned(),
@@ -125,6 +161,9 @@ pub(crate) fn topic() -> CustomTopic {
                 "lost": {"type": "array", "items": {"type": "string"}},
                 "counts": {"type": "array", "items": integer},
                 "obstacles": {"type": "array", "items": row},
+                "detectors": {"type": "array", "items": {"type": "boolean"}},
+                "grippers": {"type": "array", "items": gripper},
+                "conveyors": {"type": "array", "items": {"type": "number"}},
                 "orders": {"type": "array", "items": {"type": "object"}},
                 "seen": integer,
             },
@@ -139,6 +178,8 @@ pub(crate) fn topic() -> CustomTopic {
 pub struct WorldChanges {
     grippers: Vec<String>,
     obstacles: Vec<String>,
+    /// Obstacles that an actuator moves.
+    driven: BTreeSet<String>,
     before: Option<WorldState>,
 }
 
@@ -156,6 +197,12 @@ impl WorldChanges {
                 .iter()
                 .map(|obstacle| obstacle.name.clone())
                 .collect(),
+            driven: {
+                let actuators = description.actuators.iter();
+                actuators
+                    .flat_map(|actuator| actuator.moves.iter().cloned())
+                    .collect()
+            },
             before: None,
         }
     }
@@ -200,9 +247,9 @@ impl WorldChanges {
         }
         let old_obstacles = before.map_or(&[][..], |before| &before.obstacles);
         for (number, pose) in state.obstacles.iter().enumerate() {
-            if before.is_some()
+            if let Some(name) = self.obstacles.get(number)
                 && old_obstacles.get(number) != Some(pose)
-                && let Some(name) = self.obstacles.get(number)
+                && (before.is_some() || self.driven.contains(name))
             {
                 message.obstacles.push(ObstacleRow {
                     name: name.clone(),
@@ -210,12 +257,47 @@ impl WorldChanges {
                 });
             }
         }
+        self.add_devices(&mut message, state);
         let is_first = before.is_none();
         if message.is_empty() && !is_first {
             return None;
         }
         self.before = Some(state.clone());
         Some(message)
+    }
+
+    /// Detectors, grippers and conveyors that are otherwise than before.
+    fn add_devices(&self, message: &mut WorldMessage, state: &WorldState) {
+        let before = self.before.as_ref();
+        let old = before.map_or(&[][..], |before| &before.detectors);
+        let sees = |states: &[DetectorState]| -> Vec<bool> {
+            states.iter().map(|detector| detector.sees).collect()
+        };
+        let seen = sees(&state.detectors);
+        if seen != sees(old) {
+            message.detectors = seen;
+        }
+        let old = before.map_or(&[][..], |before| &before.grippers);
+        for (number, (gripper, name)) in state.grippers.iter().zip(&self.grippers).enumerate() {
+            let is_same = |old: &GripperState| {
+                old.sealed == gripper.sealed && old.width.to_bits() == gripper.width.to_bits()
+            };
+            if !old.get(number).is_some_and(is_same) {
+                message.grippers.push(GripperRow {
+                    name: name.clone(),
+                    sealed: gripper.sealed.clone(),
+                    width: gripper.width,
+                });
+            }
+        }
+        let old = before.map_or(&[][..], |before| &before.conveyors);
+        let speeds = |states: &[ConveyorState]| -> Vec<f64> {
+            states.iter().map(|conveyor| conveyor.speed).collect()
+        };
+        let speed = speeds(&state.conveyors);
+        if speed != speeds(old) {
+            message.conveyors = speed;
+        }
     }
 }
 

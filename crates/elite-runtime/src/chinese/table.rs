@@ -33,6 +33,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "a duration of {} s is too short, the motion takes {} s",
         "{0} s 的时间太短，运动需要 {1} s",
     ),
+    (
+        "a program runs; stop it before a part is placed by hand",
+        "程序正在运行；请先停止程序，再手动放置工件",
+    ),
     ("a protective stop was asked for", "保护性停止被触发"),
     (
         "a speed of {} {}/s is more than the joints can do here, it is limited to {} {}/s",
@@ -292,6 +296,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the tool was about to cross safety plane {} of the cell: it would come to rest {} m behind it",
         "工具即将越过单元的安全平面 {0}：将停在其后 {1} m 处",
     ),
+    ("the cell has no parts", "单元中没有工件"),
+    ("there is no part \"{}\"", "没有工件 \"{0}\""),
     (
         "there is no word {} in the controller's Modbus map",
         "控制器的 Modbus 表中没有字 {0}",
@@ -529,9 +535,11 @@ pub(super) const WORDS: &[(&str, &str)] = &[
     ("an angle of the TCP", "TCP 的角度"),
     ("an integer", "整数"),
     ("an integer of at most 64 bits", "不超过 64 位的整数"),
+    ("angles of at most 100 rad", "不超过 100 rad 的角度"),
     ("any finite number", "有限的数"),
     ("at least {}", "至少 {0}"),
     ("at most 10 m", "不超过 10 m"),
+    ("at most 100 m from the base", "距基座不超过 100 m"),
     ("at most 1000 m", "不超过 1000 m"),
     ("at most 100000 N or Nm", "不超过 100000 N 或 Nm"),
     ("at most 100000 kg m²", "不超过 100000 kg m²"),

@@ -8,7 +8,8 @@
 
 mod scene;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use foxglove::messages as shown;
 use foxglove::messages::Timestamp;
@@ -17,7 +18,7 @@ use motion_api::RobotState;
 use nalgebra::Vector3;
 
 use crate::topics::{LogLevel, Topic};
-pub use scene::{ObstacleShape, SceneObstacle};
+pub use scene::{ObstacleShape, SceneBody, SceneFrame, SceneObstacle};
 
 /// Name of the base frame.
 pub const BASE_FRAME: &str = "base_link";
@@ -56,6 +57,11 @@ const FORCE_STEP: f64 = 0.5;
 pub struct ViewerMessages {
     model: RobotModel,
     obstacles: Vec<SceneObstacle>,
+    /// What is drawn beside arm and obstacles, or in the place of an obstacle that moves.
+    bodies: Arc<[SceneBody]>,
+    /// Identifiers of bodies that were drawn and are not there any more.
+    gone: BTreeSet<Arc<str>>,
+    bodies_changed: bool,
     epoch_ns: u64,
     /// Cycle from which on joints, frames and TCP are due.
     view_due: u64,
@@ -76,6 +82,9 @@ impl ViewerMessages {
         Self {
             model,
             obstacles,
+            bodies: Arc::from([]),
+            gone: BTreeSet::new(),
+            bodies_changed: false,
             epoch_ns,
             view_due: 0,
             scene_drawn: None,
@@ -95,6 +104,17 @@ impl ViewerMessages {
     /// The scene is drawn with the next state: somebody new looks.
     pub fn request_scene(&mut self) {
         self.scene_drawn = None;
+    }
+
+    /// What is drawn beside arm and obstacles is this from now on. A body with the identifier of an obstacle takes its place.
+    pub fn set_bodies(&mut self, bodies: Arc<[SceneBody]>) {
+        self.gone
+            .extend(self.bodies.iter().map(|body| body.id.clone()));
+        for body in bodies.iter() {
+            self.gone.remove(&body.id);
+        }
+        self.bodies = bodies;
+        self.bodies_changed = true;
     }
 
     /// Gives the messages that are due at a state to `put`: the topic and the encoded message.
@@ -135,14 +155,21 @@ impl ViewerMessages {
     ) -> Result<(), E> {
         let at = self.timestamp(time);
         let mut entities = scene::arm(&self.model, at);
-        entities.extend(self.obstacles.iter().map(|one| scene::obstacle(one, at)));
+        let is_moved = |id: &str| self.bodies.iter().any(|body| &*body.id == id);
+        let obstacles = self.obstacles.iter().map(|one| scene::obstacle(one, at));
+        entities.extend(obstacles.filter(|drawn| !is_moved(&drawn.id)));
+        entities.extend(self.bodies.iter().map(|one| scene::body(one, at)));
         entities.push(scene::trace(self.trace.iter().map(|(_, point)| *point), at));
         entities.push(scene::force(self.force, at));
         self.scene_drawn = Some(time);
         self.trace_changed = false;
+        self.bodies_changed = false;
         self.force_drawn = self.force;
         let update = shown::SceneUpdate {
-            deletions: Vec::new(),
+            deletions: std::mem::take(&mut self.gone)
+                .into_iter()
+                .map(|id| scene::deletion(&id, at))
+                .collect(),
             entities,
         };
         put(Topic::Scene, encode(&mut self.buffer, &update))
@@ -165,7 +192,7 @@ impl ViewerMessages {
             return true;
         };
         let force_changed = (self.force - self.force_drawn).norm() >= FORCE_STEP;
-        let period = if self.trace_changed || force_changed {
+        let period = if self.trace_changed || self.bodies_changed || force_changed {
             MOVING_SCENE_PERIOD
         } else {
             SCENE_PERIOD

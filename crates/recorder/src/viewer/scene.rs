@@ -1,12 +1,15 @@
-//! What is drawn: the arm from its capsules, the obstacles, the way of the TCP, the force on it. Pure shapes.
+//! What is drawn: the arm from its capsules, the obstacles, what lives in the cell, the way of the TCP, the force on it. Pure shapes.
+
+use std::sync::Arc;
 
 use foxglove::messages as shown;
 use foxglove::messages::Timestamp;
 use foxglove::messages::line_primitive::Type as LineType;
+use foxglove::messages::scene_entity_deletion::Type as DeletionType;
 use kinematics::{Capsule, Pose, RobotModel, RpyPose};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
-use super::{BASE_FRAME, LINK_FRAMES, TCP_FRAME};
+use super::{BASE_FRAME, FLANGE_FRAME, LINK_FRAMES, TCP_FRAME};
 
 /// Diameter of the ball that marks the TCP, m.
 const TCP_BALL: f64 = 0.012;
@@ -41,7 +44,31 @@ pub struct SceneObstacle {
     pub pose: RpyPose,
 }
 
-/// Shape of an [`SceneObstacle`], m.
+/// A solid of a cell that lives: it moves, comes and goes, or shows something by its colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneBody {
+    /// What viewers call it, `part/box[3]` for instance; no two of a scene have the same.
+    pub id: Arc<str>,
+    /// The frame that its pose is in.
+    pub frame: SceneFrame,
+    /// Pose of the shape's middle; of an arrow, of its tail.
+    pub pose: Pose,
+    /// Shape of the body.
+    pub shape: ObstacleShape,
+    /// Red, green, blue and opacity, 0 to 1.
+    pub color: [f64; 4],
+}
+
+/// What a [`SceneBody`] moves with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SceneFrame {
+    /// Nothing.
+    Base,
+    /// The tool flange.
+    Flange,
+}
+
+/// Shape of an obstacle or a body, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ObstacleShape {
     /// Lengths along x, y and z.
@@ -60,6 +87,11 @@ pub enum ObstacleShape {
     },
     /// Everything below the x-y plane; z points out of it. Drawn as a plate of 3 m.
     Plane,
+    /// An arrow along z: a direction, and no solid.
+    Arrow {
+        /// Length, m.
+        length: f64,
+    },
 }
 
 /// The arm, one entity a link, each fixed to its frame so that `/tf` moves it; and the TCP as a ball.
@@ -85,33 +117,86 @@ pub(super) fn arm(model: &RobotModel, at: Timestamp) -> Vec<shown::SceneEntity> 
 /// An obstacle as an entity of its own, named `obstacle/NAME`.
 pub(super) fn obstacle(obstacle: &SceneObstacle, at: Timestamp) -> shown::SceneEntity {
     let mut drawn = entity(BASE_FRAME, &format!("obstacle/{}", obstacle.name), at);
-    let base_from_shape = Pose::from_rpy(&obstacle.pose);
-    match obstacle.shape {
-        ObstacleShape::Box(size) => drawn.cubes.push(cube(&base_from_shape, size, OBSTACLE)),
+    let color = match obstacle.shape {
+        ObstacleShape::Plane => PLANE,
+        _ => OBSTACLE,
+    };
+    draw_shape(
+        &obstacle.shape,
+        &Pose::from_rpy(&obstacle.pose),
+        color,
+        &mut drawn,
+    );
+    drawn
+}
+
+/// A body as an entity of its own.
+pub(super) fn body(body: &SceneBody, at: Timestamp) -> shown::SceneEntity {
+    let frame = match body.frame {
+        SceneFrame::Base => BASE_FRAME,
+        SceneFrame::Flange => FLANGE_FRAME,
+    };
+    let mut drawn = entity(frame, &body.id, at);
+    let [r, g, b, a] = body.color;
+    draw_shape(&body.shape, &body.pose, color(r, g, b, a), &mut drawn);
+    drawn
+}
+
+/// An entity that is drawn no more.
+pub(super) fn deletion(id: &str, at: Timestamp) -> shown::SceneEntityDeletion {
+    shown::SceneEntityDeletion {
+        timestamp: Some(at),
+        r#type: DeletionType::MatchingId.into(),
+        id: id.to_owned(),
+    }
+}
+
+fn draw_shape(
+    shape: &ObstacleShape,
+    frame_from_shape: &Pose,
+    color: shown::Color,
+    drawn: &mut shown::SceneEntity,
+) {
+    match *shape {
+        ObstacleShape::Box(size) => drawn.cubes.push(cube(frame_from_shape, size, color)),
         ObstacleShape::Cylinder { radius, length } => {
             drawn.cylinders.push(shown::CylinderPrimitive {
-                pose: Some(pose(&base_from_shape)),
+                pose: Some(pose(frame_from_shape)),
                 size: Some(vector(Vector3::new(2.0 * radius, 2.0 * radius, length))),
                 bottom_scale: 1.0,
                 top_scale: 1.0,
-                color: Some(OBSTACLE),
+                color: Some(color),
             });
         }
         ObstacleShape::Sphere { radius } => {
             drawn
                 .spheres
-                .push(ball(base_from_shape.translation, 2.0 * radius, OBSTACLE));
+                .push(ball(frame_from_shape.translation, 2.0 * radius, color));
         }
         ObstacleShape::Plane => {
             let (side, thickness) = PLATE;
             // The upper face of the plate is the plane.
-            let middle = base_from_shape * Pose::from_translation(0.0, 0.0, -thickness / 2.0);
+            let middle = *frame_from_shape * Pose::from_translation(0.0, 0.0, -thickness / 2.0);
             drawn
                 .cubes
-                .push(cube(&middle, [side, side, thickness], PLANE));
+                .push(cube(&middle, [side, side, thickness], color));
+        }
+        ObstacleShape::Arrow { length } => {
+            // An arrow of the viewers points along x.
+            let along = turn_to(&Vector3::x_axis(), &Vector3::z_axis(), &Vector3::y_axis());
+            let turned =
+                *frame_from_shape * Pose::new(along.to_rotation_matrix(), Vector3::zeros());
+            let head = (0.3 * length).min(0.04);
+            drawn.arrows.push(shown::ArrowPrimitive {
+                pose: Some(pose(&turned)),
+                shaft_length: length - head,
+                shaft_diameter: 0.012,
+                head_length: head,
+                head_diameter: 0.028,
+                color: Some(color),
+            });
         }
     }
-    drawn
 }
 
 /// The way of the TCP as a line in the base frame.

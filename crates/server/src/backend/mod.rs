@@ -17,6 +17,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::LogLines;
 use controller::cell::Cell;
+use controller::cell_world::CellWorld;
 use elite_runtime::interpreter::{DiscardReason, SubmitResult, SubmittedStatement};
 use elite_runtime::message::{Message, RECORDING_ALARM_CODE, REPLACED, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
@@ -28,6 +29,7 @@ use motion_api::{
     CommandId, CommandKind, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
 };
 use parking_lot::Mutex;
+use pendant::WorldWatch;
 use recorder::RecorderMetrics;
 use serde_json::{Value, json};
 use supervision::ThreadSupervisor;
@@ -75,6 +77,8 @@ pub struct PortBackend {
     task_dir: PathBuf,
     /// What the page draws.
     scene: Value,
+    /// The parts of the cell and what handles them, and how the page saw them last.
+    world: Option<(CellWorld, Mutex<WorldWatch>)>,
     /// Positions of the joints at the start, rad.
     home: [f64; 6],
     log_lines: LogLines,
@@ -111,6 +115,9 @@ impl PortBackend {
             task_folder: TaskFolder::new(&robot.task_dir),
             task_dir: robot.task_dir.clone(),
             scene: scene(host, robot.cell.as_deref()),
+            world: controller
+                .world()
+                .map(|world| (world.clone(), Mutex::new(WorldWatch::new(world)))),
             home: robot.home.0,
             log_lines: controller.log_lines(),
             start_configuration: Configuration {

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use controller::cell_world::WorldOrder;
 use elite_runtime::message::Message;
 use elite_runtime::panel::PopupId;
 use elite_runtime::task_folder::TaskFolder;
@@ -85,6 +86,11 @@ impl PageBackend for PortBackend {
         (self.log_lines.subscribe(), Some(alarms))
     }
 
+    fn world(&self) -> Option<Arc<str>> {
+        let (world, watch) = self.world.as_ref()?;
+        Some(watch.lock().look(world))
+    }
+
     async fn order(&self, order: PageOrder) -> Result<Value, String> {
         tracing::debug!(?order, "page");
         match order {
@@ -158,6 +164,7 @@ impl PageBackend for PortBackend {
             PageOrder::Inputs { values } => {
                 self.set_points(io::inputs(&values, &self.robot.state().io_config))
             }
+            PageOrder::PlacePart { part, pose } => self.place_part(&part, pose),
             PageOrder::Outputs { values } => {
                 self.set_points(io::outputs(&values, &self.robot.state().io_config))
             }
@@ -244,6 +251,24 @@ impl PageBackend for PortBackend {
 }
 
 impl PortBackend {
+    /// Puts a part somewhere, at rest, while no program could be surprised by it.
+    fn place_part(&self, part: &str, pose: [f64; 6]) -> Result<Value, String> {
+        let Some((world, _)) = &self.world else {
+            return Err("the cell has no parts".to_owned());
+        };
+        if self.supervisor.status().state != TaskState::Stopped {
+            let text = "a program runs; stop it before a part is placed by hand";
+            return Err(text.to_owned());
+        }
+        let order = WorldOrder::Place {
+            name: part.to_owned(),
+            pose,
+        };
+        world.order(order).map_err(|error| error.to_string())?;
+        tracing::info!(part, "page: a part was placed by hand");
+        Ok(Value::Null)
+    }
+
     /// Sets inputs or outputs that were read from an order.
     fn set_points(&self, changes: Result<io::IoChanges, io::InputError>) -> Result<Value, String> {
         let changes = changes.map_err(|error| error.to_string())?;

@@ -37,6 +37,7 @@ use crate::ports::{foxglove, http, primary, rtsi};
 use crate::ready_file;
 use crate::shutdown::Shutdown;
 use controller::cell::{Cell, CellError};
+use controller::cell_world::WorldScene;
 use controller::start_configuration::cycle_config;
 use playback::Playback;
 use time_line::PageContent;
@@ -103,6 +104,9 @@ pub(super) fn serve(
     scene["home"] = serde_json::json!(setup.home.0);
     let shown = Arc::new(PageContent {
         scene,
+        world: cell
+            .as_ref()
+            .and_then(|cell| WorldScene::of_cell(cell, &model)),
         recording: Some(recording.clone()),
         ..PageContent::default()
     });

@@ -4,14 +4,18 @@
 //! A second [`Playback`] that nobody listens to follows the messages, so that each moment shows what it would show
 //! live.
 
+use std::iter::Peekable;
 use std::sync::Arc;
 
+use controller::cell_world::WorldScene;
+use controller::cell_world::topic::{self, WorldMessage};
 use elite_runtime::chinese;
+use kinematics::RobotModel;
 use motion_api::RobotState;
 use parking_lot::Mutex;
-use pendant::History;
 use pendant::frame::{FrameContext, encode};
-use recorder::{Recording, RecordingEntry, Topic};
+use pendant::{History, living_cell};
+use recorder::{ReadError, Recording, RecordingEntry, Topic};
 use serde_json::{Value, json};
 use supervision::{ThreadRole, ThreadSupervisor};
 
@@ -29,11 +33,15 @@ const PROGRAMS_MAX: usize = 64;
 const PROGRAM_BYTES_MAX: usize = 16 << 20;
 /// Panel and registers are looked at so often, s.
 const PANEL_PERIOD: f64 = 0.1;
+/// The world is looked at so often, s.
+const WORLD_PERIOD: f64 = 1.0 / 30.0;
 
 /// What the page shows of a recording, beside what all ports show.
 pub(super) struct PageContent {
     /// The arm and its cell.
     pub(super) scene: Value,
+    /// The parts of the cell and what handles them, before the first message.
+    pub(super) world: Option<WorldScene>,
     /// Everything that was.
     pub(super) history: Arc<Mutex<History>>,
     /// What is played; none where no page shows it.
@@ -47,6 +55,7 @@ impl Default for PageContent {
     fn default() -> Self {
         Self {
             scene: Value::Null,
+            world: None,
             history: Arc::new(Mutex::new(History::of_recording())),
             recording: None,
             programs: Mutex::default(),
@@ -66,6 +75,12 @@ pub(super) fn read(
             shown: &shown,
             modes: ModeTracker::default(),
             next_panel: f64::NEG_INFINITY,
+            world: shown.world.clone().map(|scene| WorldReader {
+                messages: topic::messages(&recording).ok().map(Iterator::peekable),
+                scene,
+                is_stale: false,
+                next_moment: f64::NEG_INFINITY,
+            }),
             panel: Arc::from(""),
             registers: Arc::from(""),
             sequence: 0,
@@ -81,8 +96,50 @@ pub(super) fn read(
     Ok(())
 }
 
-struct HistoryReader<'s> {
+/// The world of the cell, read beside the cycles.
+struct WorldReader<M: Iterator> {
+    messages: Option<Peekable<M>>,
+    scene: WorldScene,
+    /// Something has changed since the last moment.
+    is_stale: bool,
+    next_moment: f64,
+}
+
+impl<M: Iterator<Item = Result<WorldMessage, ReadError>>> WorldReader<M> {
+    /// Goes on to a cycle; the moment as JSON when something has changed and the last one is old enough.
+    fn go_on(&mut self, state: &RobotState, model: &RobotModel) -> Option<Arc<str>> {
+        let messages = self.messages.as_mut()?;
+        let is_due = |message: &Result<WorldMessage, _>| {
+            message
+                .as_ref()
+                .map_or(true, |message| message.cycle <= state.cycle)
+        };
+        while let Some(message) = messages.next_if(is_due) {
+            match message {
+                Ok(message) => {
+                    let base_from_flange = model.flange_pose(&state.actual_q);
+                    self.scene.apply(&message, &base_from_flange);
+                    self.is_stale = true;
+                }
+                Err(error) => {
+                    tracing::warn!("the page shows no more of the world: {error}");
+                    self.messages = None;
+                    break;
+                }
+            }
+        }
+        if !self.is_stale || state.time < self.next_moment {
+            return None;
+        }
+        self.is_stale = false;
+        self.next_moment = state.time + WORLD_PERIOD;
+        Some(living_cell::moment(self.scene.picture()).to_string().into())
+    }
+}
+
+struct HistoryReader<'s, M: Iterator> {
     shadow: Playback,
+    world: Option<WorldReader<M>>,
     shown: &'s PageContent,
     modes: ModeTracker,
     next_panel: f64,
@@ -91,7 +148,7 @@ struct HistoryReader<'s> {
     sequence: u32,
 }
 
-impl HistoryReader<'_> {
+impl<M: Iterator<Item = Result<WorldMessage, ReadError>>> HistoryReader<'_, M> {
     fn take(&mut self, time: f64, entry: RecordingEntry) {
         match &entry {
             RecordingEntry::Script(script) => {
@@ -155,6 +212,11 @@ impl HistoryReader<'_> {
             .history
             .lock()
             .frame(state.time, &encode(&state, &beside));
+        if let Some(world) = &mut self.world
+            && let Some(moment) = world.go_on(&state, self.shadow.model())
+        {
+            self.shown.history.lock().world(state.time, moment);
+        }
         if let Some(event) = self.modes.changes(&state, beside.task) {
             self.event(state.time, MODE_LEVEL, &event);
         }

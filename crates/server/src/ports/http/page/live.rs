@@ -126,6 +126,11 @@ async fn write<C: PageBackend>(
 ) -> Result<(), Error> {
     let mut events = page.stage.events();
     let mut frames = page.stage.frames();
+    let mut world = page.stage.world();
+    // Whoever comes sees the world as it is, where there is one.
+    if &**world.borrow() != "null" {
+        world.mark_changed();
+    }
     for (name, text) in ["panel", "registers"].into_iter().zip(page.stage.now()) {
         let event = format!(r#"{{"event":"{name}","{name}":{text}}}"#);
         sink.send(Message::text(event)).await?;
@@ -144,6 +149,13 @@ async fn write<C: PageBackend>(
                     sink.send(Message::text(event.to_string())).await?;
                 }
                 Err(RecvError::Closed) => return Ok(()),
+            },
+            changed = world.changed() => {
+                if changed.is_err() {
+                    return Ok(());
+                }
+                let event = format!(r#"{{"event":"world","world":{}}}"#, *world.borrow_and_update());
+                sink.send(Message::text(event)).await?;
             },
             changed = frames.changed() => {
                 if changed.is_err() {

@@ -77,6 +77,10 @@ pub trait PageBackend: HttpBackend {
         broadcast::Receiver<controller::LogLine>,
         Option<broadcast::Receiver<Message>>,
     );
+    /// The world of the cell at this moment, as JSON; the same `Arc` as long as nothing in it changes.
+    fn world(&self) -> Option<Arc<str>> {
+        None
+    }
     /// Carries an order out that is not held; what it answers.
     fn order(&self, order: PageOrder) -> impl Future<Output = Result<Value, String>> + Send;
     /// A sentence about the arm in which safety planes have the names of the cell.

@@ -1,7 +1,8 @@
-//! What all pages are shown: one frame 60 times a second for whoever looks, changes of the panel, and what is told.
+//! What all pages are shown: one frame 60 times a second for whoever looks, changes of the panel and of the cell's world,
+//! and what is told.
 //!
 //! Looks at the latest snapshot and never at the cycle, so pages cost the control cycle nothing, however many they are.
-//! The latest frame is all that waits for a page; events wait in one queue that all share, from which a slow page loses
+//! The latest frame and the latest world are all that waits for a page; events wait in one queue that all share, from which a slow page loses
 //! the oldest.
 
 use std::sync::Arc;
@@ -49,6 +50,7 @@ pub struct PageBroadcast {
     events: broadcast::Sender<Arc<str>>,
     panel: watch::Sender<Arc<str>>,
     registers: watch::Sender<Arc<str>>,
+    world: watch::Sender<Arc<str>>,
     history: Arc<Mutex<History>>,
     pages: AtomicUsize,
 }
@@ -61,6 +63,7 @@ impl PageBroadcast {
             events: broadcast::Sender::new(BACKLOG),
             panel: watch::Sender::new(Arc::from("null")),
             registers: watch::Sender::new(Arc::from("null")),
+            world: watch::Sender::new(Arc::from("null")),
             history,
             pages: AtomicUsize::new(0),
         }
@@ -69,6 +72,11 @@ impl PageBroadcast {
     /// The latest frame, and those that come.
     pub(super) fn frames(&self) -> watch::Receiver<Arc<[u8]>> {
         self.frames.subscribe()
+    }
+
+    /// The world of the cell as it is, and every change of it: a page that is behind gets the latest.
+    pub(super) fn world(&self) -> watch::Receiver<Arc<str>> {
+        self.world.subscribe()
     }
 
     /// Every event from now on.
@@ -203,6 +211,12 @@ impl<C: PageBackend> PagePublisher<'_, C> {
             self.stage
                 .frames
                 .send_replace(Arc::from(&frame[..FRAME_BYTES]));
+        }
+        if let Some(world) = self.cockpit.world()
+            && replace_if_changed(&self.stage.world, &world)
+            && self.fills_history
+        {
+            self.stage.history.lock().world(state.time, world);
         }
         if self.sequence.is_multiple_of(FRAMES_PER_PANEL) {
             self.panel(&state);
