@@ -8,7 +8,7 @@ use recorder::{CustomTopic, CustomTopicId, ReadError, RecorderHandle, Recording}
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::collections::BTreeSet;
-use world::state::{ConveyorState, DetectorState, GripperState};
+use world::{ConveyorState, DetectorState, GripperState};
 use world::{WorldDescription, WorldState};
 
 use super::orders::WorldOrder;
