@@ -58,7 +58,10 @@ fn moves(path: &Path) -> bool {
 fn rerun(script: &Path, clock: &str) -> u64 {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
-    let cell = script.with_extension("toml");
+    let cell = match script.with_extension("toml") {
+        own if own.exists() => own,
+        _ => script.with_file_name("cell.toml"),
+    };
     let mut run = eliteserver();
     run.arg("run")
         .arg(script)
@@ -118,6 +121,12 @@ fn every_program_that_moves_runs_again_from_its_recording() {
         let cycles = rerun(program, "virtual");
         assert!(cycles > 100, "{} has {cycles} cycles", program.display());
     }
+}
+
+#[test]
+fn a_cell_that_lives_runs_again() {
+    let cycles = rerun(&root().join("examples/cells/belt/pick.script"), "virtual");
+    assert!(cycles > 5000, "{cycles}");
 }
 
 #[test]

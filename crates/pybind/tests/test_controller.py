@@ -301,3 +301,47 @@ def test_calibrations_and_cells_as_text():
     cell = '[[obstacle]]\nname = "plate"\nshape = "plane"\npose = [0, 0, 0.2, 0, 0, 0]\nstiffness = 20000\n'
     with Controller(cell=cell) as c:
         assert c.run("print(1)").ok
+
+
+PARTS = """
+[world]
+floor = 0.0
+
+[[part]]
+name = "box"
+shape = "box"
+size = [0.1, 0.1, 0.1]
+mass = 1.0
+pose = [0.6, 0, 0.0501, 0, 0, 0]
+
+[[sink]]
+name = "out"
+pose = [0.6, 1.0, 0.5, 0, 0, 0]
+size = [0.2, 0.2, 0.2]
+"""
+
+
+def test_parts_of_the_cell_are_seen_and_changed():
+    with Controller(cell=PARTS) as controller:
+        controller.step(10)
+        box = controller.parts["box"]
+        assert box.pose == pytest.approx([0.6, 0, 0.05, 0, 0, 0], abs=1e-3)
+        assert box.held_by is None and box.speed < 0.01
+        assert controller.add("box", [0.6, 0, 1, 0, 0, 0]) == "box#1"
+        assert controller.run_until("part('box#1').z < 0.9", timeout=1.0)
+        controller.place("box#1", [0.6, 1, 0.5, 0, 0, 0])
+        controller.step(2)
+        assert controller.count("out") == 1 and list(controller.parts) == ["box"]
+        controller.remove("box")
+        controller.step(1)
+        assert not controller.parts
+        with pytest.raises(ValueError, match="bax"):
+            controller.place("bax", [0, 0, 0, 0, 0, 0])
+        with pytest.raises(ValueError, match="pose"):
+            controller.place("box", [0, 0, 0])
+        with pytest.raises(ValueError, match="what is 'lost'|\"lost\""):
+            controller.fault("lost", "box")
+    with Controller() as controller:
+        assert not controller.parts
+        with pytest.raises(RuntimeError, match="no parts"):
+            controller.remove("box")

@@ -42,6 +42,9 @@ pub struct FingerOrder {
     pub force: f64,
 }
 
+/// Fingers let go of a part that a fault takes out by this opening, m.
+const DROP_GAP: f64 = 0.004;
+
 /// A gripper with fingers.
 #[derive(Clone, Debug)]
 pub(crate) struct FingerPair {
@@ -60,6 +63,8 @@ pub(crate) struct FingerPair {
     /// Speed of the held part against the fingers, flange frame.
     slip: Vector3<f64>,
     state: FingerState,
+    /// A part that a fault took out, until it is out of reach.
+    dropped: Option<PartNumber>,
     is_placed: bool,
 }
 
@@ -102,6 +107,7 @@ impl FingerPair {
             hold: None,
             slip: Vector3::zeros(),
             state: FingerState::Arrived,
+            dropped: None,
             is_placed: false,
             plan: plan.clone(),
         }
@@ -192,6 +198,12 @@ impl FingerPair {
     /// Moves the fingers by up to `way` of opening, unless something resists with more than `force`.
     fn travel(&mut self, context: &GripContext<'_>, way: f64, force: f64) {
         let left = self.order.width - self.width;
+        if let Some(part) = self.dropped {
+            if left < 0.0 && self.gaps(context, part).is_some() {
+                return;
+            }
+            self.dropped = None;
+        }
         if left.abs() < THERE {
             if self.state == FingerState::Moving {
                 self.state = FingerState::Arrived;
@@ -317,6 +329,9 @@ impl FingerPair {
     fn slips_away(&mut self, context: &mut GripContext<'_>, force: f64) -> bool {
         let Some(hold) = &self.hold else { return false };
         if context.drops {
+            self.dropped = Some(hold.part);
+            let wide = self.width + DROP_GAP;
+            self.width = kinematics::bounds::within(wide, 0.0, self.plan.stroke);
             self.let_go(context, FingerState::Lost);
             return true;
         }
@@ -407,7 +422,7 @@ impl FingerPair {
         let touches = |gaps: &[f64; 2]| gaps[0] + gaps[1] < TOUCH;
         let found = self
             .parts_between(context)
-            .find(|(_, gaps)| touches(gaps))
+            .find(|(part, gaps)| self.dropped != Some(*part) && touches(gaps))
             .map(|(part, _)| part);
         if let Some(part) = found {
             let flange = *context.motion.now();

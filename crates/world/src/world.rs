@@ -17,9 +17,9 @@ use crate::parts::{PartBody, PartNumber, PartTable};
 use crate::scatter::Scatter;
 use crate::source::Source;
 use crate::state::{PartState, WorldState};
-use kinematics::Pose;
+use kinematics::{Pose, Wrench, elementary};
 use motion_api::PointSet;
-use motion_api::{WorldInput, WorldOutput};
+use motion_api::{MAX_GRIPPERS, WorldInput, WorldOutput};
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use std::sync::Arc;
 
@@ -27,6 +27,9 @@ use std::sync::Arc;
 const FLOOR_FRICTION: f64 = 0.5;
 /// Without a floor, parts are removed this far below the base, m.
 const LOST_BELOW: f64 = -10.0;
+/// What obstacles do to a held part counts with this time constant, s: a hit of a few milliseconds moves a part by nothing that a cup or finger
+/// would not follow.
+const CONTACT_LAG: f64 = 0.02;
 /// Number of the random sequence of faults; sources have those from 0.
 const FAULT_STREAM: u64 = 1 << 32;
 
@@ -45,6 +48,8 @@ pub struct World {
     pub(crate) driven: PointSet,
     /// Parts that the faults of this cycle take out of their grippers.
     pub(crate) drops: Vec<PartNumber>,
+    /// What obstacles do to the part in each gripper, as far as it counts: about the origin of the flange, base axes.
+    touched_by: [Wrench; MAX_GRIPPERS],
     arm: Arm,
     obstacles: Vec<RigidBodyHandle>,
     conveyors: Vec<Conveyor>,
@@ -152,6 +157,7 @@ impl World {
             faults: cell.faults.iter().cloned().map(Fault::new).collect(),
             absent: Vec::new(),
             drops: Vec::new(),
+            touched_by: [Wrench::default(); MAX_GRIPPERS],
             scatter: Scatter::new(seed, FAULT_STREAM),
             driven,
             output: WorldOutput::default(),
@@ -200,6 +206,7 @@ impl World {
             );
         }
         self.arm.drive(&mut self.engine, input);
+        self.feel_contacts(input);
         self.grip(input, Gripper::before_step);
         self.engine.step();
         for actuator in &mut self.actuators {
@@ -246,6 +253,20 @@ impl World {
         &self.state
     }
 
+    /// Lets what obstacles do to held parts count.
+    fn feel_contacts(&mut self, input: &WorldInput) {
+        let share = 1.0 - elementary::exp(-self.settings.period / CONTACT_LAG);
+        for (number, gripper) in self.grippers.iter().enumerate() {
+            let felt = &mut self.touched_by[number];
+            if gripper.hold().is_none() {
+                *felt = Wrench::default();
+            }
+            let now = &input.held_contacts[number];
+            felt.force += (now.force - felt.force) * share;
+            felt.moment += (now.moment - felt.moment) * share;
+        }
+    }
+
     fn grip(&mut self, input: &WorldInput, what: fn(&mut Gripper, GripContext<'_>)) {
         for (number, gripper) in self.grippers.iter_mut().enumerate() {
             let held = gripper.hold().map(|hold| hold.part);
@@ -257,7 +278,7 @@ impl World {
                     motion: &self.arm.motion,
                     outputs: &input.outputs,
                     gripper: number,
-                    touched_by: input.held_contacts[number],
+                    touched_by: self.touched_by[number],
                     period: self.settings.period,
                     cycle: self.state.cycle,
                     leaks: fault::leaks(&self.faults, &self.names.grippers[number]),

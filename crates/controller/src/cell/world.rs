@@ -421,34 +421,27 @@ fn fingers(check: &TableCheck, table: &GripperTable) -> Result<Fingers, InvalidV
             ("gauge", table.gauge.is_some()),
         ],
     )?;
-    let points = [
-        table.close,
-        table.open,
-        table.opened,
-        table.closed,
-        table.gripping,
-    ];
-    let control = if table.protocol.is_some() {
-        if let Some(point) = points.into_iter().flatten().next() {
-            return Err(check.wrong("protocol", point, "a gripper on a bus has no points"));
+    if let Some(protocol) = table.protocol {
+        return Err(check.wrong(
+            "protocol",
+            format_args!("{:?}", protocol.word()),
+            "the Modbus maps of makers are not simulated yet: give the points close, open and their like instead",
+        ));
+    }
+    for (key, given) in [
+        ("bus", table.bus.is_some()),
+        ("slave", table.slave.is_some()),
+    ] {
+        if given {
+            return Err(check.wrong(key, "given", "it goes with protocol"));
         }
-        FingerControl::Orders
-    } else {
-        for (key, given) in [
-            ("bus", table.bus.is_some()),
-            ("slave", table.slave.is_some()),
-        ] {
-            if given {
-                return Err(check.wrong(key, "given", "it goes with protocol"));
-            }
-        }
-        let close = optional(check, "close", table.close, IoDirection::Out)?;
-        let open = optional(check, "open", table.open, IoDirection::Out)?;
-        if close.is_none() && open.is_none() {
-            return Err(check.missing("close", "an output close or open, or a protocol, is needed"));
-        }
-        FingerControl::Points { close, open }
-    };
+    }
+    let close = optional(check, "close", table.close, IoDirection::Out)?;
+    let open = optional(check, "open", table.open, IoDirection::Out)?;
+    if close.is_none() && open.is_none() {
+        return Err(check.missing("close", "an output close or open is needed"));
+    }
+    let control = FingerControl::Points { close, open };
     let FingerTable { size, pose } = table.finger.ok_or_else(|| {
         check.missing(
             "finger",

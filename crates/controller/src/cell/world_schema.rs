@@ -70,6 +70,16 @@ pub enum GripperProtocol {
     DhAg,
 }
 
+impl GripperProtocol {
+    /// The word in the file.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Robotiq2F => "robotiq-2f",
+            Self::DhAg => "dh-ag",
+        }
+    }
+}
+
 /// A finger's box.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
