@@ -311,3 +311,73 @@ fn no_path_has_its_reason() {
         "{error}"
     );
 }
+
+#[test]
+fn parts_count_where_they_are_and_held_ones_move_with_the_arm() {
+    let text = r#"
+[world]
+floor = -0.05
+
+[[part]]
+name = "box"
+shape = "box"
+size = [0.1, 0.1, 0.1]
+mass = 0.5
+pose = [-0.45, 0, 0, 0, 0, 0]
+
+[[obstacle]]
+name = "shelf"
+shape = "box"
+size = [0.2, 0.2, 0.02]
+pose = [-0.45, 0, 0.25, 0, 0, 0]
+"#;
+    let (_file, config) = cell(text);
+    let scene = collision_scene(&config).unwrap();
+    let names: Vec<&str> = scene.obstacle_names().collect();
+    assert_eq!(names, ["shelf", "floor", "box"]);
+    let text =
+        "movej([0.0, -1.2, 1.9, -2.2, -1.57, 0.0])\nmovej([0.8, -1.57, 1.57, -1.57, -1.57, 0.0])\n";
+    let run = measured(&config, text);
+    assert_eq!(run.end, MeasuredEnd::Finished);
+    assert!(run.distance() < 0.05, "{:?}", run.nearest());
+}
+
+#[test]
+fn what_is_held_keeps_the_margin_too() {
+    let (_file, config) = cell(POST);
+    let scene = collision_scene(&config).unwrap();
+    let left = JointPositions(LEFT);
+    let tip = scene
+        .model()
+        .tcp_pose(&left, scene.flange_from_tcp())
+        .translation;
+    let part = format!(
+        "{POST}\n[[obstacle]]\nname = \"box\"\nshape = \"box\"\nsize = [0.2, 0.2, 0.06]\npose = [{}, {}, {}, 0, 0, 0]\n",
+        tip.x,
+        tip.y,
+        tip.z - 0.035
+    );
+    let (_file, config) = cell(&part);
+    let options = PlanOptions {
+        held: Some("box".to_owned()),
+        ..PlanOptions::to(PathTarget::Joints(JointPositions(RIGHT)))
+    };
+    let path = planned(&config, &options).unwrap();
+    assert!(path.distance.unwrap() >= 0.01, "{path:?}");
+    // The same path with the box on the flange, measured without the controller.
+    let mut scene = collision_scene(&config).unwrap();
+    let id = scene.obstacle("box").unwrap();
+    let Some(path_planning::ObstaclePlace::Standing(pose)) = scene.place(id) else {
+        panic!("{:?}", scene.place(id));
+    };
+    let on_flange = scene.model().flange_pose(&left).inverse() * pose;
+    scene.set_place(id, path_planning::ObstaclePlace::Held(on_flange));
+    let mut tracker = path_planning::ClearanceTracker::default();
+    let mut least = f64::INFINITY;
+    for q in &path.waypoints {
+        if let Some(found) = tracker.advance(&scene, q, least) {
+            least = found.nearest.distance;
+        }
+    }
+    assert!(least >= 0.01, "{least}");
+}
