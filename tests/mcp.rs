@@ -165,6 +165,8 @@ fn every_tool_is_told_of_with_its_arguments() {
         "check",
         "run",
         "test",
+        "clearance",
+        "plan_path",
         "replay_summary",
         "replay_at",
         "replay_find",

@@ -115,19 +115,22 @@ fn a_motion_through_a_post_is_told_and_stops_nobody() {
 }
 
 #[test]
-fn a_blend_belongs_to_the_motion_that_it_leads_into() {
-    // A wall that only the cut corner comes near to.
+fn blends_are_measured_with_the_motion_that_they_lead_into() {
     let text = "movej([0.3, -1.57, 1.57, -1.57, -1.57, 0.0], r=0.1)\nmovej([0.3, -1.2, 1.57, -1.57, -1.57, 0.0])\n";
     let (_file, config) = cell(POST);
-    let run = measured(&config, text);
-    assert_eq!(run.rows.len(), 2, "{:?}", run.rows);
-    let (first, second) = (&run.rows[0], &run.rows[1]);
-    let begins = |row: &controller::clearance::MotionClearance| row.least.as_ref().unwrap().time;
-    // The post stands where the first motion goes to, which is in the blend nearest to it.
-    assert!(
-        begins(second) <= begins(first) + 0.1,
-        "{first:?} {second:?}"
-    );
+    let options = MeasureOptions {
+        has_history: true,
+        ..MeasureOptions::default()
+    };
+    let run = measure(&config, program(text), &options, &mut || true).unwrap();
+    let [first, second] = &run.rows[..] else {
+        panic!("{:?}", run.rows);
+    };
+    assert_eq!((first.line, second.line), (1, 2));
+    let least = run.history.iter().map(|(_, distance)| *distance);
+    let least = least.fold(f64::INFINITY, f64::min);
+    assert!(run.distance() <= least + 1e-4, "{} {least}", run.distance());
+    assert!(run.distance() >= least - 5e-3, "{} {least}", run.distance());
 }
 
 #[test]
@@ -310,4 +313,74 @@ fn no_path_has_its_reason() {
         error.contains("\"box\"") && error.contains("post, table"),
         "{error}"
     );
+}
+
+#[test]
+fn parts_count_where_they_are_and_held_ones_move_with_the_arm() {
+    let text = r#"
+[world]
+floor = -0.05
+
+[[part]]
+name = "box"
+shape = "box"
+size = [0.1, 0.1, 0.1]
+mass = 0.5
+pose = [-0.45, 0, 0, 0, 0, 0]
+
+[[obstacle]]
+name = "shelf"
+shape = "box"
+size = [0.2, 0.2, 0.02]
+pose = [-0.45, 0, 0.25, 0, 0, 0]
+"#;
+    let (_file, config) = cell(text);
+    let scene = collision_scene(&config).unwrap();
+    let names: Vec<&str> = scene.obstacle_names().collect();
+    assert_eq!(names, ["shelf", "floor", "box"]);
+    let text =
+        "movej([0.0, -1.2, 1.9, -2.2, -1.57, 0.0])\nmovej([0.8, -1.57, 1.57, -1.57, -1.57, 0.0])\n";
+    let run = measured(&config, text);
+    assert_eq!(run.end, MeasuredEnd::Finished);
+    assert!(run.distance() < 0.05, "{:?}", run.nearest());
+}
+
+#[test]
+fn what_is_held_keeps_the_margin_too() {
+    let (_file, config) = cell(POST);
+    let scene = collision_scene(&config).unwrap();
+    let left = JointPositions(LEFT);
+    let tip = scene
+        .model()
+        .tcp_pose(&left, scene.flange_from_tcp())
+        .translation;
+    let part = format!(
+        "{POST}\n[[obstacle]]\nname = \"box\"\nshape = \"box\"\nsize = [0.2, 0.2, 0.06]\npose = [{}, {}, {}, 0, 0, 0]\n",
+        tip.x,
+        tip.y,
+        tip.z - 0.035
+    );
+    let (_file, config) = cell(&part);
+    let options = PlanOptions {
+        held: Some("box".to_owned()),
+        ..PlanOptions::to(PathTarget::Joints(JointPositions(RIGHT)))
+    };
+    let path = planned(&config, &options).unwrap();
+    assert!(path.distance.unwrap() >= 0.01, "{path:?}");
+    // The same path with the box on the flange, measured without the controller.
+    let mut scene = collision_scene(&config).unwrap();
+    let id = scene.obstacle("box").unwrap();
+    let Some(path_planning::ObstaclePlace::Standing(pose)) = scene.place(id) else {
+        panic!("{:?}", scene.place(id));
+    };
+    let on_flange = scene.model().flange_pose(&left).inverse() * pose;
+    scene.set_place(id, path_planning::ObstaclePlace::Held(on_flange));
+    let mut tracker = path_planning::ClearanceTracker::default();
+    let mut least = f64::INFINITY;
+    for q in &path.waypoints {
+        if let Some(found) = tracker.advance(&scene, q, least) {
+            least = found.nearest.distance;
+        }
+    }
+    assert!(least >= 0.01, "{least}");
 }

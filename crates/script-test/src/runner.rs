@@ -207,6 +207,9 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
     }
     if let Some(observer) = &clearance {
         observer.connect(controller.robot());
+        if let Some(world) = controller.world() {
+            observer.follow_world(world);
+        }
         observer.begin();
     }
     // The closure was called, or the start has failed.

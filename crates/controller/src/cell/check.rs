@@ -318,9 +318,15 @@ pub(super) fn values(cell: &Tables) -> ValidationResult {
 fn names_something(cell: &Tables, pattern: &str) -> bool {
     let mut names = LINK_NAMES
         .into_iter()
-        .chain(["tool"])
-        .chain(cell.obstacle.iter().map(|obstacle| &*obstacle.name));
-    names.any(|name| fits_pattern(pattern, name))
+        .chain(["tool", "floor"])
+        .chain(cell.obstacle.iter().map(|obstacle| &*obstacle.name))
+        .chain(cell.conveyor.iter().filter_map(|belt| belt.name.as_deref()));
+    // Copies of a part, and parts of sources, have a number behind its name.
+    let mut parts = cell.part.iter().flat_map(|part| {
+        let name = &part.name;
+        [name.clone(), format!("{name}[0]"), format!("{name}#1")]
+    });
+    names.any(|name| fits_pattern(pattern, name)) || parts.any(|name| fits_pattern(pattern, &name))
 }
 
 /// Names are read on buttons: short, of one line, and each for one point of a direction.

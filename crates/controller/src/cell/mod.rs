@@ -5,7 +5,7 @@
 //! `[x, y, z, Rx, Ry, Rz]` in the base frame, m and rad.
 
 mod check;
-mod collision_scene;
+pub(crate) mod collision_scene;
 pub mod connections;
 mod convert;
 pub mod point;

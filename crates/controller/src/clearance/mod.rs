@@ -250,6 +250,9 @@ pub(crate) fn measure_and_tell(
     let start = StartOptions::for_measuring();
     let controller = SteppedController::open_with(&config, start, observer.clone())?;
     observer.connect(controller.controller().robot());
+    if let Some(world) = controller.controller().world() {
+        observer.follow_world(world);
+    }
     controller
         .controller()
         .supervisor()

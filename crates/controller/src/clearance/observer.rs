@@ -1,15 +1,20 @@
 //! Follows a program cycle by cycle and measures how near each of its motions comes to anything.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock, Weak};
 
 use elite_runtime::Robot;
 use elite_runtime::message::Observer;
 use elite_syntax::SourceFile;
 use elite_syntax::parser::parse;
-use kinematics::{JointPositions, Pose};
+use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, CycleFrame, ProgramId, RobotState};
 use parking_lot::Mutex;
-use path_planning::{ClearanceTracker, CollisionScene};
+use path_planning::{ClearanceTracker, CollisionScene, ObstaclePlace, PlacedShape, Shape};
+
+use crate::cell::collision_scene::shape_of_body;
+use crate::cell_world::CellWorld;
+use crate::cell_world::topic::WorldMessage;
 
 use super::motion_row::{LeastDistance, MotionClearance};
 
@@ -42,11 +47,23 @@ struct MeasuredProgram {
     still_cycles: u64,
     /// Where somebody wants them: times and distances of all cycles.
     history: Option<Vec<(f64, f64)>>,
+    /// What hangs on the flange whatever the world says.
+    held_throughout: Vec<String>,
+    /// Shapes of parts by the names of their templates.
+    part_shapes: Vec<(String, Shape)>,
+    /// What the world said of cycles that have not been shown yet.
+    world_messages: VecDeque<WorldMessage>,
 }
 
 impl ClearanceObserver {
     /// Measures in `scene`; `next` is told everything as well.
     pub fn new(scene: CollisionScene, next: Arc<dyn Observer>) -> Self {
+        let is_held = |name: &&str| {
+            let place = scene.obstacle(name).and_then(|id| scene.place(id));
+            matches!(place, Some(ObstaclePlace::Held(_)))
+        };
+        let held = scene.obstacle_names().filter(is_held);
+        let held_throughout = held.map(str::to_owned).collect();
         Self {
             measured: Mutex::new(MeasuredProgram {
                 scene,
@@ -58,6 +75,9 @@ impl ClearanceObserver {
                 has_begun: false,
                 still_cycles: 0,
                 history: None,
+                held_throughout,
+                part_shapes: Vec::new(),
+                world_messages: VecDeque::new(),
             }),
             robot: OnceLock::new(),
             next,
@@ -109,9 +129,18 @@ impl ClearanceObserver {
         Some((nearest.least.clone()?, nearest.line))
     }
 
-    /// Changes the scene between two cycles: what parts and machines do.
-    pub fn with_scene<T>(&self, change: impl FnOnce(&mut CollisionScene) -> T) -> T {
-        change(&mut self.measured.lock().scene)
+    /// Has parts and actuators where the world has them in every cycle.
+    pub fn follow_world(self: &Arc<Self>, world: &CellWorld) {
+        let parts = world.description().parts.iter();
+        let shapes = parts.map(|part| (part.name.clone(), shape_of_body(&part.shape)));
+        self.measured.lock().part_shapes = shapes.collect();
+        let observer = Arc::downgrade(self);
+        world.follow(Box::new(move |message| {
+            if let Some(observer) = observer.upgrade() {
+                let mut measured = observer.measured.lock();
+                measured.world_messages.push_back(message.clone());
+            }
+        }));
     }
 }
 
@@ -119,6 +148,10 @@ impl MeasuredProgram {
     fn cycle(&mut self, state: &RobotState, robot: Option<&Robot>) {
         self.scene.set_tcp(Pose::from_rpy(&state.tcp_offset));
         let q = state.actual_q;
+        let flange = self.scene.model().flange_pose(&q);
+        while let Some(message) = self.world_messages.pop_front_if(|m| m.cycle <= state.cycle) {
+            self.apply(&message, &flange);
+        }
         let has_moved = self.last.replace(q).is_none_or(|last| last != q);
         match has_moved {
             true => self.still_cycles = 0,
@@ -162,6 +195,49 @@ impl MeasuredProgram {
             row.in_force_mode |= state.force_mode;
             if has_moved || is_shared {
                 row.note_posture(&q, &self.scene);
+            }
+        }
+    }
+
+    /// Parts and machines are where the world has them.
+    fn apply(&mut self, message: &WorldMessage, flange: &Pose) {
+        let pose = |numbers: [f64; 6]| Pose::from_rpy(&RpyPose::from_array(numbers));
+        for obstacle in &message.obstacles {
+            if let Some(id) = self.scene.obstacle(&obstacle.name) {
+                let place = ObstaclePlace::Standing(pose(obstacle.pose));
+                self.scene.set_place(id, place);
+            }
+        }
+        for part in &message.parts {
+            if self.held_throughout.contains(&part.name) {
+                continue;
+            }
+            let there = pose(part.pose);
+            let place = match part.held_by {
+                Some(_) => ObstaclePlace::Held(flange.inverse() * there),
+                None => ObstaclePlace::Standing(there),
+            };
+            match self.scene.obstacle(&part.name) {
+                Some(id) => {
+                    // What is held keeps its place on the flange: rounding is no motion.
+                    let is_held = matches!(self.scene.place(id), Some(ObstaclePlace::Held(_)));
+                    if !(is_held && part.held_by.is_some()) {
+                        self.scene.set_place(id, place);
+                    }
+                }
+                None => {
+                    let name = part.name.split(['[', '#']).next().unwrap_or_default();
+                    let mut shapes = self.part_shapes.iter();
+                    if let Some((_, shape)) = shapes.find(|(template, _)| template == name) {
+                        let pieces = vec![PlacedShape::centred(shape.clone())];
+                        self.scene.add_obstacle(part.name.clone(), pieces, place);
+                    }
+                }
+            }
+        }
+        for name in message.removed.iter().chain(&message.lost) {
+            if let Some(id) = self.scene.obstacle(name) {
+                self.scene.set_place(id, ObstaclePlace::Absent);
             }
         }
     }
