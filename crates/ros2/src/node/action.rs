@@ -72,9 +72,10 @@ impl TrajectoryAction {
             feedback_publisher: stream(10),
             status_publisher: stream(1).durability(Durability::TransientLocal),
         };
+        let name = node.name(FOLLOW_JOINT_TRAJECTORY)?;
         let server = node.node.create_action_server(
             node.mapping,
-            &NodeBuilder::name(FOLLOW_JOINT_TRAJECTORY)?,
+            &name,
             &ActionTypeName::new("control_msgs", "FollowJointTrajectory"),
             qos,
         )?;

@@ -120,12 +120,19 @@ const fn service() -> QosProfile {
 /// Creates what belongs to the node, with names below its namespace unless they begin with a slash.
 struct NodeBuilder {
     node: Node,
+    /// With a slash before each part and none behind; empty for the root.
+    namespace: String,
     mapping: ServiceMapping,
 }
 
 impl NodeBuilder {
-    fn name(path: &str) -> Result<Name, NodeError> {
-        Name::parse(path).map_err(|error| NodeError::Dds(format!("{path}: {error:?}")))
+    /// The whole name: the crate joins a relative one to the root namespace with two slashes.
+    fn name(&self, path: &str) -> Result<Name, NodeError> {
+        let whole = match path.starts_with('/') {
+            true => path.to_owned(),
+            false => format!("{}/{path}", self.namespace),
+        };
+        Name::parse(&whole).map_err(|error| NodeError::Dds(format!("{whole}: {error:?}")))
     }
 
     fn publisher<M: crate::messages::Message>(
@@ -134,7 +141,7 @@ impl NodeBuilder {
         qos: QosProfile,
     ) -> Result<ros2_client::Publisher<M>, NodeError> {
         let kind = MessageTypeName::new(M::PACKAGE, M::NAME);
-        let topic = self.node.create_topic(&Self::name(path)?, kind, &qos)?;
+        let topic = self.node.create_topic(&self.name(path)?, kind, &qos)?;
         Ok(self.node.create_publisher(&topic, Some(qos))?)
     }
 
@@ -144,7 +151,7 @@ impl NodeBuilder {
         qos: QosProfile,
     ) -> Result<Subscription<M>, NodeError> {
         let kind = MessageTypeName::new(M::PACKAGE, M::NAME);
-        let topic = self.node.create_topic(&Self::name(path)?, kind, &qos)?;
+        let topic = self.node.create_topic(&self.name(path)?, kind, &qos)?;
         Ok(self.node.create_subscription(&topic, Some(qos))?)
     }
 }
@@ -188,6 +195,7 @@ impl RunningNode {
         let options = NodeOptions::new().start_parameter_services(false);
         let mut builder = NodeBuilder {
             node: context.new_node(name, options)?,
+            namespace: setup.namespace.trim_end_matches('/').to_owned(),
             mapping: match setup.cyclone {
                 true => ServiceMapping::Cyclone,
                 false => ServiceMapping::Enhanced,

@@ -42,7 +42,7 @@ impl NodeBuilder {
         (package, kind): (&str, &str),
     ) -> Result<Server<Q, A>, NodeError> {
         let kind = ServiceTypeName::new(package, kind);
-        let name = Self::name(path)?;
+        let name = self.name(path)?;
         Ok(self
             .node
             .create_server(self.mapping, &name, &kind, service(), service())?)
