@@ -166,7 +166,11 @@ fn a_held_part_acts_as_the_payload_that_it_is() {
         let swing = "q = get_actual_joint_positions()\nq[0] = q[0] + 0.6\nq[2] = q[2] - 0.2\nmovej(q, a=3, v=2)\nsleep(2)";
         pairs.push((held.run(swing), configured.run(swing)));
         for (held, configured) in pairs {
-            let force = held.tcp_force[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
+            let force = held.tcp_force[..3]
+                .iter()
+                .map(|x| x * x)
+                .sum::<f64>()
+                .sqrt();
             assert!((force - 0.4 * 9.81).abs() < 0.05, "{:?}", held.tcp_force);
             for (a, b) in [
                 (held.tcp_force, configured.tcp_force),
