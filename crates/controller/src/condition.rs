@@ -393,10 +393,11 @@ mod tests {
 
     #[test]
     fn distances_are_known_where_the_arm_is() {
+        use core::f64::consts::FRAC_PI_2;
         use kinematics::RobotModel;
         use path_planning::{ObstaclePlace, PlacedShape, Shape};
         let condition = Condition::new("condition", "clearance() < 0.05").unwrap();
-        let home = [0.0, -1.55, 1.55, -1.55, -1.55, 0.0];
+        let home = [0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0];
         let mut cycle = CycleMessage {
             cycle: 1,
             actual_q: home.to_vec(),

@@ -47,6 +47,7 @@ walks! {
     real_robot: "docs/real-robot.md",
     recording: "docs/recording.md",
     reliability: "docs/RELIABILITY.md",
+    ros2: "docs/ros2.md",
     testing: "docs/testing.md",
     troubleshooting: "docs/troubleshooting.md",
     tutorial: "docs/tutorial.md",

@@ -81,7 +81,9 @@ fn interpreter_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         let text = "interpreter_mode() can only be called in the main thread";
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
-    if call.context().panel().operator() == Operator::Absent {
+    // A thread of the program's own may end the mode; without one the program would wait for ever.
+    let is_left_alone = !call.context().has_other_threads();
+    if call.context().panel().operator() == Operator::Absent && is_left_alone {
         let text = "interpreter_mode(): nobody can send statements here, there is no port 30020; run the program on a \
                     server (eliteserver serve)";
         return Err(call.error(ExceptionKind::RuntimeError, text));

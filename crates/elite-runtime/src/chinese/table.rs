@@ -236,6 +236,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the arm still decelerates; this is possible once it stands",
         "手臂仍在减速；停稳后才能进行",
     ),
+    ("the cell has no parts", "单元中没有工件"),
     (
         "the conveyor carries the TCP to where the arm cannot follow",
         "传送带把 TCP 带到手臂无法跟随之处",
@@ -296,7 +297,6 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the tool was about to cross safety plane {} of the cell: it would come to rest {} m behind it",
         "工具即将越过单元的安全平面 {0}：将停在其后 {1} m 处",
     ),
-    ("the cell has no parts", "单元中没有工件"),
     ("there is no part \"{}\"", "没有工件 \"{0}\""),
     (
         "there is no word {} in the controller's Modbus map",

@@ -784,6 +784,16 @@ impl TaskContext {
         }
     }
 
+    /// Whether another script thread runs, or is about to.
+    pub fn has_other_threads(&self) -> bool {
+        let running = self.running_thread();
+        self.threads
+            .borrow()
+            .alive
+            .iter()
+            .any(|thread| *thread != running)
+    }
+
     /// What the slice asked for: threads to start.
     pub fn take_starts(&self) -> Vec<ThreadStart> {
         std::mem::take(&mut self.threads.borrow_mut().to_start)

@@ -21,7 +21,7 @@ use super::{Target, as_they_are, files_of};
 
 pub(super) const TARGETS: &[Target] = &[
     Target {
-        name: "ros2-link",
+        name: "ros2_link",
         about: "the link to the process of the ROS 2 node: messages, and trajectories within the limits",
         check: ros2::judge,
         render_input: as_they_are,
