@@ -263,6 +263,8 @@ fn a_plan_is_a_program_that_keeps_the_margin() {
         "0.02",
         "--seed",
         "5",
+        "--time",
+        "600",
         "--format",
         "json",
         "-o",

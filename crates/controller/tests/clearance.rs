@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use controller::clearance::{MeasureOptions, MeasuredEnd, collision_scene, measure};
 use controller::planned_path::{NoPathReason, PathTarget, PlanError, PlanOptions, plan_path};
+
 use controller::{ControllerConfig, SteppedController};
 use elite_runtime::ProgramText;
 use kinematics::{JointPositions, RpyPose};
@@ -201,6 +202,14 @@ fn pairs_that_may_touch_do_not_count() {
     );
 }
 
+/// A request that no clock ends, however busy the machine is.
+fn to(target: PathTarget) -> PlanOptions {
+    PlanOptions {
+        time: Duration::from_secs(600),
+        ..PlanOptions::to(target)
+    }
+}
+
 fn planned(
     config: &ControllerConfig,
     options: &PlanOptions,
@@ -218,7 +227,7 @@ fn a_planned_path_is_driven_with_its_margin() {
         };
         let options = PlanOptions {
             margin,
-            ..PlanOptions::to(PathTarget::Joints(JointPositions(RIGHT)))
+            ..to(PathTarget::Joints(JointPositions(RIGHT)))
         };
         let path = planned(&config, &options).unwrap();
         assert_eq!(path.waypoints[0].0, LEFT);
@@ -252,7 +261,7 @@ fn a_pose_is_reached_by_any_of_its_joint_positions_and_along_the_tool() {
         .tcp_pose(&JointPositions(RIGHT), scene.flange_from_tcp());
     let options = PlanOptions {
         approach: 0.05,
-        ..PlanOptions::to(PathTarget::Pose(pose.to_rpy()))
+        ..to(PathTarget::Pose(pose.to_rpy()))
     };
     let path = planned(&config, &options).unwrap();
     let end = path.waypoints[path.waypoints.len() - 1];
@@ -273,7 +282,7 @@ fn no_path_has_its_reason() {
         other => panic!("{other:?}"),
     };
     let inside = JointPositions([0.0, -1.57, 1.57, -1.57, -1.57, 0.0]);
-    let (word, detail) = reason(&config, &PlanOptions::to(PathTarget::Joints(inside)));
+    let (word, detail) = reason(&config, &to(PathTarget::Joints(inside)));
     assert_eq!(word, NoPathReason::GoalInCollision);
     assert!(
         detail.contains("post") && detail.contains("[[touch]]"),
@@ -283,13 +292,13 @@ fn no_path_has_its_reason() {
         home: inside,
         ..config.clone()
     };
-    let to_right = PlanOptions::to(PathTarget::Joints(JointPositions(RIGHT)));
+    let to_right = to(PathTarget::Joints(JointPositions(RIGHT)));
     assert_eq!(
         reason(&at_post, &to_right).0,
         NoPathReason::StartInCollision
     );
     let far = RpyPose::from_array([2.0, 0.0, 0.3, 3.14, 0.0, 0.0]);
-    let (word, detail) = reason(&config, &PlanOptions::to(PathTarget::Pose(far)));
+    let (word, detail) = reason(&config, &to(PathTarget::Pose(far)));
     assert_eq!(word, NoPathReason::OutOfReach);
     assert!(detail.contains("p[2,0,0.3,3.14,0,0]"), "{detail}");
     let hurried = PlanOptions {
@@ -299,7 +308,7 @@ fn no_path_has_its_reason() {
     let (word, detail) = reason(&config, &hurried);
     assert_eq!(word, NoPathReason::NoPath);
     assert!(detail.contains("--time"), "{detail}");
-    let beyond = PlanOptions::to(PathTarget::Joints(JointPositions([
+    let beyond = to(PathTarget::Joints(JointPositions([
         7.0, 0.0, 0.0, 0.0, 0.0, 0.0,
     ])));
     let error = planned(&config, &beyond).unwrap_err();
@@ -363,7 +372,7 @@ fn what_is_held_keeps_the_margin_too() {
     let (_file, config) = cell(&part);
     let options = PlanOptions {
         held: Some("box".to_owned()),
-        ..PlanOptions::to(PathTarget::Joints(JointPositions(RIGHT)))
+        ..to(PathTarget::Joints(JointPositions(RIGHT)))
     };
     let path = planned(&config, &options).unwrap();
     assert!(path.distance.unwrap() >= 0.01, "{path:?}");
