@@ -21,7 +21,7 @@ use elite_runtime::Preset;
 use crate::config::PRIMARY_PORT;
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
-pub use ros2::{Ros2Args, RosMiddleware};
+pub use self::ros2::{Ros2Args, RosMiddleware};
 pub use test::{TestArgs, TestFormat};
 
 pub use robot::{
