@@ -28,7 +28,7 @@ use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 pub use debug::{DebugArgs, DebugRobotArgs};
 pub use import::{ImportArgs, TranslateArgs};
 pub use paths::{ClearanceArgs, OptimizeArgs, PlaceArgs, PlanArgs};
-pub use ros2::{Ros2Args, RosMiddleware};
+pub use self::ros2::{Ros2Args, RosMiddleware};
 pub(crate) use test::seconds as seconds_of_test;
 pub use test::{TestArgs, TestFormat};
 

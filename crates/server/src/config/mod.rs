@@ -24,10 +24,10 @@ use controller::options::{
     ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
 };
 
+pub use self::ros2::{Ros2Config, RosNetwork};
 use crate::cli::{ControllerArgs, RunArgs, ServeArgs, TextLanguage};
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 use io_bus::ControlMode;
-pub use ros2::{Ros2Config, RosNetwork};
 
 /// The default of `--primary-port`.
 pub const PRIMARY_PORT: u16 = 30001;
