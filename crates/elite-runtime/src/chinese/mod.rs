@@ -44,7 +44,7 @@ pub fn message(message: &Message) -> Message {
     match &mut told {
         Message::Print { .. } => {}
         Message::Log { text, .. } | Message::Robot { text, .. } => {
-            if let Some(chinese) = ALL.sentence(text) {
+            if let Some(chinese) = log_line(text) {
                 *text = chinese;
             }
         }
@@ -58,6 +58,18 @@ pub fn message(message: &Message) -> Message {
         }
     }
     told
+}
+
+/// A line of the log; a warning about a motion has its command in front: `movel: a speed of …`.
+fn log_line(english: &str) -> Option<String> {
+    ALL.sentence(english).or_else(|| {
+        let (command, said) = english.split_once(": ")?;
+        let is_command = command
+            .bytes()
+            .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'_');
+        let said = ALL.sentence(said).filter(|_| is_command)?;
+        Some(format!("{command}：{said}"))
+    })
 }
 
 /// `Type: message` with the message in Chinese.
