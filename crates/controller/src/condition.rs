@@ -396,7 +396,7 @@ mod tests {
         use core::f64::consts::FRAC_PI_2;
         use kinematics::RobotModel;
         use path_planning::{ObstaclePlace, PlacedShape, Shape};
-        let condition = Condition::new("condition", "clearance() < 0.05").unwrap();
+        let condition = Condition::new("condition", "clearance() < 0.03").unwrap();
         let home = [0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0];
         let mut cycle = CycleMessage {
             cycle: 1,
