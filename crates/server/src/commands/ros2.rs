@@ -3,8 +3,8 @@
 use crate::command::{CommandError, CommandResult};
 
 /// What a build without the node says.
-pub(crate) const WITHOUT_NODE: &str = "this eliteserver was built without the ROS 2 node: build it with --features ros2 (cargo build --release -p server \
-     --features ros2), or take a package, which has it";
+pub(crate) const WITHOUT_NODE: &str = "this eliteserver was built without the ROS 2 node; build it with the feature ros2: \
+     cargo build --release -p server --features ros2";
 
 /// Runs the node until the controller ends it.
 ///
