@@ -25,10 +25,10 @@ use elite_runtime::Preset;
 use crate::config::PRIMARY_PORT;
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
+pub use self::ros2::{Ros2Args, RosMiddleware};
 pub use debug::{DebugArgs, DebugRobotArgs};
 pub use import::{ImportArgs, TranslateArgs};
 pub use paths::{ClearanceArgs, OptimizeArgs, PlaceArgs, PlanArgs};
-pub use self::ros2::{Ros2Args, RosMiddleware};
 pub(crate) use test::seconds as seconds_of_test;
 pub use test::{TestArgs, TestFormat};
 
