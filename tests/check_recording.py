@@ -40,7 +40,10 @@ REQUIRED = {
     "/command": ["id", "cycle", "name", "arguments", "program", "line"],
     "/io": ["cycle", "name", "value"],
     "/external": ["number", "program", "turn", "cycle", "kind"],
+    "/world": ["cycle"],
 }
+# After a part has come or gone the scene is drawn again within this time, ns.
+SCENE_DELAY = 250_000_000
 
 
 def check(condition, sentence):
@@ -56,6 +59,30 @@ def check_cycle_type(descriptor):
             field = descriptor.fields_by_name.get(name)
             check(field is not None, f"elite.Cycle has no field {name}")
             check(field.type == numbers[kind], f"elite.Cycle.{name} is not {kind}")
+
+
+def check_world(reader):
+    """Every part of a cell is drawn, as one entity, and no other; whoever follows all updates sees what the latest one shows."""
+    parts, changed, kept, scenes = set(), 0, set(), 0
+    for _, channel, message, decoded in reader.iter_decoded_messages(topics=["/world", "/scene"]):
+        if channel.topic == "/world":
+            news = decoded if isinstance(decoded, dict) else json.loads(message.data)
+            now = (parts | {row["name"] for row in news.get("parts", [])}) - set(news.get("removed", []))
+            if now != parts:
+                parts, changed = now, message.log_time
+            continue
+        ids = [entity.id for entity in decoded.entities]
+        check(len(ids) == len(set(ids)), f"entities are drawn twice: {sorted(set(i for i in ids if ids.count(i) > 1))}")
+        kept = (kept - {deletion.id for deletion in decoded.deletions}) | set(ids)
+        check(kept == set(ids), f"entities stay that are drawn no more: {sorted(kept - set(ids))}")
+        drawn = {i.removeprefix("part/") for i in ids if i.startswith("part/")}
+        if message.log_time - changed > SCENE_DELAY:
+            check(drawn == parts, f"drawn are the parts {sorted(drawn)}, there are {sorted(parts)}")
+        for entity in decoded.entities:
+            if entity.id.startswith("gripper/"):
+                check(entity.frame_id == "flange", f"{entity.id} is drawn in {entity.frame_id}")
+        scenes += bool(drawn)
+    check(scenes > 0 or not parts, "no part is ever drawn")
 
 
 def main(path):
@@ -79,7 +106,7 @@ def main(path):
             if channel.message_encoding == "json":
                 value = json.loads(message.data)
                 properties = json.loads(schema.data)["properties"]
-                for key in REQUIRED[topic]:
+                for key in REQUIRED.get(topic, []):
                     check(key in value, f"{topic}: a message has no {key}")
                 check(set(value) <= set(properties), f"{topic}: {sorted(value)} is not in the schema")
         for _, channel, message, decoded in reader.iter_decoded_messages(topics=["/cycle"]):
@@ -102,6 +129,7 @@ def main(path):
             elif channel.topic == "/log":
                 stamp = decoded.timestamp.seconds * 10**9 + decoded.timestamp.nanos
                 check(stamp == message.log_time, "a log message has another time than its stamp")
+        check_world(reader)
     check(cycles, "there are no cycles")
     check(drawn <= frames, f"drawn in frames that are not sent: {drawn - frames}")
     duration = (cycles[-1][2] - cycles[0][2]) / 1e9

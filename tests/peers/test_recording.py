@@ -17,6 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 SERVER = os.environ["ELITESERVER"]
 CHECK = os.path.join(os.path.dirname(__file__), "..", "check_recording.py")
+TENDING = os.path.join(os.path.dirname(__file__), "..", "..", "examples", "cells", "tending")
 FIRST_LIGHT = os.path.join(os.path.dirname(__file__), "..", "..", "examples", "first_light.script")
 
 WAVE = """def wave():
@@ -39,6 +40,12 @@ class Recordings(unittest.TestCase):
     def test_a_whole_recording_is_what_the_interface_promises(self):
         command = [SERVER, "run", FIRST_LIGHT, "--record", self.recording]
         subprocess.run(command, check=True, capture_output=True, timeout=60)
+        checked = subprocess.run([sys.executable, CHECK, self.recording], capture_output=True, text=True, timeout=60)
+        self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
+
+    def test_what_lives_in_a_cell_is_drawn(self):
+        command = [SERVER, "run", "--cell", os.path.join(TENDING, "cell.toml"), os.path.join(TENDING, "tend.script"), "--record", self.recording]
+        subprocess.run(command, check=True, capture_output=True, timeout=120)
         checked = subprocess.run([sys.executable, CHECK, self.recording], capture_output=True, text=True, timeout=60)
         self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
 

@@ -1,6 +1,6 @@
 // Makes the pictures of docs/pendant.md: `node browser/pictures.mjs FOLDER [NAME]`.
 import { execFileSync } from "node:child_process";
-import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
 import { BINARY, Server, edit, launch, open, sleep, take, until } from "./harness.mjs";
@@ -82,6 +82,22 @@ const views = {
     await sleep(3000);
     await shot(page, "light");
     return page;
+  },
+  /** The page in a cell with parts, in the middle of picking. */
+  async cell() {
+    const folder = path.join(here, "../../examples/cells/palletising");
+    const server = await Server.start(["--cell", path.join(folder, "cell.toml")]);
+    const page = await open(browser, server, { colorScheme: "light" });
+    await take(page);
+    const program = readdirSync(folder).find((name) => name.endsWith(".script"));
+    await server.run(readFileSync(path.join(folder, program), "utf8"), program).catch(() => undefined);
+    await panel(page, "ios");
+    await until(async () => (await page.text("gripper-cups")).includes("holds box#4"), "the fourth box");
+    await sleep(500);
+    await shot(page, "cell");
+    await page.context().close();
+    await server.end();
+    return null;
   },
   async ghost(server) {
     const page = await open(browser, server, { colorScheme: "dark" });
@@ -273,7 +289,7 @@ async function breakpoint(page, line) {
 
 for (const [name, view] of Object.entries(views)) {
   if (!new RegExp(wanted).test(name)) continue;
-  const server = name === "recording" ? null : await Server.start(["--cell", path.join(here, "table.toml")]);
+  const server = name === "recording" || name === "cell" ? null : await Server.start(["--cell", path.join(here, "table.toml")]);
   try {
     const page = await view(server);
     for (const complaint of page?.complaints ?? []) console.log(`      ${name}: ${complaint}`);

@@ -4,6 +4,7 @@
 import { existsSync } from "node:fs";
 import path from "node:path";
 import { scenarios as withServers } from "./alone.mjs";
+import { scenarios as living } from "./cell.mjs";
 import { BINARY, CHROMIUM, Server, belonging, check, launch, open } from "./harness.mjs";
 import { scenarios as moving } from "./moving.mjs";
 import { scenarios as operating, special } from "./operating.mjs";
@@ -16,7 +17,7 @@ if (!CHROMIUM || !existsSync(BINARY)) {
 }
 /** A table that can be run into, soft enough to be felt. */
 const CELL = path.join(path.dirname(new URL(import.meta.url).pathname), "cell.toml");
-const alone = { ...withServers, ...special };
+const alone = { ...withServers, ...living, ...special };
 const LANES = Number(process.env.LANES ?? 3);
 const wanted = new RegExp(process.argv[2] ?? "");
 const begin = Date.now();

@@ -253,6 +253,102 @@ fn the_scene_shows_obstacles_the_way_of_the_tcp_and_the_force_on_it() {
 }
 
 #[test]
+fn bodies_take_the_place_of_obstacles_move_with_the_flange_and_go() {
+    let out = Shared::default();
+    let config = recorder::RecorderConfig {
+        obstacles: vec![recorder::SceneObstacle {
+            name: "door".to_owned(),
+            shape: ObstacleShape::Box([0.4, 0.01, 0.3]),
+            pose: kinematics::RpyPose::from_array([0.0; 6]),
+        }],
+        ..config()
+    };
+    let body = |id: &str, frame, x: f64, shape| recorder::SceneBody {
+        id: id.into(),
+        frame,
+        pose: kinematics::Pose::from_translation(x, 0.0, 0.0),
+        shape,
+        color: [0.1, 0.2, 0.3, 0.4],
+    };
+    let base = recorder::SceneFrame::Base;
+    let door = body(
+        "obstacle/door",
+        base,
+        0.7,
+        ObstacleShape::Box([0.4, 0.01, 0.3]),
+    );
+    let arrow = body(
+        "belt/direction",
+        base,
+        0.1,
+        ObstacleShape::Arrow { length: 0.5 },
+    );
+    let held = body(
+        "part/box",
+        recorder::SceneFrame::Flange,
+        0.2,
+        ObstacleShape::Sphere { radius: 0.1 },
+    );
+    let (mut motion, _script, recorder, handle) = start(out.clone(), config);
+    handle.scene_bodies(0.0, [door.clone(), held, arrow].into());
+    for cycle in 1..=200 {
+        if cycle == 100 {
+            handle.scene_bodies(state(cycle).time, [door.clone()].into());
+        }
+        push(&mut motion, Record::Cycle(state(cycle)));
+    }
+    recorder.finish().unwrap();
+    let recording = Recording::from_bytes(out.bytes(), "test").unwrap();
+    let scenes = rows(&recording, Topic::Scene);
+    // Each drawing with the entities of it that are no part of the arm.
+    let entity = |scene: &HashMap<String, String>, id: &str| {
+        (0..20).find(|n| {
+            scene
+                .get(&format!("entities_{n}.id"))
+                .is_some_and(|found| found == id)
+        })
+    };
+    let first = scenes
+        .iter()
+        .find(|scene| entity(scene, "part/box").is_some());
+    let first = first.expect("a scene with the part");
+    let door = entity(first, "obstacle/door").unwrap();
+    assert_eq!(
+        number(first, &format!("entities_{door}.cubes_0.pose.position.x")),
+        0.7
+    );
+    let doors = (0..20).filter(|n| {
+        let id = first.get(&format!("entities_{n}.id"));
+        id.is_some_and(|id| id == "obstacle/door")
+    });
+    assert_eq!(doors.count(), 1);
+    let part = entity(first, "part/box").unwrap();
+    assert_eq!(first[&format!("entities_{part}.frame_id")], "flange");
+    assert_eq!(
+        number(first, &format!("entities_{part}.spheres_0.color.b")),
+        0.3
+    );
+    // An arrow of the viewers lies along x: along z it is turned by -90° about y.
+    let arrow = entity(first, "belt/direction").unwrap();
+    let turn = |name: &str| {
+        number(
+            first,
+            &format!("entities_{arrow}.arrows_0.pose.orientation.{name}"),
+        )
+    };
+    assert!((turn("y") + 0.5_f64.sqrt()).abs() < 1e-9 && (turn("w") - 0.5_f64.sqrt()).abs() < 1e-9);
+
+    let last = scenes.last().unwrap();
+    assert!(entity(last, "part/box").is_none() && entity(last, "obstacle/door").is_some());
+    let deleted: Vec<&String> = scenes
+        .iter()
+        .flat_map(|scene| (0..4).filter_map(|n| scene.get(&format!("deletions_{n}.id"))))
+        .filter(|id| !id.is_empty())
+        .collect();
+    assert_eq!(deleted, ["belt/direction", "part/box"]);
+}
+
+#[test]
 fn the_frames_lead_from_the_base_to_the_tcp() {
     let recording = Recording::from_bytes(file(), "test").unwrap();
     let frames = rows(&recording, Topic::Tf);

@@ -29,7 +29,7 @@ use facts::WorldFacts;
 use kinematics::{Pose, RobotModel};
 pub use orders::{WorldInputs, WorldOrder, WorldOrderError};
 use scene::WorldRecording;
-pub use scene::WorldScene;
+pub use scene::{SceneWatch, WorldScene};
 use topic::{WorldChanges, WorldMessage};
 
 /// The world around a controller's arm, shared by all who look at it.

@@ -6,9 +6,10 @@ use kinematics::{Pose, RobotModel};
 use recorder::{RecorderHandle, SceneBody};
 use world::WorldDescription;
 
+use super::CellWorld;
 use super::picture::WorldPicture;
 use super::scene_bodies::SceneBodies;
-use super::topic::{self, WorldMessage};
+use super::topic::{self, WorldChanges, WorldMessage};
 use crate::cell::Cell;
 
 /// Time between two scenes of a recording while something moves, s.
@@ -48,6 +49,27 @@ impl WorldScene {
     /// What is there, as solids.
     pub fn bodies(&self) -> Arc<[SceneBody]> {
         self.bodies.of(&self.picture)
+    }
+}
+
+/// Says what viewers draw of a world, when it is otherwise than at the last call.
+pub type SceneWatch = Box<dyn FnMut() -> Option<Arc<[SceneBody]>> + Send>;
+
+impl CellWorld {
+    /// Somebody who looks at the world from time to time and draws it.
+    pub fn watch_scene(&self) -> SceneWatch {
+        let world = self.clone();
+        let mut changes = WorldChanges::new(self.description());
+        let mut scene = WorldScene::new(self.description(), &self.0.colors);
+        Box::new(move || {
+            let (message, base_from_flange) = {
+                let world = world.lock();
+                let state = world.state();
+                (changes.next(state.cycle, state)?, *world.base_from_flange())
+            };
+            scene.apply(&message, &base_from_flange);
+            Some(scene.bodies())
+        })
     }
 }
 

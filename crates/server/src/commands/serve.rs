@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use controller::cell_world::CellWorld;
 use editor::dap::DebugHub;
 
 use crate::backend::{Lifetime, PortBackend, forward_messages};
@@ -408,10 +409,11 @@ async fn serve_ports(
             })?,
             "foxglove" => {
                 let (viewer, feed) = (controller.viewer(), host.feed().clone());
-                let log = controller.log_lines();
+                let (log, world) = (controller.log_lines(), controller.world().cloned());
                 start_port(&mut services, listener, &meter, move |listener| {
                     let view = foxglove::FoxgloveSource {
                         viewer: viewer.clone(),
+                        world: world.as_ref().map(CellWorld::watch_scene),
                         samples: feed.subscribe(),
                         log: log.subscribe(),
                     };

@@ -11,6 +11,7 @@ mod session;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use controller::cell_world::SceneWatch;
 use prost::Message as _;
 use recorder::{Topic, ViewerMessages};
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -36,6 +37,9 @@ const TOPICS: [Topic; 6] = [
 /// Messages that wait for clients that are behind; one more pushes the oldest out. All clients share them.
 const BACKLOG: usize = 1024;
 
+/// The world of the cell is looked at so often, s: as often as a scene is drawn.
+const WORLD_PERIOD: f64 = 0.1;
+
 pub use controller::LogLine;
 pub use controller::recording_observer::LOG_BYTES_MAX;
 
@@ -43,6 +47,8 @@ pub use controller::recording_observer::LOG_BYTES_MAX;
 pub struct FoxgloveSource {
     /// Makes the messages; knows arm, obstacles and epoch.
     pub viewer: ViewerMessages,
+    /// What lives in the cell.
+    pub world: Option<SceneWatch>,
     /// Every cycle.
     pub samples: broadcast::Receiver<Arc<Sample>>,
     /// Every message for people.
@@ -73,6 +79,7 @@ pub async fn serve(
     let mut feed = MessageEncoder {
         stage: Arc::clone(&stage),
         cycle: recorder::CycleMessage::default(),
+        world_seen: f64::NEG_INFINITY,
         encoded: Vec::new(),
     };
     tokio::join!(clients, feed.run(view, &shutdown));
@@ -171,6 +178,8 @@ impl FoxgloveBroadcast {
 struct MessageEncoder {
     stage: Arc<FoxgloveBroadcast>,
     cycle: recorder::CycleMessage,
+    /// Simulated time of the last look at the world, s.
+    world_seen: f64,
     encoded: Vec<u8>,
 }
 
@@ -181,7 +190,7 @@ impl MessageEncoder {
             tokio::select! {
                 () = shutdown.cancelled() => return,
                 sample = view.samples.recv() => match sample {
-                    Ok(sample) => self.show(&mut view.viewer, &sample),
+                    Ok(sample) => self.show(&mut view, &sample),
                     // A screen does not miss single cycles.
                     Err(broadcast::error::RecvError::Lagged(_)) => {}
                     Err(broadcast::error::RecvError::Closed) => return,
@@ -197,9 +206,19 @@ impl MessageEncoder {
         }
     }
 
-    fn show(&mut self, viewer: &mut ViewerMessages, sample: &Sample) {
+    fn show(&mut self, view: &mut FoxgloveSource, sample: &Sample) {
         if !self.stage.is_followed() {
             return;
+        }
+        let viewer = &mut view.viewer;
+        let since = sample.state.time - self.world_seen;
+        if let Some(look) = &mut view.world
+            && !(0.0..WORLD_PERIOD).contains(&since)
+        {
+            self.world_seen = sample.state.time;
+            if let Some(bodies) = look() {
+                viewer.set_bodies(bodies);
+            }
         }
         if self.stage.newcomer.swap(false, Ordering::Relaxed) {
             viewer.request_scene();

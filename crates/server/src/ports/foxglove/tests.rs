@@ -33,6 +33,7 @@ async fn rig() -> Rig {
     let (samples, log) = (broadcast::Sender::new(64), broadcast::Sender::new(64));
     let view = FoxgloveSource {
         viewer: ViewerMessages::new(RobotModel::built_in("cs66").unwrap(), Vec::new(), 0),
+        world: None,
         samples: samples.subscribe(),
         log: log.subscribe(),
     };

@@ -243,6 +243,8 @@ fn open_services(
                 start_port(&mut services, listener, &meter, move |listener| {
                     let view = FoxgloveSource {
                         viewer: viewer.clone(),
+                        // The world of a recording is on the page, and in the file itself.
+                        world: None,
                         samples: playback.samples(),
                         log: playback.log_lines(),
                     };
