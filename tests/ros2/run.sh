@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 target="${CARGO_TARGET_DIR:-target}"
 status=0
-tests/ros2/environment.sh "$target/ros2-venv" || status=$?
+timeout 1200 tests/ros2/environment.sh "$target/ros2-venv" || status=$?
 if [ "$status" != 0 ]; then
     echo "not tried: the node against rclpy, which could not be installed here"
     exit 0

@@ -361,8 +361,8 @@ mod tests {
             .to_string();
         assert!(fast.contains("speed 10.0000"), "{fast}");
         let between = sampled(&[
-            waypoint(3.0, 6.2, Some(0.0), None),
-            waypoint(4.0, 6.2, Some(-2.9), None),
+            waypoint(5.0, 6.2, Some(0.0), None),
+            waypoint(6.0, 6.2, Some(-2.9), None),
         ]);
         let between = between.unwrap_err().to_string();
         assert!(between.contains("position 6."), "{between}");
