@@ -19,6 +19,8 @@ mod dependencies;
 mod first_light;
 mod fleet;
 mod hostile_recordings;
+mod identify;
+mod import;
 mod io_docs;
 mod language_server;
 mod layers;

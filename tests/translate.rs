@@ -163,7 +163,7 @@ fn a_program_comes_and_goes_through_pipes() {
 /// The table of docs/from-ur.md.
 fn function_table() -> String {
     let mut table = "\n| Universal Robots | here | note |\n|---|---|---|\n".to_owned();
-    for row in FUNCTIONS {
+    for row in FUNCTIONS.iter() {
         let params: Vec<&str> = row.parameters().iter().map(|param| param.name).collect();
         let there = format!("`{}({})`", row.name(), params.join(", "));
         let here = match row.call {

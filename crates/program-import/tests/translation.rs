@@ -124,7 +124,7 @@ movej(q, 1, 2)
 
 #[test]
 fn rows_of_the_table_make_calls_that_are_read() {
-    for row in FUNCTIONS {
+    for row in FUNCTIONS.iter() {
         let params = row.parameters();
         let args: Vec<&str> = params
             .iter()

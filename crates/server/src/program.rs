@@ -117,6 +117,16 @@ fn execute(command: CliCommand) -> CommandResult {
         CliCommand::Calibrate(args) => commands::calibrate::calibrate(&args),
         CliCommand::Record(args) => commands::record::record(&args),
         CliCommand::Compare(args) => commands::compare::compare(&args),
+        CliCommand::Identify(args) => commands::identify::identify(&args),
+        CliCommand::Excite(args) => {
+            let robot = RunArgs {
+                shared: args.shared.clone(),
+                ..RunArgs::default()
+            };
+            let config = RunConfig::load(robot)?;
+            begin_log(&config.log)?;
+            commands::excite::excite(&args, &config)
+        }
         CliCommand::Import(args) => commands::import::import(&args),
         CliCommand::Translate(args) => commands::translate::translate(&args),
         CliCommand::Lsp(args) => commands::lsp::lsp(&args),

@@ -350,9 +350,10 @@ impl Translator<'_> {
                 _ => (None, piece),
             };
             let is_given = |param: &Parameter| given_value(params, given, param.name).is_some();
-            let placeholder = params
-                .iter()
-                .position(|param| piece.contains(&format!("{{{}", param.name)));
+            let placeholder = params.iter().position(|param| {
+                let name = param.name;
+                piece.contains(&format!("{{{name}}}")) || piece.contains(&format!("{{{name}|"))
+            });
             if let Some(place) = placeholder {
                 used[place] = true;
                 if key.is_some() && !is_given(&params[place]) {

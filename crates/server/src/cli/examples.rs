@@ -68,3 +68,19 @@ Examples:
 pub(super) const WAIT: &str = "\
 Examples:
   eliteserver serve & eliteserver wait && eliteserver send pick.script";
+pub(super) const IDENTIFY: &str = "\
+Examples:
+  eliteserver identify payload excite.mcap
+  eliteserver identify friction excite.mcap -o arm.toml
+  eliteserver identify tool touch.mcap --orientation --format json";
+pub(super) const EXCITE: &str = "\
+Examples:
+  eliteserver excite payload --cell cell.toml -o excite.script
+  eliteserver excite friction --speed 0.5 -o excite.script";
+pub(super) const IMPORT: &str = "\
+Examples:
+  eliteserver import part.ngc --frame -0.5,-0.2,0.1,0,0,0 --check -o part.script
+  eliteserver import plate.dxf --layer CUT --lead-in 0.02 -o plate.script";
+pub(super) const TRANSLATE: &str = "\
+Examples:
+  eliteserver translate pick.urscript -o pick.script --report pick.md";

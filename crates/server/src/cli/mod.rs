@@ -5,6 +5,7 @@
 
 mod debug;
 mod examples;
+mod identify;
 mod import;
 mod paths;
 mod robot;
@@ -27,6 +28,7 @@ use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
 pub use self::ros2::{Ros2Args, RosMiddleware};
 pub use debug::{DebugArgs, DebugRobotArgs};
+pub use identify::{ExciteArgs, ExciteTarget, IdentifyArgs, IdentifyTarget};
 pub use import::{ImportArgs, TranslateArgs};
 pub use paths::{ClearanceArgs, OptimizeArgs, PlaceArgs, PlanArgs};
 pub(crate) use test::seconds as seconds_of_test;
@@ -122,11 +124,20 @@ pub enum CliCommand {
     /// unreadable
     #[command(after_help = examples::COMPARE)]
     Compare(CompareArgs),
+    /// Find payload, friction, tool, frame or the bias of the force sensor in recordings. Exit status: 0 found, 1 the
+    /// data cannot tell, 2 unreadable
+    #[command(after_help = examples::IDENTIFY)]
+    Identify(IdentifyArgs),
+    /// Write a program whose motion lets `identify` tell. Exit status: 0 written, 2 there is no room for the motion
+    #[command(after_help = examples::EXCITE)]
+    Excite(Box<ExciteArgs>),
     /// Turn a toolpath (G-code, DXF, CSV) into a program. Exit status: 0 done, 1 the path is impossible or, with
     /// --strict, not wholly understood, 2 unreadable
+    #[command(after_help = examples::IMPORT)]
     Import(Box<ImportArgs>),
     /// Turn a program of Universal Robots (URScript) into one of this controller. Exit status: 0 complete, 1 something
     /// has no counterpart, 2 unreadable
+    #[command(after_help = examples::TRANSLATE)]
     Translate(TranslateArgs),
     /// The language server for editors, on standard input and output. Exit status: 0 after 'shutdown', 1 the client
     /// vanished
@@ -171,6 +182,7 @@ impl CliCommand {
             Self::Calibrate(args) => Some(&args.robot.log),
             Self::Record(args) => Some(&args.robot.log),
             Self::Compare(args) => Some(&args.log),
+            Self::Identify(args) => Some(&args.log),
             Self::Import(args) => Some(&args.log),
             Self::Translate(args) => Some(&args.log),
             Self::Lsp(args) => Some(&args.log),
@@ -180,6 +192,7 @@ impl CliCommand {
             Self::Serve(_)
             | Self::Run(_)
             | Self::Clearance(_)
+            | Self::Excite(_)
             | Self::Plan(_)
             | Self::Optimize(_)
             | Self::Place(_)

@@ -1,0 +1,241 @@
+//! Answers for people, for programs, and as tables of a cell file.
+
+use core::fmt::Write;
+
+use serde_json::{Value as Json, json};
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub enum Answer {
+    Payload(PayloadAnswer),
+    Friction(FrictionAnswer),
+    Sensor(SensorAnswer),
+    Tool(ToolAnswer),
+    Frame(FrameAnswer),
+}
+
+#[derive(Clone, Debug)]
+pub struct PayloadAnswer {
+    pub mass: f64,
+    pub cog: [f64; 3],
+    /// Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centre of gravity.
+    pub inertia: Option<[f64; 6]>,
+    pub sigma_mass: f64,
+    pub sigma_cog: [f64; 3],
+    pub residual_rms: f64,
+    pub samples: usize,
+}
+
+#[derive(Clone, Debug)]
+pub struct FrictionAnswer {
+    pub coulomb: [f64; 6],
+    pub viscous: [f64; 6],
+    pub sigma_coulomb: [f64; 6],
+    pub sigma_viscous: [f64; 6],
+    pub residual_rms: f64,
+    pub samples: usize,
+}
+
+#[derive(Clone, Debug)]
+pub struct SensorAnswer {
+    pub bias: [f64; 6],
+    pub mass: f64,
+    pub cog: [f64; 3],
+    pub sigma_bias: [f64; 6],
+    pub sigma_mass: f64,
+    pub sigma_cog: [f64; 3],
+    pub residual_rms: f64,
+    pub samples: usize,
+}
+
+#[derive(Clone, Debug)]
+pub struct ToolAnswer {
+    pub tcp: [f64; 6],
+    pub sigma_position: [f64; 3],
+    /// None where no orientation was asked for.
+    pub sigma_orientation: Option<f64>,
+    pub residual_max: f64,
+    pub rests: usize,
+}
+
+#[derive(Clone, Debug)]
+pub struct FrameAnswer {
+    pub frame: [f64; 6],
+    /// Of the points, m; None for three rests, which leave nothing over.
+    pub rests: usize,
+}
+
+/// Numbers with six digits after the point, zeros at the end cut.
+fn list(values: &[f64]) -> String {
+    let texts: Vec<String> = values.iter().map(|x| number(*x)).collect();
+    format!("[{}]", texts.join(", "))
+}
+
+fn number(value: f64) -> String {
+    let text = format!("{value:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    match text {
+        "-0" => "0".to_owned(),
+        _ => text.to_owned(),
+    }
+}
+
+/// A number with a point, as TOML wants it in lists of numbers.
+fn toml_list(values: &[f64]) -> String {
+    let texts: Vec<String> = values
+        .iter()
+        .map(|x| format!("{:?}", (x * 1e9).round() / 1e9))
+        .collect();
+    format!("[{}]", texts.join(", "))
+}
+
+impl Answer {
+    /// One object.
+    pub fn json(&self) -> Json {
+        match self {
+            Self::Payload(a) => json!({
+                "mass": a.mass, "cog": a.cog, "inertia": a.inertia,
+                "sigma": {"mass": a.sigma_mass, "cog": a.sigma_cog},
+                "residual_rms": a.residual_rms, "samples": a.samples,
+            }),
+            Self::Friction(a) => json!({
+                "coulomb": a.coulomb, "viscous": a.viscous,
+                "sigma": {"coulomb": a.sigma_coulomb, "viscous": a.sigma_viscous},
+                "residual_rms": a.residual_rms, "samples": a.samples,
+            }),
+            Self::Sensor(a) => json!({
+                "bias": a.bias, "mass": a.mass, "cog": a.cog,
+                "sigma": {"bias": a.sigma_bias, "mass": a.sigma_mass, "cog": a.sigma_cog},
+                "residual_rms": a.residual_rms, "samples": a.samples,
+            }),
+            Self::Tool(a) => json!({
+                "tcp": a.tcp,
+                "sigma": {"position": a.sigma_position, "orientation": a.sigma_orientation},
+                "residual_max": a.residual_max, "samples": a.rests,
+            }),
+            Self::Frame(a) => json!({"frame": a.frame, "samples": a.rests}),
+        }
+    }
+
+    /// Tables of a cell file, or a pose under its name.
+    pub fn toml(&self) -> String {
+        match self {
+            Self::Payload(a) => {
+                let mut text = format!(
+                    "[payload]\nmass = {:?}\ncog = {}\n",
+                    a.mass,
+                    toml_list(&a.cog)
+                );
+                if let Some(inertia) = a.inertia {
+                    let _ = writeln!(text, "inertia = {}", toml_list(&inertia));
+                }
+                text
+            }
+            Self::Friction(a) => {
+                // A friction below 0 is what noise leaves of none.
+                let positive = |values: &[f64; 6]| toml_list(&values.map(|x| x.max(0.0)));
+                format!(
+                    "[arm]\ncoulomb = {}\nviscous = {}\n",
+                    positive(&a.coulomb),
+                    positive(&a.viscous)
+                )
+            }
+            Self::Sensor(a) => format!(
+                "# bias of the sensor: {}\n[payload]\nmass = {:?}\ncog = {}\n",
+                list(&a.bias),
+                a.mass.max(0.0),
+                toml_list(&a.cog)
+            ),
+            Self::Tool(a) => format!("# set_tcp({})\ntcp = {}\n", list(&a.tcp), toml_list(&a.tcp)),
+            Self::Frame(a) => format!("frame = {}\n", toml_list(&a.frame)),
+        }
+    }
+
+    /// Lines for people; the last ones are what is pasted elsewhere.
+    pub fn human(&self) -> String {
+        let mut text = String::new();
+        let mut row = |name: &str, value: String, sigma: String, unit: &str| {
+            let sigma = if sigma.is_empty() {
+                sigma
+            } else {
+                format!("  ± {sigma}")
+            };
+            let _ = writeln!(text, "{name:<20}{value}{sigma} {unit}");
+        };
+        match self {
+            Self::Payload(a) => {
+                row("mass", number(a.mass), number(a.sigma_mass), "kg");
+                row("centre of gravity", list(&a.cog), list(&a.sigma_cog), "m");
+                match a.inertia {
+                    Some(inertia) => row("inertia", list(&inertia), String::new(), "kg m²"),
+                    None => row(
+                        "inertia",
+                        "not told by this motion".to_owned(),
+                        String::new(),
+                        "",
+                    ),
+                }
+                row("residual (rms)", number(a.residual_rms), String::new(), "");
+                row("samples", a.samples.to_string(), String::new(), "");
+                let inertia = a
+                    .inertia
+                    .map(|i| format!(", {}", list(&i)))
+                    .unwrap_or_default();
+                let _ = writeln!(
+                    text,
+                    "\n{}set_payload({}, {}{inertia})",
+                    self.toml(),
+                    number(a.mass),
+                    list(&a.cog)
+                );
+            }
+            Self::Friction(a) => {
+                row(
+                    "dry friction",
+                    list(&a.coulomb),
+                    list(&a.sigma_coulomb),
+                    "Nm",
+                );
+                row(
+                    "viscous friction",
+                    list(&a.viscous),
+                    list(&a.sigma_viscous),
+                    "Nm s/rad",
+                );
+                row(
+                    "residual (rms)",
+                    number(a.residual_rms),
+                    String::new(),
+                    "Nm",
+                );
+                row("samples", a.samples.to_string(), String::new(), "");
+                let _ = write!(text, "\n{}", self.toml());
+            }
+            Self::Sensor(a) => {
+                row("bias", list(&a.bias), list(&a.sigma_bias), "N, Nm");
+                row("mass", number(a.mass), number(a.sigma_mass), "kg");
+                row("centre of gravity", list(&a.cog), list(&a.sigma_cog), "m");
+                row("residual (rms)", number(a.residual_rms), String::new(), "");
+                row("rests", a.samples.to_string(), String::new(), "");
+            }
+            Self::Tool(a) => {
+                row("position", list(&a.tcp[..3]), list(&a.sigma_position), "m");
+                let sigma = a.sigma_orientation.map(number).unwrap_or_default();
+                row("orientation", list(&a.tcp[3..]), sigma, "rad");
+                row(
+                    "largest residual",
+                    number(a.residual_max),
+                    String::new(),
+                    "m",
+                );
+                row("rests", a.rests.to_string(), String::new(), "");
+                let _ = writeln!(text, "\nset_tcp({})", list(&a.tcp));
+            }
+            Self::Frame(a) => {
+                row("frame", list(&a.frame), String::new(), "m, rad");
+                let _ = writeln!(text, "\nframe = {}", list(&a.frame));
+            }
+        }
+        text
+    }
+}

@@ -1,0 +1,87 @@
+//! `eliteserver identify`: payload, friction, tool, frame and sensor of an arm, from recordings.
+//!
+//! Owns what is read of recordings and what is said; least squares and regressors are `kinematics`'s.
+
+mod answer;
+mod geometry;
+mod load;
+mod samples;
+
+use std::io::Write;
+
+use controller::recorded_run::RecordedModelError;
+use kinematics::identification::FitError;
+use recorder::ReadError;
+
+use crate::cli::{FindingFormat, IdentifyArgs, IdentifyTarget};
+use crate::command::{CommandError, CommandResult, CommandStatus};
+use crate::commands::translate::write;
+
+use answer::Answer;
+use samples::Samples;
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum IdentifyError {
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Read(ReadError),
+    /// Its arm is not known.
+    #[error(transparent)]
+    Model(#[from] RecordedModelError),
+    /// It does not say which arm it is of.
+    #[error("{0}: it does not say which arm it is of")]
+    NoSetup(String),
+    /// The data do not tell.
+    #[error("{0}")]
+    CannotTell(String),
+}
+
+impl IdentifyError {
+    fn of_fit(error: &FitError, names: &[&str]) -> Self {
+        Self::CannotTell(match error {
+            FitError::TooFew { count, .. } => {
+                format!("the recordings hold {count} measurements: more are needed")
+            }
+            FitError::Unobservable { unknowns } => {
+                let named: Vec<&str> = unknowns
+                    .iter()
+                    .filter_map(|i| names.get(*i).copied())
+                    .collect();
+                format!("the motion does not tell {}", named.join(", "))
+            }
+        })
+    }
+}
+
+/// Exit status: 0 found, 1 the data cannot tell, 2 unreadable.
+pub fn identify(args: &IdentifyArgs) -> CommandResult {
+    let answer = match answer_of(args) {
+        Ok(answer) => answer,
+        Err(IdentifyError::CannotTell(text)) => {
+            return Err(CommandError::sentence(text).with_status(CommandStatus::Negative));
+        }
+        Err(error) => return Err(error.into()),
+    };
+    if let Some(path) = &args.output {
+        write(path, &answer.toml())?;
+    }
+    let text = match args.format {
+        FindingFormat::Human => answer.human(),
+        FindingFormat::Json => format!("{}\n", answer.json()),
+    };
+    let _ = std::io::stdout().write_all(text.as_bytes());
+    Ok(CommandStatus::Success)
+}
+
+fn answer_of(args: &IdentifyArgs) -> Result<Answer, IdentifyError> {
+    let samples = Samples::read(&args.files, args.from, args.to)?;
+    match args.what {
+        IdentifyTarget::Payload if args.from_torques => load::payload_from_torques(&samples),
+        IdentifyTarget::Payload => load::payload_from_forces(&samples),
+        IdentifyTarget::Friction => load::friction(&samples),
+        IdentifyTarget::Sensor => load::sensor(&samples, &args.at),
+        IdentifyTarget::Tool => geometry::tool(&samples, &args.at, args.orientation),
+        IdentifyTarget::Frame => geometry::frame(&samples, &args.at),
+    }
+}
