@@ -244,7 +244,11 @@ print(get_tcp_force(True)[2])",
     let prints = cell.0.result().unwrap().prints;
     let force: f64 = prints[0].parse().unwrap();
     assert!((force.abs() - 20.0).abs() < 0.01, "{force}");
-    cell.run("end_force_mode()\nset_standard_digital_out(0, False)\nsleep(0.5)");
+    cell.run(
+        "movel(pose_add(get_actual_tcp_pose(), [0, 0, 0.002, 0, 0, 0]), a=0.5, v=0.05)
+set_standard_digital_out(0, False)
+sleep(0.5)",
+    );
     assert!(!cell.holds("held('box')"));
     assert!((cell.pose("box").translation.z - 0.175).abs() < 1e-3);
     assert!(cell.holds("part('box').speed < 0.001 and not fallen('*')"));
