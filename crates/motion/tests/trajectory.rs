@@ -66,13 +66,13 @@ fn beside(states: &[RobotState], list: &[JointPositions]) -> f64 {
     })
 }
 
-/// The best agreement with the list in time, over the cycles by which it may have begun later.
+/// The best agreement with the list in time, over the cycles by which it may have begun later, or its second sample first.
 fn late(states: &[RobotState], list: &[JointPositions]) -> f64 {
-    (0..4).fold(f64::MAX, |least, shift| {
+    (0..5).fold(f64::MAX, |least, shift: usize| {
         let most = states
             .iter()
-            .skip(shift)
-            .zip(list)
+            .skip(shift.saturating_sub(1))
+            .zip(&list[usize::from(shift == 0)..])
             .fold(0.0_f64, |most, (state, point)| most.max(away(state, point)));
         least.min(most)
     })
