@@ -92,7 +92,7 @@ const views = {
     const program = readdirSync(folder).find((name) => name.endsWith(".script"));
     await server.run(readFileSync(path.join(folder, program), "utf8"), program).catch(() => undefined);
     await panel(page, "ios");
-    await until(async () => (await page.text("gripper-cups")).includes("holds box#4"), "the fourth box");
+    await until(async () => (await page.text("gripper-cups")).includes("holds box#2"), "the second box", 120000);
     await sleep(500);
     await shot(page, "cell");
     await page.context().close();

@@ -106,8 +106,9 @@ export class CellView {
     scene.grippers.forEach((one, number) => this.gripper(one, number));
   }
 
-  private named(object: Object3D, name: string): void {
+  private named(object: Object3D, name: string, isGlass = false): void {
     object.userData["name"] = name;
+    object.userData["glass"] = isGlass;
     this.pickables.push(object);
   }
 
@@ -158,7 +159,7 @@ export class CellView {
       place(mesh, one.pose);
       const edges = new LineSegments(new EdgesGeometry(solid), new LineBasicMaterial({ color: LIGHT }));
       place(edges, one.pose);
-      this.named(mesh, one.name);
+      this.named(mesh, one.name, true);
       this.root.add(mesh, edges);
       this.lights.push({ material, rods, dim: 0.06, bright: 0.45 });
       return;
@@ -187,7 +188,7 @@ export class CellView {
     const edges = new LineSegments(new EdgesGeometry(solid), new LineBasicMaterial({ color: SINK, transparent: true, opacity: 0.7 }));
     place(mesh, one.pose);
     place(edges, one.pose);
-    this.named(mesh, one.name);
+    this.named(mesh, one.name, true);
     this.root.add(mesh, edges);
   }
 
@@ -324,7 +325,9 @@ export class CellView {
     this.ray.setFromCamera(new Vector2(x, y), camera);
     const parts = [...this.parts.values()].flatMap(({ group }) => group.children.slice(0, 1));
     const ghost = this.ghost?.group.children.slice(0, 1) ?? [];
-    const hit = this.ray.intersectObjects([...ghost, ...parts, ...this.pickables], false)[0]?.object;
+    const hits = this.ray.intersectObjects([...ghost, ...parts, ...this.pickables], false).map(({ object }) => object);
+    // What is seen through is pointed at only where nothing lies behind it.
+    const hit = hits.find((object) => object.userData["glass"] !== true) ?? hits[0];
     return hit ? { name: String(hit.userData["name"]), isPart: hit.userData["part"] === true } : null;
   }
 
