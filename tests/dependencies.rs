@@ -39,6 +39,7 @@ const OTHER_LICENCES: &[(&str, &str)] = &[
 /// Crates of which more than one version is linked, and who holds the older one.
 const TWICE: &[(&str, &str)] = &[
     ("bitflags", "nix of serialport (1), everybody else (2)"),
+    ("hashbrown", "spade of parry3d (0.16), others (0.17)"),
     ("miniz_oxide", "png (0.8), flate2 (0.9)"),
     ("nix", "serialport (0.26), ours (0.31)"),
     (

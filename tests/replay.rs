@@ -184,7 +184,7 @@ fn the_picture_is_a_png_of_the_promised_size() {
     assert_eq!((picture.width(), picture.height()), (1600, 1500));
     // The blue of the first joint's curves is there.
     let is_blue =
-        |p: &&tiny_skia::PremultipliedColorU8| (p.red(), p.green(), p.blue()) == (0, 114, 178);
+        |p: &&tiny_skia::PremultipliedColorU8| (p.red(), p.green(), p.blue()) == (34, 0, 255);
     let blue = picture.pixels().iter().filter(is_blue).count();
     assert!(blue > 1000, "{blue} pixels of the first joint's curves");
 }

@@ -186,10 +186,15 @@ fn scripts(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CommandError> {
 }
 
 /// The arm of an option.
-pub(crate) fn model_of(choice: &ModelChoice) -> Result<RobotModel, ModelError> {
+pub(crate) fn model_of(choice: &ModelChoice) -> Result<RobotModel, CommandError> {
     match choice {
-        ModelChoice::BuiltIn(name) => RobotModel::built_in(name),
-        ModelChoice::Urdf(path) => RobotModel::open(&path.to_string_lossy()),
+        ModelChoice::BuiltIn(name) => Ok(RobotModel::built_in(name)?),
+        ModelChoice::Urdf(path) => {
+            let unusable = |error: ModelError| {
+                CommandError::sentence(format!("cannot use the model {}: {error}", path.display()))
+            };
+            RobotModel::open(&path.to_string_lossy()).map_err(unusable)
+        }
     }
 }
 
