@@ -211,5 +211,5 @@ fn the_programs_of_this_folder_pass() {
     let output = test_in(&folder, &[]);
     let out = text(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{out}");
-    assert!(out.contains("16 passed; "), "{out}");
+    assert!(out.contains("18 passed; "), "{out}");
 }
