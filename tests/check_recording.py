@@ -64,13 +64,15 @@ def check_cycle_type(descriptor):
 def check_world(reader):
     """Every part of a cell is drawn, as one entity, and no other; whoever follows all updates sees what the latest one shows."""
     parts, changed, kept, scenes = set(), 0, set(), 0
-    for _, channel, message, decoded in reader.iter_decoded_messages(topics=["/world", "/scene"]):
+    factory = DecoderFactory()
+    for schema, channel, message in reader.iter_messages(topics=["/world", "/scene"]):
         if channel.topic == "/world":
-            news = decoded if isinstance(decoded, dict) else json.loads(message.data)
+            news = json.loads(message.data)
             now = (parts | {row["name"] for row in news.get("parts", [])}) - set(news.get("removed", []))
             if now != parts:
                 parts, changed = now, message.log_time
             continue
+        decoded = factory.decoder_for(channel.message_encoding, schema)(message.data)
         ids = [entity.id for entity in decoded.entities]
         check(len(ids) == len(set(ids)), f"entities are drawn twice: {sorted(set(i for i in ids if ids.count(i) > 1))}")
         kept = (kept - {deletion.id for deletion in decoded.deletions}) | set(ids)
