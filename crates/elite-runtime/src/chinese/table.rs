@@ -363,6 +363,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{} is {}, allowed are {} to {}; {} is used",
         "{0} 为 {1}，允许 {2} 到 {3}；采用 {4}",
     ),
+    ("{} is {}; it must be {}", "{0~} 为 {1}；应为 {2~}"),
     (
         "{} must be \"base\", \"tool\" or a pose, got {}",
         "{0} 必须是 \"base\"、\"tool\" 或位姿，给出的是 {1}",
