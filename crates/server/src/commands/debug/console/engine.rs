@@ -1,7 +1,7 @@
 //! The debugger's engine in this process, asked and heard as any of its clients: in messages of the Debug Adapter
 //! Protocol over two pipes. What a person can do here and an editor there is one thing.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, BufReader, PipeReader, PipeWriter};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
@@ -35,6 +35,8 @@ pub(super) struct DebugEngine {
     input: PipeWriter,
     heard: Receiver<Heard>,
     waiting: VecDeque<EngineEvent>,
+    /// Answers to requests that nobody has waited for yet, by the number of the request.
+    answers: BTreeMap<i64, Json>,
     seq: i64,
 }
 
@@ -69,6 +71,7 @@ impl DebugEngine {
             input,
             heard,
             waiting: VecDeque::new(),
+            answers: BTreeMap::new(),
             seq: 0,
         })
     }
@@ -88,16 +91,18 @@ impl DebugEngine {
         self.answer(number)
     }
 
-    /// Waits for the answer to a request; events wait for [`Self::event`].
+    /// Waits for the answer to a request; events wait for [`Self::event`], answers to others until they are asked for.
     pub(super) fn answer(&mut self, number: i64) -> Result<Json, String> {
         loop {
+            if let Some(answer) = self.answers.remove(&number) {
+                return result_of(answer);
+            }
             match self.heard.recv() {
                 Ok(Heard::Message(message)) => {
                     let is_answer = message.get("type").and_then(Json::as_str) == Some("response");
-                    if !is_answer {
-                        self.waiting.extend(event_of(message));
-                    } else if message.get("request_seq").and_then(Json::as_i64) == Some(number) {
-                        return result_of(message);
+                    match message.get("request_seq").and_then(Json::as_i64) {
+                        Some(request) if is_answer => _ = self.answers.insert(request, message),
+                        _ => self.waiting.extend(event_of(message)),
                     }
                 }
                 Ok(Heard::Interrupt) => self.waiting.push_back(EngineEvent::Interrupt),
