@@ -148,6 +148,7 @@ pub(crate) fn planned_path(
         ..defaults
     };
     let signals = SignalCheck(AtomicBool::new(false));
+    #[allow(clippy::result_large_err, reason = "made once in a call")]
     let planned = py.detach(|| plan_path(&config, &planning, &mut || signals.keep_going()));
     if signals.0.load(Ordering::Relaxed) {
         return Err(pyo3::exceptions::PyKeyboardInterrupt::new_err(()));
