@@ -46,7 +46,14 @@ export const scenarios = {
     await mode(page, "program-state", "running");
     for (const [id, name] of [["logs", "log"], ["ios", "io"], ["move", "move-to"]]) {
       await tab(page, id);
-      await sleep(200);
+      // The panel comes to rest first.
+      let place = NaN;
+      await until(async () => {
+        const was = place;
+        place = (await box(page, name)).y;
+        await sleep(200);
+        return place === was;
+      }, `${name} at rest`);
       const before = await box(page, name);
       const line = await page.id("running-line").innerText();
       await until(async () => (await page.id("running-line").innerText()) !== line, "another line");
@@ -408,7 +415,7 @@ export const scenarios = {
     await page.id("plot-size").click();
     const after = await box(page, "plot");
     check(after.height > before.height * 2, `${before.height} to ${after.height}`);
-    check((await page.locator("#plot canvas").boundingBox()).height > before.height * 1.8, "the drawing");
+    await until(async () => (await page.locator("#plot canvas").boundingBox()).height > before.height * 1.8, "the drawing");
     const [legend, stop] = [await box(page, "plot-legend"), await box(page, "stop")];
     check(legend.y + legend.height <= after.y + 1, "the legend covers the plot");
     check(stop.y > 0 && stop.y + stop.height < 720, "stop is seen");
