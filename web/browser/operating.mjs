@@ -590,10 +590,14 @@ export const special = {
     near(await q(0), start - 0.05, 0.1, "joint 1 at the third point");
     // 4. A point in the table: the arm is led down until it touches, and stops by itself.
     await page.id("jog-speed").click({ position: { x: 100, y: 18 } });
-    for (let tries = 0; tries < 8 && (await server.state()).safety_mode === "NORMAL"; tries++) {
+    // A jog ends by itself at a limit of the page's reach: it is held again until the arm has touched.
+    const stopped = async () => (await server.state()).safety_mode !== "NORMAL";
+    for (let tries = 0; tries < 30 && !(await stopped()); tries++) {
+      let moved = false;
       await hold(page, "jog-z-minus", async () => {
-        const state = await server.state();
-        return state.safety_mode !== "NORMAL" || Math.abs(state.actual_qd[1]) < 1e-3;
+        const speed = Math.abs((await server.state()).actual_qd[1]);
+        moved ||= speed > 5e-3;
+        return (await stopped()) || (moved && speed < 1e-3);
       });
     }
     await mode(page, "safety-mode", "PROTECTIVE_STOP");
