@@ -1,4 +1,4 @@
-//! Which point of the controller is connected to what in a cell.
+//! Connections of a cell: every input and output of the controller with the sensor, gripper or belt at its other end.
 
 use super::Cell;
 use super::point::{IoDirection, IoPointName};

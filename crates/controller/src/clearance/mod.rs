@@ -32,7 +32,8 @@ pub use observer::ClearanceObserver;
 
 /// A program whose arm stands for so long waits for something that nobody here gives, s of simulated time.
 const STANDS_MAX: f64 = 300.0;
-/// The same in time of the machine: while a program waits for the outside, simulated time passes no faster.
+/// A program whose arm stands for so long of real time waits, too: while it waits for a socket or a process, simulated
+/// time passes no faster than real time.
 const STANDS_WALL_MAX: Duration = Duration::from_secs(10);
 /// Longest computing without simulated time passing.
 const STUCK: Duration = Duration::from_secs(30);
@@ -40,11 +41,11 @@ const STUCK: Duration = Duration::from_secs(30);
 /// A program, measured.
 #[derive(Clone, Debug)]
 pub struct ClearanceRun {
-    /// Its motions in the order in which they began.
+    /// Motions of the program in the order in which they began.
     pub rows: Vec<MotionClearance>,
-    /// How it ended.
+    /// How the program ended.
     pub end: MeasuredEnd,
-    /// What it printed, and how long it took.
+    /// What the program printed, and how long it took.
     pub result: ProgramResult,
     /// Where asked for: the least distance, m, at the end of every cycle, by its simulated time, s.
     pub history: Vec<(f64, f64)>,
@@ -75,10 +76,10 @@ impl Default for MeasureOptions {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeasuredEnd {
-    /// At its end.
+    /// The program ran to its end.
     #[error("the program ended")]
     Finished,
-    /// It does not compile.
+    /// The program does not compile.
     #[error("the program does not compile{}: {error}", in_line(*.line))]
     NotCompiled {
         /// What is wrong.
@@ -86,7 +87,7 @@ pub enum MeasuredEnd {
         /// Where, from 1; 0 unknown.
         line: u32,
     },
-    /// By an exception, an alarm or a stop.
+    /// An exception, an alarm or a stop ended the program.
     #[error("the program failed{}: {error}", in_line(*.line))]
     Failed {
         /// What happened.
@@ -94,7 +95,7 @@ pub enum MeasuredEnd {
         /// Where, from 1; 0 unknown.
         line: u32,
     },
-    /// It waits for something.
+    /// The program waits for an input, a socket or a process that nobody serves.
     #[error(
         "the program waits{} for something from outside that does not come; set inputs at their times in the cell file \
          ([[input]]), or give it values with --set",

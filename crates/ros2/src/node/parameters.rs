@@ -17,7 +17,7 @@ use crate::messages::{
 use crate::names::NODE;
 
 /// A parameter with its description.
-struct Known {
+struct DescribedParameter {
     name: &'static str,
     description: &'static str,
     value: ParameterValue,
@@ -25,7 +25,7 @@ struct Known {
 
 /// The six services.
 pub(super) struct ParameterServices {
-    known: Vec<Known>,
+    known: Vec<DescribedParameter>,
     get: Server<ParameterNames, ParameterValues>,
     get_types: Server<ParameterNames, ParameterTypes>,
     describe: Server<ParameterNames, ParameterDescriptors>,
@@ -60,7 +60,7 @@ fn truth(value: bool) -> ParameterValue {
 
 impl ParameterServices {
     pub(super) fn new(node: &mut NodeBuilder, setup: &NodeSetup) -> Result<Self, NodeError> {
-        let known = |name, description, value| Known {
+        let known = |name, description, value| DescribedParameter {
             name,
             description,
             value,
@@ -108,7 +108,7 @@ impl ParameterServices {
         })
     }
 
-    fn find(&self, name: &str) -> Option<&Known> {
+    fn find(&self, name: &str) -> Option<&DescribedParameter> {
         self.known.iter().find(|known| known.name == name)
     }
 

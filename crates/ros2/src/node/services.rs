@@ -15,22 +15,22 @@ use crate::names::IO_AND_STATUS;
 /// Requests that may wait for an answer; more are not taken up until some are answered.
 const WAITING_MAX: usize = 64;
 
-/// What waits for an answer.
+/// Service that a request without an answer came to; a trigger by its position in the list of triggers.
 #[derive(Clone, Copy)]
-enum Asked {
+enum RequestedService {
     Trigger(usize),
     SetIo,
     SetSpeedSlider,
     SetPayload,
 }
 
-/// Every service, and what waits for an answer.
+/// Every service, and the requests that have no answer yet.
 pub(super) struct Services {
     triggers: Vec<(Trigger, Server<TriggerRequest, TriggerResponse>)>,
     set_io: Server<SetIoRequest, SuccessResponse>,
     set_speed_slider: Server<SetSpeedSliderRequest, SuccessResponse>,
     set_payload: Server<SetPayloadRequest, SuccessResponse>,
-    waiting: BTreeMap<u64, (Asked, RmwRequestId)>,
+    waiting: BTreeMap<u64, (RequestedService, RmwRequestId)>,
     last: u64,
 }
 
@@ -78,24 +78,28 @@ impl Services {
             while found.len() < room
                 && let Ok(Some((id, _))) = server.receive_request()
             {
-                found.push((Asked::Trigger(position), id, Order::Trigger(*trigger)));
+                found.push((
+                    RequestedService::Trigger(position),
+                    id,
+                    Order::Trigger(*trigger),
+                ));
             }
         }
         while found.len() < room
             && let Ok(Some((id, asked))) = self.set_io.receive_request()
         {
-            found.push((Asked::SetIo, id, Order::SetIo(asked)));
+            found.push((RequestedService::SetIo, id, Order::SetIo(asked)));
         }
         while found.len() < room
             && let Ok(Some((id, asked))) = self.set_speed_slider.receive_request()
         {
             let order = Order::SetSpeedSlider(asked.speed_slider_fraction);
-            found.push((Asked::SetSpeedSlider, id, order));
+            found.push((RequestedService::SetSpeedSlider, id, order));
         }
         while found.len() < room
             && let Ok(Some((id, asked))) = self.set_payload.receive_request()
         {
-            found.push((Asked::SetPayload, id, Order::SetPayload(asked)));
+            found.push((RequestedService::SetPayload, id, Order::SetPayload(asked)));
         }
         for (asked, id, order) in found {
             self.last += 1;
@@ -113,12 +117,12 @@ impl Services {
         let done = SuccessResponse { success };
         // A client that has gone is told nothing.
         let _ = match asked {
-            Asked::Trigger(position) => self.triggers[position]
+            RequestedService::Trigger(position) => self.triggers[position]
                 .1
                 .send_response(id, TriggerResponse { success, message }),
-            Asked::SetIo => self.set_io.send_response(id, done),
-            Asked::SetSpeedSlider => self.set_speed_slider.send_response(id, done),
-            Asked::SetPayload => self.set_payload.send_response(id, done),
+            RequestedService::SetIo => self.set_io.send_response(id, done),
+            RequestedService::SetSpeedSlider => self.set_speed_slider.send_response(id, done),
+            RequestedService::SetPayload => self.set_payload.send_response(id, done),
         };
     }
 }

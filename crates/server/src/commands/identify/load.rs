@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 
 use super::IdentifyError;
 use super::answer::{Answer, FrictionAnswer, PayloadAnswer, SensorAnswer};
-use super::samples::{Rest, Sample, Samples};
+use super::samples::{RestInterval, Sample, Samples};
 
 /// Names of the parameters of a body.
 const BODY_NAMES: [&str; BODY_PARAMETERS] = [
@@ -315,7 +315,7 @@ fn torques_of_links(samples: &Samples, sample: &Sample) -> [f64; DOF] {
 
 /// Bias of the force sensor, and what hangs below it, from rests.
 pub fn sensor(samples: &Samples, at: &[f64]) -> Result<Answer, IdentifyError> {
-    let rests: Vec<Rest> = samples
+    let rests: Vec<RestInterval> = samples
         .chosen_rests(at)?
         .into_iter()
         .filter(|rest| rest.wrench.iter().all(|x| x.is_finite()))

@@ -38,12 +38,12 @@ pub struct Sample {
     pub gravity: Vector3<f64>,
 }
 
-/// A rest: the mean of its samples.
+/// An interval in which the arm stands still, with the mean of its samples.
 #[derive(Clone, Copy, Debug)]
-pub struct Rest {
-    /// Its middle, s.
+pub struct RestInterval {
+    /// Middle of the interval, s.
     pub time: f64,
-    /// Its length, s.
+    /// Length of the interval, s.
     pub duration: f64,
     pub q: JointPositions,
     pub wrench: [f64; 6],
@@ -110,8 +110,8 @@ impl Samples {
     }
 
     /// The rests, in order.
-    pub fn rests(&self) -> Vec<Rest> {
-        let mut rests: Vec<Rest> = Vec::new();
+    pub fn rests(&self) -> Vec<RestInterval> {
+        let mut rests: Vec<RestInterval> = Vec::new();
         let mut open: Vec<Sample> = Vec::new();
         for (index, sample) in self.samples.iter().enumerate() {
             let is_still = sample
@@ -138,7 +138,7 @@ impl Samples {
     }
 
     /// The rests at these times, or every rest.
-    pub fn chosen_rests(&self, at: &[f64]) -> Result<Vec<Rest>, IdentifyError> {
+    pub fn chosen_rests(&self, at: &[f64]) -> Result<Vec<RestInterval>, IdentifyError> {
         let rests = self.rests();
         if at.is_empty() {
             return Ok(rests);
@@ -156,7 +156,7 @@ impl Samples {
     }
 
     /// Poses of the flange at rests.
-    pub fn flange_poses(&self, rests: &[Rest]) -> Vec<Pose> {
+    pub fn flange_poses(&self, rests: &[RestInterval]) -> Vec<Pose> {
         rests
             .iter()
             .map(|rest| self.model.flange_pose(&rest.q))
@@ -164,7 +164,7 @@ impl Samples {
     }
 }
 
-fn rest_of(samples: &[Sample]) -> Option<Rest> {
+fn rest_of(samples: &[Sample]) -> Option<RestInterval> {
     let (first, last) = (samples.first()?, samples.last()?);
     let duration = last.time - first.time;
     if duration < REST_MIN_S {
@@ -177,7 +177,7 @@ fn rest_of(samples: &[Sample]) -> Option<Rest> {
         .collect();
     let count = settled.len() as f64;
     let mean = |part: &dyn Fn(&Sample) -> f64| settled.iter().map(|s| part(s)).sum::<f64>() / count;
-    Some(Rest {
+    Some(RestInterval {
         time: f64::midpoint(first.time, last.time),
         duration,
         q: JointPositions(core::array::from_fn(|joint| mean(&|s| s.q[joint]))),

@@ -24,7 +24,8 @@ pub(super) enum EngineEvent {
     Gone,
 }
 
-enum Heard {
+/// What arrives from the engine and from the signals of the process.
+enum EngineInput {
     Message(Json),
     Interrupt,
     Gone,
@@ -33,7 +34,7 @@ enum Heard {
 /// The engine.
 pub(super) struct DebugEngine {
     input: PipeWriter,
-    heard: Receiver<Heard>,
+    heard: Receiver<EngineInput>,
     waiting: VecDeque<EngineEvent>,
     /// Answers to requests that nobody has waited for yet, by the number of the request.
     answers: BTreeMap<i64, Json>,
@@ -59,8 +60,8 @@ impl DebugEngine {
         faults.start(ThreadRole::Service, "debug signals", move || {
             while let Some(name) = signals.wait() {
                 let news = match name {
-                    "SIGINT" => Heard::Interrupt,
-                    _ => Heard::Gone,
+                    "SIGINT" => EngineInput::Interrupt,
+                    _ => EngineInput::Gone,
                 };
                 if of_signals.send(news).is_err() {
                     return;
@@ -98,15 +99,15 @@ impl DebugEngine {
                 return result_of(answer);
             }
             match self.heard.recv() {
-                Ok(Heard::Message(message)) => {
+                Ok(EngineInput::Message(message)) => {
                     let is_answer = message.get("type").and_then(Json::as_str) == Some("response");
                     match message.get("request_seq").and_then(Json::as_i64) {
                         Some(request) if is_answer => _ = self.answers.insert(request, message),
                         _ => self.waiting.extend(event_of(message)),
                     }
                 }
-                Ok(Heard::Interrupt) => self.waiting.push_back(EngineEvent::Interrupt),
-                Ok(Heard::Gone) | Err(_) => {
+                Ok(EngineInput::Interrupt) => self.waiting.push_back(EngineEvent::Interrupt),
+                Ok(EngineInput::Gone) | Err(_) => {
                     self.waiting.push_back(EngineEvent::Gone);
                     return Err("the debugger has ended".to_owned());
                 }
@@ -126,22 +127,22 @@ impl DebugEngine {
                 return event;
             }
             match self.heard.recv() {
-                Ok(Heard::Message(message)) => self.waiting.extend(event_of(message)),
-                Ok(Heard::Interrupt) => return EngineEvent::Interrupt,
-                Ok(Heard::Gone) | Err(_) => return EngineEvent::Gone,
+                Ok(EngineInput::Message(message)) => self.waiting.extend(event_of(message)),
+                Ok(EngineInput::Interrupt) => return EngineEvent::Interrupt,
+                Ok(EngineInput::Gone) | Err(_) => return EngineEvent::Gone,
             }
         }
     }
 }
 
-fn hear(answers: PipeReader, sender: &SyncSender<Heard>) {
+fn hear(answers: PipeReader, sender: &SyncSender<EngineInput>) {
     let mut answers = BufReader::new(answers);
     loop {
         let news = match stream::read(&mut answers) {
-            Ok(Some(DapInput::Message(message))) => Heard::Message(message),
-            Ok(Some(DapInput::Garbage(_)) | None) | Err(_) => Heard::Gone,
+            Ok(Some(DapInput::Message(message))) => EngineInput::Message(message),
+            Ok(Some(DapInput::Garbage(_)) | None) | Err(_) => EngineInput::Gone,
         };
-        let is_last = matches!(news, Heard::Gone);
+        let is_last = matches!(news, EngineInput::Gone);
         if sender.send(news).is_err() || is_last {
             return;
         }
