@@ -8,6 +8,7 @@ use std::time::Duration;
 use elite_runtime::SandboxRoots;
 use kinematics::{Calibration, JointPositions, Payload, RpyPose};
 
+use crate::cell::{Cell, CellError};
 use crate::options::{
     ByteSize, ClockChoice, HomeJoints, ModelChoice, Permission, PlantChoice, RecordTarget,
     RotationLimit, StepMillis,
@@ -85,5 +86,22 @@ impl ControllerConfig {
             Some(folders) => folders.read_text(path),
             None => kinematics::text_file::read_text_file(path),
         }
+    }
+
+    /// What stands around the arm, where these settings name a cell file.
+    ///
+    /// # Errors
+    /// [`CellError`], with the path and, for what the file says, the line.
+    pub(crate) fn read_cell(&self) -> Result<Option<Cell>, CellError> {
+        let Some(path) = self.cell.as_deref() else {
+            return Ok(None);
+        };
+        let text = self
+            .read_text(path)
+            .map_err(|source| CellError::Unreadable {
+                path: path.to_owned(),
+                source,
+            })?;
+        Cell::from_text(text, path).map(Some)
     }
 }

@@ -182,16 +182,7 @@ impl PreparedController {
     pub fn new(config: &ControllerConfig, manner: StartOptions) -> Result<Self, StartError> {
         let permissions = permissions(config)?;
         let loaded = LoadedModel::open(config)?;
-        let cell = config.cell.as_deref().map(|path| {
-            let text = config
-                .read_text(path)
-                .map_err(|source| CellError::Unreadable {
-                    path: path.to_owned(),
-                    source,
-                })?;
-            Cell::from_text(text, path)
-        });
-        let cell = cell.transpose()?;
+        let cell = config.read_cell()?;
         let setup = setup(config, &loaded, cell.as_ref(), manner.powered_off);
         let mut cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
         if manner.contact_stops {

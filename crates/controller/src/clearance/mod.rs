@@ -17,7 +17,7 @@ use path_planning::CollisionScene;
 use recorder::Setup;
 use thiserror::Error;
 
-use crate::cell::{Cell, CellError};
+use crate::cell::Cell;
 use crate::config::ControllerConfig;
 use crate::loaded_model::{LoadedModel, setup};
 use crate::options::{PlantChoice, RecordTarget};
@@ -164,16 +164,7 @@ impl ClearanceRun {
 /// [`StartError`], in a sentence.
 pub fn collision_scene(config: &ControllerConfig) -> Result<CollisionScene, StartError> {
     let loaded = LoadedModel::open(config)?;
-    let cell = config.cell.as_deref().map(|path| {
-        let text = config
-            .read_text(path)
-            .map_err(|source| CellError::Unreadable {
-                path: path.to_owned(),
-                source,
-            })?;
-        Cell::from_text(text, path)
-    });
-    let cell = cell.transpose()?;
+    let cell = config.read_cell()?;
     let setup = setup(config, &loaded, cell.as_ref(), false);
     scene(&setup, loaded.model, cell.as_ref())
 }

@@ -8,6 +8,7 @@ mod examples;
 mod identify;
 mod import;
 mod paths;
+mod replay;
 mod robot;
 mod ros2;
 mod test;
@@ -31,12 +32,12 @@ pub use debug::{DebugArgs, DebugRobotArgs};
 pub use identify::{ExciteArgs, ExciteTarget, IdentifyArgs, IdentifyTarget};
 pub use import::{ImportArgs, TranslateArgs};
 pub use paths::{ClearanceArgs, OptimizeArgs, PlaceArgs, PlanArgs};
-pub(crate) use test::seconds as seconds_of_test;
-pub use test::{TestArgs, TestFormat};
-
+pub use replay::{ReplayArgs, ReplayPortArgs};
 pub use robot::{
     CalibrateArgs, CompareArgs, CompareFormat, RecordArgs, RemoteRobotArgs, SendArgs, ShellArgs,
 };
+pub(crate) use test::seconds as seconds_of_test;
+pub use test::{TestArgs, TestFormat};
 
 /// An open controller for Elite Robots CS arms, with a simulated arm.
 ///
@@ -584,113 +585,6 @@ pub struct BuiltinsArgs {
 /// Options about the robot, together in help texts.
 pub(super) const ROBOT: &str = "Robot";
 
-/// Options of `replay`; without any of them a summary is printed.
-#[derive(Args, Clone, Debug)]
-pub struct ReplayArgs {
-    /// The recording
-    #[arg(value_name = "FILE.mcap")]
-    pub file: PathBuf,
-    /// Print the state at this time, s
-    #[arg(long, value_name = "T", group = "what")]
-    pub at: Option<f64>,
-    /// Print a topic as a table with one header line
-    #[arg(long, value_name = "TOPIC", group = "what")]
-    pub csv: Option<String>,
-    /// Draw joint positions, speeds, torques and force over time
-    #[arg(long, value_name = "OUT.png", group = "what")]
-    pub plot: Option<PathBuf>,
-    /// Begin of what --plot draws, s [default: the whole recording]
-    #[arg(
-        long,
-        value_name = "T",
-        requires = "plot",
-        allow_negative_numbers = true
-    )]
-    pub from: Option<f64>,
-    /// End of what --plot draws, s
-    #[arg(
-        long,
-        value_name = "T",
-        requires = "plot",
-        allow_negative_numbers = true
-    )]
-    pub to: Option<f64>,
-    /// Write it as a bag of ROS 2 (MCAP, CDR) into this new folder
-    #[arg(long, value_name = "FOLDER", group = "what")]
-    pub rosbag2: Option<PathBuf>,
-    /// Print when a condition held, the line and the position then: "safety_mode != normal"
-    #[arg(long, value_name = "CONDITION", group = "what")]
-    pub find: Option<String>,
-    /// Print the programs, with when each line ran, how often and how long
-    #[arg(long, group = "what")]
-    pub script: bool,
-    /// Compare with another recording, cycle by cycle. Exit status 1 if they differ
-    #[arg(long, value_name = "OTHER.mcap", group = "what")]
-    pub diff: Option<PathBuf>,
-    /// Send the recording through the ports, as if live
-    #[arg(long, group = "what")]
-    pub serve: bool,
-    /// Run the recorded commands on a fresh controller and compare. Exit status 1 if a cycle differs
-    #[arg(long, group = "what")]
-    pub rerun: bool,
-    /// Speed of --serve, 1 is as recorded
-    #[arg(long, value_name = "X", requires = "serve", default_value_t = 1.0, value_parser = rate)]
-    pub rate: f64,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub ports: ReplayPortArgs,
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub log: LogArgs,
-}
-
-/// Where `replay --serve` listens. The same services as those of `serve`, but for the ones that only take orders.
-#[derive(Args, Clone, Debug, Default)]
-#[group(requires = "serve")]
-#[command(next_help_heading = "Ports of --serve")]
-pub struct ReplayPortArgs {
-    /// Address that every port listens on [default: 127.0.0.1]
-    #[arg(long, value_name = "ADDR")]
-    pub bind: Option<IpAddr>,
-    /// Robot state out; scripts are refused [default: 30001]
-    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
-    pub primary_port: Option<PortSetting>,
-    /// Cyclic data out; inputs are refused [default: 30004]
-    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
-    pub rtsi_port: Option<PortSetting>,
-    /// Health and metrics [default: 8080]
-    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
-    pub http_port: Option<PortSetting>,
-    /// Live data for the Foxglove app [default: off]
-    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
-    pub foxglove_port: Option<PortSetting>,
-    /// Robot state as on the primary port, nothing in, in every control mode
-    /// [default: 30011; any free port where the primary port is not 30001]
-    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
-    pub state_port: Option<PortSetting>,
-    /// Single lines of script in, their values out [default: 40011; any free port where the primary port is not 30001]
-    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
-    pub query_port: Option<PortSetting>,
-    /// The serial line at the tool, bytes both ways, with the settings that a program gives it [default: off]
-    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
-    pub tool_serial_port: Option<PortSetting>,
-    /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for
-    /// more [default: this machine's own names]
-    #[arg(long, value_name = "NAME")]
-    pub trust_host: Option<Vec<TrustedHost>>,
-    /// Where to write process id and ports as JSON once every port listens
-    #[arg(long, value_name = "PATH")]
-    pub ready_file: Option<PathBuf>,
-}
-
-/// A speed of `--serve`.
-fn rate(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(rate) if (0.01..=100.0).contains(&rate) => Ok(rate),
-        _ => Err("allowed are numbers from 0.01 to 100; 1 is as recorded".to_owned()),
-    }
-}
-
 /// Options of `wait`.
 #[derive(Args, Clone, Debug)]
 pub struct WaitArgs {
@@ -719,132 +613,4 @@ fn seconds(text: &str) -> Result<std::time::Duration, String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::CommandFactory;
-
-    fn parse(line: &str) -> Result<CliCommand, clap::Error> {
-        Cli::try_parse_from(line.split_whitespace()).map(Cli::into_command)
-    }
-
-    fn serve_args(line: &str) -> ServeArgs {
-        match parse(line).unwrap() {
-            CliCommand::Serve(args) => *args,
-            other => panic!("{line}: {other:?}"),
-        }
-    }
-
-    #[test]
-    fn the_declaration_is_consistent() {
-        Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn a_replay_has_ports_only_when_it_serves() {
-        for option in [
-            "--bind ::1",
-            "--primary-port 0",
-            "--rtsi-port off",
-            "--http-port 1",
-            "--foxglove-port 8765",
-            "--ready-file a",
-        ] {
-            let error = parse(&format!("eliteserver replay a.mcap {option}")).unwrap_err();
-            assert!(error.to_string().contains("--serve"), "{option}: {error}");
-            parse(&format!("eliteserver replay a.mcap --serve {option}")).unwrap();
-        }
-        let two = "eliteserver replay a.mcap --serve --rtsi-port 0 --http-port -1";
-        assert!(parse(two).unwrap_err().to_string().contains("-1"));
-        parse("eliteserver replay a.mcap --serve --rtsi-port 0 --http-port off").unwrap();
-    }
-
-    #[test]
-    fn no_command_means_serve_with_the_same_options() {
-        for line in [
-            "eliteserver --model cs63 --primary-port 0 --powered-off",
-            "eliteserver serve --model cs63 --primary-port 0 --powered-off",
-        ] {
-            let args = serve_args(line);
-            assert_eq!(args.shared.model, Some(ModelChoice::BuiltIn("cs63")));
-            assert_eq!(args.primary_port, Some(PortSetting::Any));
-            assert_eq!(args.powered_off, Some(true));
-            assert_eq!(args.local, None);
-        }
-    }
-
-    #[test]
-    fn options_take_negative_numbers_both_ways() {
-        let expected = [-0.3, -1.57, 1.57, -1.57, -1.57, 0.0];
-        for line in [
-            "eliteserver run x.script --home -0.3,-1.57,1.57,-1.57,-1.57,0",
-            "eliteserver run --home=-0.3,-1.57,1.57,-1.57,-1.57,0 x.script",
-        ] {
-            let CliCommand::Run(args) = parse(line).unwrap() else {
-                panic!("{line}")
-            };
-            assert_eq!(args.run.shared.home.unwrap().0.0, expected, "{line}");
-            assert_eq!(args.run.file, PathBuf::from("x.script"));
-        }
-        let args = serve_args("eliteserver --tcp -0.1,0,0,0,0,-3 --payload 1,-0.1,0,0");
-        assert_eq!(args.shared.tcp.unwrap().0.xyz[0], -0.1);
-        assert_eq!(args.shared.payload.unwrap().0.cog[0], -0.1);
-    }
-
-    #[test]
-    fn a_script_can_come_from_stdin() {
-        let CliCommand::Run(args) = parse("eliteserver run -").unwrap() else {
-            panic!()
-        };
-        assert_eq!(args.run.file, PathBuf::from("-"));
-    }
-
-    #[test]
-    fn allow_is_repeatable() {
-        let args = serve_args("eliteserver --allow fs --allow net");
-        assert_eq!(
-            args.shared.allow,
-            Some(vec![Permission::Fs, Permission::Net])
-        );
-    }
-
-    #[test]
-    fn a_bad_value_names_option_value_and_what_is_allowed_and_exits_with_2() {
-        for (line, words) in [
-            ("eliteserver --step-ms 9", ["--step-ms", "'9'", "1 to 8"]),
-            ("eliteserver --step-ms -1", ["--step-ms", "'-1'", "1 to 8"]),
-            ("eliteserver --rtsi-port on", ["--rtsi-port", "'on'", "off"]),
-            (
-                "eliteserver run x --allow all",
-                [
-                    "--allow",
-                    "'all'",
-                    "fs, fs=DIR, process, env, net and net=played",
-                ],
-            ),
-            (
-                "eliteserver --home --tcp",
-                ["--home", "'--tcp'", "six joint positions"],
-            ),
-            (
-                "eliteserver wait --timeout -1",
-                ["--timeout", "'-1'", "0 to 86400"],
-            ),
-        ] {
-            let error = parse(line).unwrap_err();
-            assert_eq!(error.exit_code(), 2, "{line}");
-            let text = error.to_string();
-            for word in words {
-                assert!(text.contains(word), "{line}: {text} lacks {word}");
-            }
-        }
-    }
-
-    #[test]
-    fn check_needs_a_file_and_replay_takes_one_question() {
-        assert!(parse("eliteserver check").is_err());
-        assert!(parse("eliteserver check a b --format json").is_ok());
-        assert!(parse("eliteserver replay x.mcap --rerun --csv /cycle").is_err());
-        assert!(parse("eliteserver replay x.mcap --serve --rate 2").is_ok());
-        assert!(parse("eliteserver replay x.mcap --rate 2").is_err());
-    }
-}
+mod tests;
