@@ -207,7 +207,7 @@ fn every_sentence_about_the_robot_is_there_in_chinese() {
     let sentences: BTreeSet<String> = sentences.cloned().collect();
     assert_eq!(gaps(&sentences, &known), [""; 0]);
     // What ends a thread is an error of the task.
-    let of_tasks = declared(&["elite-runtime/src/task/context.rs"]);
+    let of_tasks = declared(&["elite-runtime/src/task/context/thread_table.rs"]);
     // The page's refusals are sentences of the robot.
     let of_page = declared(&["pendant/src/orders.rs", "server/src/backend/page.rs"]);
     let said = |known: &&&str| {

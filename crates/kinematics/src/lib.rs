@@ -38,6 +38,7 @@ mod matrix3;
 pub mod model;
 pub mod payload;
 pub mod pose;
+pub mod random;
 pub mod rotation;
 pub mod safety;
 pub mod script_math;

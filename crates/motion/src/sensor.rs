@@ -6,6 +6,7 @@
 //! flange, the difference is left and reads like a force from outside.
 //! Noise is normal, independent from cycle to cycle, and the same in every run with the same seed.
 
+use kinematics::random::RandomSequence;
 use kinematics::{Frames, JointSpeeds, Payload, Pose, Twist, Wrench};
 use nalgebra::Vector3;
 
@@ -24,7 +25,7 @@ pub struct SensorNoise {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ForceTorqueSensor {
     noise: SensorNoise,
-    random: SplitMix64,
+    random: RandomSequence,
     /// What hangs on the flange where that is another payload than the one that is set.
     actual_payload: Option<Payload>,
     /// What the compensated reading shows but for noise and zero: base axes, about the TCP.
@@ -51,7 +52,7 @@ impl ForceTorqueSensor {
         let nothing = Wrench::default();
         Self {
             noise,
-            random: SplitMix64(noise.seed),
+            random: RandomSequence::new(noise.seed),
             actual_payload: hanging,
             external_wrench: nothing,
             zero: nothing,
@@ -134,8 +135,8 @@ impl ForceTorqueSensor {
             moment: base_from_tcp.rotate_back(w.moment),
         };
         let noise = Wrench {
-            force: self.random.normal(self.noise.force),
-            moment: self.random.normal(self.noise.torque),
+            force: normal(&mut self.random, self.noise.force),
+            moment: normal(&mut self.random, self.noise.torque),
         };
         let read = sum(&in_tcp(&self.external_wrench), &noise, 1.0);
         self.raw = sum(&read, &in_tcp(&set), 1.0);
@@ -184,27 +185,13 @@ fn payload_wrench(
     }
 }
 
-/// SplitMix64 (Steele, Lea, Flood, OOPSLA 2014). Sums of twelve uniform numbers are normal enough up to six standard
-/// deviations and, unlike logarithms, the same on every machine.
-#[derive(Clone, Copy, Debug)]
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+/// Three independent numbers with mean 0. Sums of twelve even numbers are normal enough up to six standard deviations
+/// and, unlike logarithms, exact on every machine.
+fn normal(random: &mut RandomSequence, deviation: f64) -> Vector3<f64> {
+    if deviation == 0.0 {
+        return Vector3::zeros();
     }
-
-    /// Three independent numbers with mean 0.
-    fn normal(&mut self, deviation: f64) -> Vector3<f64> {
-        if deviation == 0.0 {
-            return Vector3::zeros();
-        }
-        Vector3::from_fn(|_, _| deviation * ((0..12).map(|_| self.uniform()).sum::<f64>() - 6.0))
-    }
+    Vector3::from_fn(|_, _| deviation * ((0..12).map(|_| random.unit()).sum::<f64>() - 6.0))
 }
 
 #[cfg(test)]
@@ -213,9 +200,9 @@ mod tests {
 
     #[test]
     fn noise_has_the_deviation_that_was_set() {
-        let mut random = SplitMix64(1);
+        let mut random = RandomSequence::new(1);
         let many: Vec<f64> = (0..20_000)
-            .flat_map(|_| <[f64; 3]>::from(random.normal(0.5)))
+            .flat_map(|_| <[f64; 3]>::from(normal(&mut random, 0.5)))
             .collect();
         let n = many.len() as f64;
         let mean = many.iter().sum::<f64>() / n;

@@ -44,7 +44,6 @@
 
 pub mod placement;
 mod planner;
-mod random;
 pub mod scene;
 pub mod shape;
 mod solid;

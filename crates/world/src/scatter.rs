@@ -1,34 +1,21 @@
-//! Random numbers of the world: a seed gives the same ones on every machine.
+//! Scatter of the world: random numbers that follow from its seed.
 
 use kinematics::elementary;
+use kinematics::random::RandomSequence;
 
-/// A sequence of random numbers (SplitMix64, Steele and others, 2014).
+/// A sequence of normally and evenly distributed numbers.
 #[derive(Clone, Debug)]
-pub(crate) struct Scatter {
-    state: u64,
-}
+pub(crate) struct Scatter(RandomSequence);
 
 impl Scatter {
     /// A sequence of its own for each `stream` of a seed.
     pub(crate) fn new(seed: u64, stream: u64) -> Self {
-        let mut scatter = Self {
-            state: seed ^ stream.wrapping_mul(0xa076_1d64_78bd_642f),
-        };
-        scatter.next();
-        scatter
+        Self(RandomSequence::with_stream(seed, stream))
     }
 
-    fn next(&mut self) -> u64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.state;
-        x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ x >> 31
-    }
-
-    /// Evenly from 0 (not 0 itself) to 1.
+    /// Evenly from 0 (not 0 itself, which has no logarithm) to 1.
     pub(crate) fn unit(&mut self) -> f64 {
-        ((self.next() >> 11) + 1) as f64 / (1_u64 << 53) as f64
+        ((self.0.bits() >> 11) + 1) as f64 / (1_u64 << 53) as f64
     }
 
     /// Normally distributed with a standard deviation of 1 (Box and Muller, 1958).

@@ -8,6 +8,7 @@ use std::rc::Rc;
 use elite_lang::{
     Capability, CleanupLimit, Host, HostFiles, HostProcesses, HostSocket, ScriptThread, ThreadId,
 };
+use kinematics::random::RandomSequence;
 use motion_api::ThreadNumber;
 
 use super::context::TaskContext;
@@ -68,7 +69,7 @@ impl Default for Permissions {
 /// The surroundings of one task.
 pub(crate) struct TaskHost {
     context: Rc<TaskContext>,
-    random_state: Cell<u64>,
+    random: Cell<RandomSequence>,
     permissions: Permissions,
     sockets: Rc<Sockets>,
     files: Rc<Files>,
@@ -88,7 +89,7 @@ impl TaskHost {
         let files = Rc::new(Files::new(within, context.task_folder().root()));
         Self {
             context,
-            random_state: Cell::new(seed),
+            random: Cell::new(RandomSequence::new(seed)),
             permissions,
             processes: Processes::new(files.clone(), sockets.outside().clone()),
             sockets,
@@ -218,12 +219,9 @@ impl Host for TaskHost {
     }
 
     fn random_u64(&self) -> u64 {
-        // SplitMix64 (Steele, Lea, Flood 2014): one addition and a mix, every seed is good.
-        let state = self.random_state.get().wrapping_add(0x9e37_79b9_7f4a_7c15);
-        self.random_state.set(state);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        let mut random = self.random.get();
+        let bits = random.bits();
+        self.random.set(random);
+        bits
     }
 }

@@ -8,10 +8,10 @@ pub(crate) mod edge;
 mod shortcut;
 mod tree;
 
+use kinematics::random::RandomSequence;
 use kinematics::{JointLimits, JointPositions};
 use thiserror::Error;
 
-use crate::random::RandomSequence;
 use crate::scene::{CollisionScene, Pair};
 use edge::ClearanceCheck;
 use tree::{Extension, JointTree};
@@ -162,7 +162,7 @@ pub fn plan(
         let mut leg = LegSearch {
             request,
             check: &mut check,
-            random: RandomSequence::new(request.seed, stream),
+            random: RandomSequence::with_stream(request.seed, stream),
             should_stop,
         };
         let leg = leg.run(&from, ends)?;

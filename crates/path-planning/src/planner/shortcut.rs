@@ -1,10 +1,10 @@
 //! Shorter paths: corners that nobody needs go, others move to where the path is shorter.
 
+use kinematics::random::RandomSequence;
 use kinematics::{JointLimits, JointPositions};
 
 use super::edge::ClearanceCheck;
 use super::length;
-use crate::random::RandomSequence;
 use crate::tracker::interpolate;
 
 /// Shortcuts that are tried between random places of a path.

@@ -3,22 +3,27 @@
 //! Owns the wait table and the requests that a builtin cannot carry out itself because a script thread is running while
 //! it makes them (start a thread, stop a thread): the scheduler does them after the current slice.
 
+mod ahead;
+mod clean_up;
+mod thread_table;
+
 use std::cell::{Cell, RefCell, RefMut};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
-
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::debug::PendingEval;
-use elite_lang::{NativeCall, NodeCursor, Raised, Value, WaitToken};
+use elite_lang::{NativeCall, Raised, WaitToken};
 use io_bus::{Fieldbus, ScriptSocket};
-use motion_api::{CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
+use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
 use platform::sockets::LocalStream;
-use thiserror::Error;
 
-use super::deferred::{DeferredEffects, Effect};
+use self::ahead::AheadOfArm;
+use self::clean_up::CleanUp;
+pub(crate) use self::thread_table::ThreadLookup;
+use self::thread_table::ThreadTable;
 use super::handover::HandoverStop;
 use super::host::Permissions;
 use super::instrumentation::Instrumentation;
@@ -35,19 +40,6 @@ use crate::micro_line::MicroLines;
 use crate::panel::Panel;
 use crate::task_folder::TaskFolder;
 use crate::test_task::WaitHook;
-
-/// Most script threads of one task, the main thread not counted.
-pub(crate) const THREADS_MAX: usize = 20;
-
-/// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its
-/// own work costs there; a call may cost far more than one step of that.
-const CALLS_OF_UNWINDING: u32 = 20 * CALLS_PER_SAMPLE - 1;
-/// What `finally` and `with` blocks of a stopped program may compute, in seconds of the real clock.
-const CLEAN_UP: f64 = 0.5;
-/// Length of a clean-up where no time passes: looks, each after 4096 steps, which take about 0.3 ms.
-const LOOKS_OF_CLEAN_UP: u32 = 1500;
-/// Calls of builtins during a clean-up that see the robot of one cycle, as all calls within a turn of a thread do.
-const CALLS_PER_SAMPLE: u32 = 256;
 
 /// 2026-01-01T00:00:00Z, where simulated time begins.
 const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
@@ -81,28 +73,13 @@ pub(crate) struct TaskContext {
     running: Cell<CurrentThread>,
     end: Cell<Option<TaskEnd>>,
     warned: RefCell<BTreeSet<String>>,
-    /// Calls of builtins that threads may still make while they unwind; `None` while nothing was told to stop.
-    unwinding: Cell<Option<u32>>,
-    /// What clean-up behind a stop may still compute: looks, and until when.
-    looks_of_clean_up: Cell<u32>,
-    clean_up_until: Cell<Option<f64>>,
+    clean_up: CleanUp,
     /// What the program before has left moving.
     braking: RefCell<Option<HandoverStop>>,
     extras: Instrumentation,
     /// The task has to do with machines outside of this process.
     uses_real_network: Cell<bool>,
-    /// Motions whose calls have returned before they ended, each with its thread.
-    queued_motions: RefCell<Vec<(ThreadNumber, CommandId)>>,
-    /// Motions of threads that have ended, on their way to their blends.
-    left_behind: RefCell<Vec<CommandId>>,
-    /// The latest command that moves the arm on when its call has returned, and whose it is.
-    steering: Cell<Option<(ThreadNumber, CommandId)>>,
-    /// Changes of points that wait for the blend zone of a motion: which, and how many so far.
-    changes_ahead: Cell<(CommandId, usize)>,
-    /// What is seen when the arm has caught up.
-    deferred: RefCell<DeferredEffects>,
-    /// The last change of an output register by each thread that was ahead of the arm.
-    register_changes: RefCell<BTreeMap<ThreadNumber, CommandId>>,
+    ahead: AheadOfArm,
     /// Whether what comes from outside is noted, or comes from a recording.
     input_mode: InputMode,
     /// How often the task has looked round.
@@ -139,39 +116,6 @@ pub enum CallRestriction {
     Inspection,
 }
 
-#[derive(Default)]
-struct ThreadTable {
-    last: u32,
-    alive: BTreeSet<ThreadNumber>,
-    to_start: Vec<ThreadStart>,
-    to_stop: Vec<ThreadNumber>,
-}
-
-/// A thread that is to be started.
-pub(crate) struct ThreadStart {
-    pub number: ThreadNumber,
-    pub function: Value,
-    pub args: Vec<Value>,
-    /// Where in the pendant's task the thread begins.
-    pub node: NodeCursor,
-}
-
-/// What is known about a handle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ThreadLookup {
-    /// The thread runs or is about to.
-    Running,
-    /// There was such a thread.
-    Ended,
-    /// There never was.
-    Unknown,
-}
-
-/// More script threads than [`THREADS_MAX`] were to run at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("Thread over the max size: {}", THREADS_MAX)]
-pub(crate) struct ThreadCountError;
-
 impl TaskContext {
     pub fn new(
         settings: &TaskSettings,
@@ -198,18 +142,11 @@ impl TaskContext {
             running: Cell::default(),
             end: Cell::default(),
             warned: RefCell::default(),
-            unwinding: Cell::default(),
-            looks_of_clean_up: Cell::new(LOOKS_OF_CLEAN_UP),
-            clean_up_until: Cell::default(),
+            clean_up: CleanUp::default(),
             braking: RefCell::new(braking),
             extras: settings.extras.clone(),
             uses_real_network: Cell::default(),
-            queued_motions: RefCell::default(),
-            left_behind: RefCell::default(),
-            steering: Cell::default(),
-            changes_ahead: Cell::default(),
-            deferred: RefCell::default(),
-            register_changes: RefCell::default(),
+            ahead: AheadOfArm::default(),
             input_mode: settings.course.clone(),
             turn: Cell::default(),
             calls: Cell::default(),
@@ -219,157 +156,6 @@ impl TaskContext {
             in_debugger_evaluation: Cell::default(),
             answering: RefCell::default(),
         })
-    }
-
-    /// The call of a motion returns before it has ended.
-    pub fn add_queued_motion(&self, id: CommandId) {
-        let mut ahead = self.queued_motions.borrow_mut();
-        ahead.retain(|(_, id)| {
-            let has_ended = self.robot.has_ended(*id);
-            if has_ended {
-                // Nobody asks for the outcome of such a command.
-                self.robot.forget(*id);
-            }
-            !has_ended
-        });
-        ahead.push((self.running.get().number, id));
-    }
-
-    /// Counts a change of a point that is sent ahead of the arm; how many there are now for that motion.
-    pub fn count_change_ahead(&self, motion: CommandId) -> usize {
-        let (of, count) = self.changes_ahead.get();
-        let count = if of == motion { count + 1 } else { 1 };
-        self.changes_ahead.set((motion, count));
-        count
-    }
-
-    /// Shows something: now, or, where the running thread is ahead of the arm, when that enters the blend zone of the
-    /// thread's last motion. False when as much waits for that as may.
-    pub fn show(&self, effect: &Effect) -> bool {
-        // What waits for a motion that has just ended comes first.
-        self.show_due_effects();
-        let motion = self.last_ahead();
-        let Some(motion) = motion.filter(|motion| !self.robot.has_ended(*motion)) else {
-            effect.show(&*self.observer, &self.panel);
-            return true;
-        };
-        let mut deferred = self.deferred.borrow_mut();
-        if deferred.is_full(motion) {
-            return false;
-        }
-        deferred.add(self.running.get().number, motion, effect);
-        true
-    }
-
-    /// Shows what waits for motions that have ended.
-    pub fn show_due_effects(&self) {
-        self.show_effects_if(|motion| self.robot.has_ended(motion));
-    }
-
-    /// Shows what waits for motions that are `over`.
-    pub fn show_effects_if(&self, over: impl Fn(CommandId) -> bool) {
-        let show = |effect: &Effect| effect.show(&*self.observer, &self.panel);
-        self.deferred.borrow_mut().show_if(over, show);
-    }
-
-    /// A thread is stopped before the arm has caught up with it.
-    pub fn drop_effects(&self, thread: ThreadNumber) {
-        self.deferred.borrow_mut().drop_of(thread);
-    }
-
-    /// Level of a flag as the running thread sees it.
-    pub fn flag(&self, number: u8) -> bool {
-        let own = self
-            .deferred
-            .borrow()
-            .flag(self.running.get().number, number);
-        own.unwrap_or_else(|| self.panel.flag(number))
-    }
-
-    /// The running thread has changed an output register ahead of the arm.
-    pub fn note_register_change(&self, id: CommandId) {
-        let number = self.running.get().number;
-        self.register_changes.borrow_mut().insert(number, id);
-    }
-
-    /// The running thread's last change of an output register that was ahead of the arm, told once.
-    pub fn take_register_change(&self) -> Option<CommandId> {
-        let number = self.running.get().number;
-        self.register_changes.borrow_mut().remove(&number)
-    }
-
-    /// A thread has ended whose last motions are still on their way to their blends.
-    pub fn leave_ahead(&self, thread: ThreadNumber) {
-        let left = self.take_ahead(thread);
-        self.left_behind.borrow_mut().extend(left);
-    }
-
-    /// The first motion on its way whose thread has ended: the next one waits for its call, which nobody waits for any
-    /// more.
-    pub fn first_left_behind(&self) -> Option<CommandId> {
-        let mut left = self.left_behind.borrow_mut();
-        left.retain(|id| {
-            let has_ended = self.robot.has_ended(*id);
-            if has_ended {
-                self.robot.forget(*id);
-            }
-            !has_ended
-        });
-        left.first().copied()
-    }
-
-    /// A command of the running thread moves the arm on when its call has returned, until something ends it.
-    pub fn note_steering(&self, kind: &CommandKind, id: CommandId) {
-        let steers = matches!(
-            kind,
-            CommandKind::ServoJ { .. } | CommandKind::SpeedJ { .. } | CommandKind::SpeedL { .. }
-        );
-        if steers {
-            self.steering.set(Some((self.running.get().number, id)));
-        }
-    }
-
-    /// The command with which a thread that ends moves the arm on.
-    pub fn take_steering(&self, thread: ThreadNumber) -> Option<CommandId> {
-        let (number, id) = self.steering.get()?;
-        (number == thread).then(|| {
-            self.steering.set(None);
-            id
-        })
-    }
-
-    /// The last of the running thread's motions whose calls have returned before they ended.
-    pub fn last_ahead(&self) -> Option<CommandId> {
-        let running = self.running.get().number;
-        let ahead = self.queued_motions.borrow();
-        let mut own = ahead.iter().filter(|(thread, _)| *thread == running);
-        own.next_back().map(|(_, id)| *id)
-    }
-
-    /// The first of these motions, if it has ended: somebody has waited for that.
-    pub fn take_ended_ahead(&self) -> Option<CommandId> {
-        let running = self.running.get().number;
-        let mut ahead = self.queued_motions.borrow_mut();
-        let first = ahead.iter().position(|(thread, _)| *thread == running)?;
-        let (_, id) = ahead[first];
-        self.robot.has_ended(id).then(|| ahead.remove(first).1)
-    }
-
-    /// Whether a motion is one whose call has returned already.
-    pub fn is_queued_motion(&self, id: CommandId) -> bool {
-        self.queued_motions
-            .borrow()
-            .iter()
-            .any(|(_, other)| *other == id)
-            || self.left_behind.borrow().contains(&id)
-    }
-
-    /// The motions of a thread that is stopped.
-    pub fn take_ahead(&self, thread: ThreadNumber) -> Vec<CommandId> {
-        let mut ahead = self.queued_motions.borrow_mut();
-        let (own, others): (Vec<_>, Vec<_>) = ahead.drain(..).partition(|(t, _)| *t == thread);
-        *ahead = others;
-        own.into_iter().map(|(_, id)| id).collect()
     }
 
     /// A connection to who stands in for a machine. Where nobody does, that machine is meant.
@@ -601,58 +387,6 @@ impl TaskContext {
         Some(stop)
     }
 
-    /// Said by the scheduler when all threads of the task are about to unwind.
-    pub fn begin_unwinding(&self) {
-        self.unwinding.set(Some(CALLS_OF_UNWINDING));
-        self.clean_up_begins();
-    }
-
-    /// Said when a single thread unwinds: what it may compute counts from here, unless the whole task does.
-    pub fn thread_unwinds(&self) {
-        if self.unwinding.get().is_none() {
-            self.clean_up_begins();
-        }
-    }
-
-    fn clean_up_begins(&self) {
-        self.looks_of_clean_up.set(LOOKS_OF_CLEAN_UP);
-        // Simulated time does not pass meanwhile, and a run that is repeated ends where it did.
-        let is_measured = self.repeat().is_none() && !self.robot.timeline().is_virtual();
-        let until = || self.robot.latest().time + CLEAN_UP;
-        self.clean_up_until.set(is_measured.then(until));
-    }
-
-    /// Whether a task that unwinds may call no more builtins.
-    pub fn has_called_enough(&self) -> bool {
-        self.unwinding.get() == Some(0)
-    }
-
-    /// Whether `finally` and `with` blocks of a stopped program may compute on; asked every few thousand steps of
-    /// theirs.
-    pub fn may_clean_up(&self) -> bool {
-        let left = self.looks_of_clean_up.get();
-        self.looks_of_clean_up.set(left.saturating_sub(1));
-        let is_late = |until| self.robot.latest().time >= until;
-        left > 0 && !self.clean_up_until.get().is_some_and(is_late)
-    }
-
-    /// Counts a call of a builtin; false when a task that unwinds may make no more.
-    pub fn count_call(&self) -> bool {
-        match self.unwinding.get() {
-            None => true,
-            Some(left) => {
-                let left_then = left.saturating_sub(1);
-                self.unwinding.set(Some(left_then));
-                if left_then > 0 && left_then.is_multiple_of(CALLS_PER_SAMPLE) {
-                    self.robot.look();
-                    let text = "clean-up behind a stop called very many functions".to_owned();
-                    self.note(ExternalInputKind::Unrecorded(text));
-                }
-                left > 0
-            }
-        }
-    }
-
     pub fn program(&self) -> ProgramId {
         self.program
     }
@@ -737,75 +471,5 @@ impl TaskContext {
 
     pub fn end_wait(&self, token: WaitToken) {
         self.waits.borrow_mut().remove(token);
-    }
-
-    /// Takes a number for a new thread; it starts after the current slice.
-    pub fn start_thread(
-        &self,
-        function: Value,
-        args: Vec<Value>,
-        node: NodeCursor,
-    ) -> Result<ThreadNumber, ThreadCountError> {
-        let number = self.take_number()?;
-        self.threads.borrow_mut().to_start.push(ThreadStart {
-            number,
-            function,
-            args,
-            node,
-        });
-        Ok(number)
-    }
-
-    /// A number for a new thread, which counts as alive from now on.
-    pub fn take_number(&self) -> Result<ThreadNumber, ThreadCountError> {
-        let mut threads = self.threads.borrow_mut();
-        if threads.alive.len() >= THREADS_MAX {
-            return Err(ThreadCountError);
-        }
-        threads.last += 1;
-        let number = ThreadNumber(threads.last);
-        threads.alive.insert(number);
-        Ok(number)
-    }
-
-    /// The thread is stopped after the current slice.
-    pub fn request_thread_stop(&self, number: ThreadNumber) {
-        self.threads.borrow_mut().to_stop.push(number);
-    }
-
-    pub fn find_thread(&self, number: ThreadNumber) -> ThreadLookup {
-        let threads = self.threads.borrow();
-        if threads.alive.contains(&number) {
-            ThreadLookup::Running
-        } else if number.0 >= 1 && number.0 <= threads.last {
-            ThreadLookup::Ended
-        } else {
-            ThreadLookup::Unknown
-        }
-    }
-
-    /// Whether another script thread runs, or is about to.
-    pub fn has_other_threads(&self) -> bool {
-        let running = self.running_thread();
-        self.threads
-            .borrow()
-            .alive
-            .iter()
-            .any(|thread| *thread != running)
-    }
-
-    /// What the slice asked for: threads to start.
-    pub fn take_starts(&self) -> Vec<ThreadStart> {
-        std::mem::take(&mut self.threads.borrow_mut().to_start)
-    }
-
-    /// What the slice asked for: threads to stop.
-    pub fn take_stops(&self) -> Vec<ThreadNumber> {
-        std::mem::take(&mut self.threads.borrow_mut().to_stop)
-    }
-
-    /// A thread has ended.
-    pub fn thread_ended(&self, number: ThreadNumber) {
-        self.threads.borrow_mut().alive.remove(&number);
     }
 }
