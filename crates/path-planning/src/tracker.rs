@@ -1,7 +1,7 @@
 //! The least distance along a path that somebody else drives, cycle by cycle.
 //!
 //! Between two cycles nothing is missed: a bound on how far every pair can have come nearer says where to look closer.
-//! The same bounds say which pairs need no look at all, which are nearly all of them.
+//! Nearly all pairs are so far apart that this bound alone rules them out.
 
 use kinematics::JointPositions;
 

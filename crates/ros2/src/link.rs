@@ -73,7 +73,7 @@ pub enum ToNode {
     GoalTaken {
         /// The goal.
         id: GoalId,
-        /// It is.
+        /// True if the goal is taken.
         accepted: bool,
         /// Why not.
         message: String,
@@ -140,21 +140,21 @@ pub enum FromNode {
     },
     /// A new goal.
     Goal {
-        /// Its number.
+        /// Number of the goal.
         id: GoalId,
         /// The goal.
         goal: TrajectoryGoal,
     },
     /// Goals are to be canceled.
     Cancel {
-        /// Their numbers.
+        /// Numbers of the goals.
         ids: Vec<GoalId>,
     },
     /// A trajectory of the topic.
     Trajectory(JointTrajectory),
     /// So many samples were published since the last time; only under simulated time.
     Shown {
-        /// Their number.
+        /// Number of published samples.
         samples: u32,
     },
 }
@@ -222,7 +222,7 @@ pub enum LinkError {
     /// A frame longer than any can be.
     #[error("a frame of {bytes} bytes, {FRAME_MAX} at most are allowed")]
     TooLong {
-        /// Its length.
+        /// Length of the frame.
         bytes: usize,
     },
     /// A frame that is no value.
@@ -239,7 +239,7 @@ pub enum LinkError {
 /// A frame with `value`.
 ///
 /// # Errors
-/// It would be too long.
+/// [`LinkError::TooLong`] for more than [`FRAME_MAX`] bytes; [`LinkError::Malformed`] for a value without an encoding.
 pub fn frame<T: Serialize>(value: &T) -> Result<Vec<u8>, LinkError> {
     let body = cdr_encoding::to_vec::<T, byteorder::LittleEndian>(value)?;
     if body.len() > FRAME_MAX {
@@ -255,7 +255,7 @@ pub fn frame<T: Serialize>(value: &T) -> Result<Vec<u8>, LinkError> {
 /// The length of the frame that begins with `head`.
 ///
 /// # Errors
-/// It is too long.
+/// [`LinkError::TooLong`] for more than [`FRAME_MAX`] bytes.
 pub fn body_length(head: [u8; 4]) -> Result<usize, LinkError> {
     let bytes = u32::from_le_bytes(head) as usize;
     match bytes <= FRAME_MAX {

@@ -29,7 +29,7 @@ pub struct WorldMessage {
     /// Parts that are not there any more.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub removed: Vec<String>,
-    /// Those of them that were removed far below, where there is no floor.
+    /// Removed parts that fell far below the cell, where there is no floor.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<String>,
     /// Numbers of parts that the sinks have removed, in the order of the cell file; where one has changed.

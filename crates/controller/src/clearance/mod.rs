@@ -105,7 +105,7 @@ pub enum MeasuredEnd {
         /// Where, from 1; 0 unknown.
         line: u32,
     },
-    /// It goes on for ever, or for longer than it was given.
+    /// The program goes on for ever, or for longer than the limit of simulated time.
     #[error(
         "the program had not ended after {seconds} s of simulated time{}; --timeout gives it longer, and one that \
          repeats itself for ever needs a bound on its repetitions",

@@ -56,7 +56,7 @@ pub struct OptimizeOptions {
 /// A faster program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OptimizedProgram {
-    /// Its text.
+    /// Text of the faster program.
     pub text: String,
     /// How long the program took before, s.
     pub before: f64,

@@ -10,9 +10,9 @@ use elite_syntax::{SourceFile, Span};
 /// A number of a call.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum CallNumber {
-    /// It is not given.
+    /// The call leaves the argument out.
     Absent,
-    /// It stands there.
+    /// The call gives a literal.
     Literal {
         /// The place in the text.
         span: Span,

@@ -16,7 +16,7 @@ const JUMP: f64 = 0.2;
 pub(super) struct Goal {
     /// The end of the line.
     pub(super) target: JointPositions,
-    /// Its beginning; the same where there is no line.
+    /// The beginning of the line; equal to `target` where there is no line.
     pub(super) before_line: JointPositions,
 }
 

@@ -103,8 +103,8 @@ impl ProcessTree {
     }
 }
 
-/// Those who live and belong to the processes `started` by a task of process `own`; with `all`, every descendant does
-/// but the children that are `spared` and theirs.
+/// Living processes that belong to the processes `started` by a task of process `own`. With `all`, every descendant of
+/// `own` belongs to them, but for the `spared` children and their descendants.
 fn descendants(
     table: &ProcessTable,
     own: i32,

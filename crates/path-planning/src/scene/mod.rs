@@ -27,11 +27,11 @@ pub struct ObstacleId(usize);
 /// Where an obstacle is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ObstaclePlace {
-    /// It stands there in the base frame.
+    /// A standing obstacle: its pose in the base frame.
     Standing(Pose),
-    /// It hangs on the flange, there in the flange frame, and moves with the arm.
+    /// An obstacle that hangs on the flange and moves with the arm: its pose in the flange frame.
     Held(Pose),
-    /// It is not in the cell.
+    /// An obstacle that is not in the cell at the moment.
     Absent,
 }
 

@@ -23,11 +23,11 @@ impl Plane {
 /// An arc, or a helix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
-    /// Its plane.
+    /// Plane of the arc.
     pub plane: Plane,
-    /// Its centre in the plane, m.
+    /// Centre of the arc in its plane, m.
     pub centre: [f64; 2],
-    /// m.
+    /// Radius, m.
     pub radius: f64,
     /// Where it begins, rad.
     pub begin: f64,

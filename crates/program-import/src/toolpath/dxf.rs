@@ -43,7 +43,7 @@ fn short(text: &str) -> String {
 struct Contour {
     line: u32,
     begin: Point,
-    /// As a path.
+    /// Lines and arcs of the contour, one after the other.
     steps: Vec<StepKind>,
 }
 

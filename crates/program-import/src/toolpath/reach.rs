@@ -15,9 +15,9 @@ const DISTANCE_MIN_M: f64 = 0.05;
 pub struct Reach<'m> {
     /// The arm.
     pub model: &'m RobotModel,
-    /// Its TCP.
+    /// The TCP in the flange frame.
     pub flange_from_tcp: Pose,
-    /// Where it begins.
+    /// Joint positions before the first move.
     pub home: JointPositions,
 }
 

@@ -17,9 +17,9 @@ use super::kinds::{Kinds, Type};
 /// A function of URScript.
 #[derive(Clone, Copy, Debug)]
 pub struct UrFunction {
-    /// Signature there.
+    /// Signature in URScript.
     pub signature: &'static str,
-    /// Call here.
+    /// The call in EliteScript that does the same.
     pub call: &'static str,
     /// What it gives: `n`umber, `b`ool, te`x`t, `l`ist, `m`atrix, `p`ose, rpc `h`andle, or nothing.
     gives: &'static str,
@@ -30,23 +30,23 @@ pub struct UrFunction {
 /// A parameter of a signature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
-    /// Its name there.
+    /// Name in URScript.
     pub name: &'static str,
     /// `p`, `j`, `t`, or empty.
     pub kind: &'static str,
-    /// Its default there.
+    /// Default in URScript.
     pub default: Option<&'static str>,
-    /// Whether the default is written out, because it is another one here.
+    /// Whether the default is written out, because EliteScript has another one.
     pub is_written: bool,
 }
 
 impl UrFunction {
-    /// Its name there.
+    /// Name of the function in URScript.
     pub fn name(&self) -> &'static str {
         self.signature.split('(').next().unwrap_or_default()
     }
 
-    /// Its parameters there.
+    /// Parameters of the function in URScript.
     pub fn parameters(&self) -> Vec<Parameter> {
         let list = self.signature.split_once('(').map_or("", |(_, list)| list);
         split_list(list.strip_suffix(')').unwrap_or(list))

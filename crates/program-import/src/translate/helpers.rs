@@ -2,9 +2,9 @@
 
 /// A helper: its name, and its text in EliteScript.
 pub struct Helper {
-    /// Its name.
+    /// Name of the helper.
     pub name: &'static str,
-    /// Its definition.
+    /// Definition of the helper in EliteScript.
     pub text: &'static str,
 }
 

@@ -18,7 +18,7 @@ pub struct Message {
 /// Kinds of remarks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MessageKind {
-    /// It is called otherwise here.
+    /// EliteScript has another name for the function.
     Renamed,
     /// Arguments, defaults or effects differ.
     Changed,
@@ -29,7 +29,7 @@ pub enum MessageKind {
 }
 
 impl MessageKind {
-    /// Its word in JSON.
+    /// Word for the kind in JSON.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Renamed => "renamed",

@@ -63,9 +63,9 @@ pub enum StmtKind {
 /// The block of an `else`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ElseBlock {
-    /// Line of the word.
+    /// Line of the word `else`.
     pub line: u32,
-    /// Its statements.
+    /// Statements of the block.
     pub body: Vec<Stmt>,
 }
 
@@ -85,11 +85,11 @@ pub enum Scope {
 pub struct Function {
     /// Which of the three.
     pub kind: FunctionKind,
-    /// Its name.
+    /// Name of the function.
     pub name: String,
     /// Parameters with their defaults.
     pub params: Vec<(String, Option<Expr>)>,
-    /// Its statements.
+    /// Statements of the function.
     pub body: Vec<Stmt>,
 }
 
@@ -132,7 +132,7 @@ pub enum ExprKind {
     Call {
         /// What is called: a name, or a field of a handle.
         callee: Box<Expr>,
-        /// Its arguments.
+        /// Arguments of the call.
         args: Vec<Argument>,
     },
     /// `list[i]`, `matrix[i, j]`.
@@ -154,7 +154,7 @@ pub enum ExprKind {
     Run {
         /// The thread.
         name: String,
-        /// Its arguments.
+        /// Arguments of the thread.
         args: Vec<Argument>,
     },
 }
@@ -162,9 +162,9 @@ pub enum ExprKind {
 /// An argument of a call.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Argument {
-    /// Its name, where it is given by name.
+    /// Name of the parameter, for an argument that is given by name.
     pub name: Option<String>,
-    /// Its value.
+    /// Value of the argument.
     pub value: Expr,
 }
 
@@ -203,7 +203,7 @@ pub enum BinaryOperator {
 }
 
 impl BinaryOperator {
-    /// As it is written in both languages; `xor` has no counterpart.
+    /// Text of the operator, which URScript and EliteScript share; only URScript has `xor`.
     pub const fn text(self) -> &'static str {
         match self {
             Self::Or => "or",
@@ -247,7 +247,7 @@ pub fn walk_expr<'t>(expr: &'t Expr, visit: &mut dyn FnMut(&'t Expr)) {
 }
 
 impl Stmt {
-    /// Its own expressions, without those of its blocks.
+    /// Expressions of the statement itself, without those of its blocks.
     pub fn expressions(&self) -> Vec<&Expr> {
         match &self.kind {
             StmtKind::Assign { target, value, .. } => value.iter().chain([target]).collect(),
@@ -266,7 +266,7 @@ impl Stmt {
         }
     }
 
-    /// Its blocks, those of functions excepted.
+    /// Blocks of the statement; none for the definition of a function.
     pub fn blocks(&self) -> Vec<&[Stmt]> {
         match &self.kind {
             StmtKind::While(_, body) => vec![body],

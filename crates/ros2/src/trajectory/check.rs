@@ -62,7 +62,7 @@ pub enum TrajectoryError {
     /// Too many points.
     #[error("the trajectory has {count} points, {POINTS_MAX} at most are allowed")]
     TooManyPoints {
-        /// Their number.
+        /// Number of points.
         count: usize,
     },
     /// A list of a point that has not six numbers.

@@ -69,7 +69,8 @@ struct Piece {
 }
 
 impl Piece {
-    /// As much as both ends know: a line, a cubic or a quintic.
+    /// The polynomial that meets everything both waypoints give: a line for positions, a cubic with speeds, a quintic
+    /// with accelerations.
     fn between(from: &Waypoint, to: &Waypoint) -> Self {
         let t = to.time - from.time;
         let coefficients = std::array::from_fn(|joint| {

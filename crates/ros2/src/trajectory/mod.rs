@@ -1,7 +1,7 @@
 //! Trajectories of ROS: whether one can be run, and the joint positions it asks for at every moment.
 //!
-//! As in ros2_control, positions alone are joined by lines, positions with speeds by cubics, with accelerations by
-//! quintics, and the first piece begins where the arm is. Knows no clock and no robot: the arm's limits and state are
+//! Positions alone are joined by lines, positions with speeds by cubics, with accelerations by quintics, and the first
+//! piece begins where the arm is, all as in ros2_control. Knows no clock and no robot: the arm's limits and state are
 //! arguments.
 
 mod check;

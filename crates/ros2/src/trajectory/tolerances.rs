@@ -41,7 +41,7 @@ impl Default for Tolerances {
 }
 
 impl Tolerances {
-    /// Those of a goal over the defaults: 0 leaves the default, a negative number takes the limit away.
+    /// Tolerances of a goal, laid over the defaults: 0 leaves the default, a negative number takes the limit away.
     ///
     /// # Errors
     /// A joint that the arm does not have, or no number.

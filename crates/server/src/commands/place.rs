@@ -96,7 +96,7 @@ pub fn place(args: &PlaceArgs, config: &RunConfig) -> CommandResult {
     Ok(CommandStatus::of_answer(found.is_ok()))
 }
 
-/// As far around the points as the arm reaches.
+/// The area in which the arm reaches any of the points, in the plane: x and y, least and greatest, m.
 fn area_around(points: &[Pose], scene: &path_planning::CollisionScene) -> [f64; 4] {
     let chain = scene.model().chain();
     let links = chain.parent_from_joint.iter().skip(1);

@@ -116,7 +116,7 @@ pub enum ConfigError {
     /// No machine, or more than are spoken with.
     #[error("--ros-peers names {count} machines, allowed are 1 to {allowed}")]
     TooManyPeers {
-        /// Their number.
+        /// Number of machines.
         count: usize,
         /// Most that are allowed.
         allowed: usize,

@@ -26,10 +26,10 @@ pub enum IdentifyError {
     /// A recording cannot be read.
     #[error(transparent)]
     Read(ReadError),
-    /// Its arm is not known.
+    /// The arm of a recording is not known.
     #[error(transparent)]
     Model(#[from] RecordedModelError),
-    /// It does not say which arm it is of.
+    /// A recording does not say which arm it is of.
     #[error("{0}: it does not say which arm it is of")]
     NoSetup(String),
     /// The data do not tell.

@@ -76,10 +76,10 @@ pub async fn keep_node<B: Ros2Backend>(
 /// The reason for which a node is gone.
 #[derive(Debug, Error)]
 enum GoneReason {
-    /// It was not started.
+    /// The process of the node was not started.
     #[error("its process cannot be started: {0}")]
     Start(io::Error),
-    /// It has ended.
+    /// The process of the node has ended.
     #[error("{why}; {}", status(ended))]
     Ended {
         /// What was seen of it.
