@@ -543,7 +543,9 @@ for (const anchor of byId("tabs").querySelectorAll<HTMLAnchorElement>("a")) {
   anchor.addEventListener("click", (event) => {
     event.preventDefault();
     const section = byId(anchor.hash.slice(1));
+    keepPlace();
     section.scrollIntoView({ block: "start" });
+    markTab();
     section.querySelector<HTMLElement>("button:not([disabled]), input:not([disabled]), [tabindex]")?.focus({ preventScroll: true });
   });
 }
@@ -576,8 +578,9 @@ function keepPlace(): void {
 }
 // The page itself is what is scrolled on a low and narrow screen.
 document.addEventListener("scroll", (event) => {
-  // Texts and lists that scroll inside a panel are not the panel.
-  if (event.target === panels || event.target === document) markTab();
+  // Texts and lists that scroll inside a panel are not the panel. What has grown since the last frame is made good here: a scroll
+  // event comes before the layout is observed, and would take the new place for the one that was looked at.
+  if (event.target === panels || event.target === document) keepPlace();
 }, { capture: true, passive: true });
 const layout = new ResizeObserver(keepPlace);
 for (const one of [panels, ...sections]) layout.observe(one);

@@ -138,8 +138,10 @@ class ScriptError(RuntimeError):
 class PlanningError(RuntimeError):
     """There is no path; `reason` is one word, `detail` a sentence."""
 
-    reason: str
-    detail: str
+    @property
+    def reason(self) -> str: ...
+    @property
+    def detail(self) -> str: ...
 
 def measure_clearance(
     options: Mapping[str, str], name: str, text: str, presets: Sequence[tuple[str, str]], timeout: float

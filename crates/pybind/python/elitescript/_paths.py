@@ -70,7 +70,7 @@ class ClearanceTable(Sequence[MotionClearance]):
 
     def to_table(self) -> Any:
         """The motions as a pyarrow table."""
-        import pyarrow as pa
+        import pyarrow as pa  # type: ignore[import-untyped,import-not-found,unused-ignore]
 
         names = list(MotionClearance.__dataclass_fields__)
         return pa.table({name: [getattr(motion, name) for motion in self.motions] for name in names})
@@ -170,7 +170,7 @@ def plan(
     if cell is not None:
         options["cell"] = cell
     options["seed"] = seed
-    waypoints, *rest = planned_path(
+    waypoints, program, distance, length, duration, planning_time, warnings = planned_path(
         option_texts(options),
         target,
         pose,
@@ -182,7 +182,7 @@ def plan(
         None if speed is None else _number("speed", speed),
         None if acceleration is None else _number("acceleration", acceleration),
     )
-    return PlannedPath(np.array(waypoints), *rest)
+    return PlannedPath(np.array(waypoints), program, distance, length, duration, planning_time, warnings)
 
 
 def _reason(error: PlanningError) -> str:
@@ -197,6 +197,6 @@ def _text(error: PlanningError) -> str:
     return f"{error.args[0]}: {error.args[1]}"
 
 
-PlanningError.reason = property(_reason)  # type: ignore[attr-defined]
-PlanningError.detail = property(_detail)  # type: ignore[attr-defined]
-PlanningError.__str__ = _text  # type: ignore[method-assign]
+# The native module raises it with (reason, detail); with CPython's stable ABI it cannot have properties of its own.
+for _name, _value in (("reason", property(_reason)), ("detail", property(_detail)), ("__str__", _text)):
+    setattr(PlanningError, _name, _value)
