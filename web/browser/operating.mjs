@@ -57,7 +57,8 @@ export const scenarios = {
       const before = await box(page, name);
       const line = await page.id("running-line").innerText();
       await until(async () => (await page.id("running-line").innerText()) !== line, "another line");
-      await sleep(900);
+      // The text of `n` goes through all its lengths meanwhile.
+      await sleep(2600);
       const after = await box(page, name);
       near(after.y, before.y, 1, `the place of ${name}`);
       check((await page.locator(`#tabs a[href="#${id}"]`).getAttribute("aria-current")) === "true", `${id} is left`);

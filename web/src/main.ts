@@ -551,14 +551,19 @@ for (const anchor of byId("tabs").querySelectorAll<HTMLAnchorElement>("a")) {
 }
 const panels = byId("panels");
 const sections = [...panels.querySelectorAll<HTMLElement>(":scope > section")];
-/** The panel that is looked at, and where it begins among the panels. */
-let looked: { section: HTMLElement; top: number } | null = null;
+/** The panel that is looked at, where it begins among the panels, and how far what holds them is scrolled. */
+let looked: { section: HTMLElement; top: number; scroller: Element; scroll: number } | null = null;
+
+function panelScroller(): Element {
+  return getComputedStyle(panels).overflowY === "visible" ? document.scrollingElement ?? panels : panels;
+}
 
 /** The panel that is looked at is marked among the tabs. */
 function markTab(): void {
   const top = Math.max(panels.getBoundingClientRect().top, 0) + 90;
   const current = sections.findLast((section) => section.getBoundingClientRect().top <= top) ?? sections[0];
-  looked = current ? { section: current, top: current.offsetTop } : null;
+  const scroller = panelScroller();
+  looked = current ? { section: current, top: current.offsetTop, scroller, scroll: scroller.scrollTop } : null;
   for (const anchor of byId("tabs").querySelectorAll("a")) {
     const isHere = anchor.hash === `#${current?.id}`;
     anchor.classList.toggle("here", isHere);
@@ -570,9 +575,11 @@ function markTab(): void {
 /** What is looked at stays where it is, whatever grows or shrinks above it: variables come, a debugger opens. */
 function keepPlace(): void {
   const moved = looked === null ? 0 : looked.section.offsetTop - looked.top;
-  if (moved !== 0) {
-    const scroller = getComputedStyle(panels).overflowY === "visible" ? document.scrollingElement : panels;
-    if (scroller && scroller.scrollTop > 0) scroller.scrollTop += moved;
+  if (looked !== null && moved !== 0 && looked.scroller === panelScroller() && looked.scroll > 0) {
+    const { scroller, scroll } = looked;
+    // What shrinks at the end has taken the scroll position along, which is no wish of anybody.
+    const isAtEnd = scroller.scrollTop + scroller.clientHeight >= scroller.scrollHeight - 1;
+    scroller.scrollTop = (isAtEnd && moved < 0 ? scroll : scroller.scrollTop) + moved;
   }
   markTab();
 }
