@@ -8,6 +8,7 @@ mod arguments;
 mod arm_batch;
 mod command;
 mod functions;
+mod identify;
 mod native_controller;
 mod paths;
 mod recording;
@@ -62,6 +63,8 @@ mod _elitescript {
         normalize, point_dist, pose_add, pose_dist, pose_inv, pose_sub, pose_trans, r2d,
         rotvec2rpy, rpy2rotvec, wrench_trans,
     };
+    #[pymodule_export]
+    use super::identify::{identified_arrays, identified_files};
     #[pymodule_export]
     use super::native_controller::NativeController;
     #[pymodule_export]

@@ -12,7 +12,7 @@ use crate::row::Row;
 /// Names of the columns, and the rows; a cell that a message does not have is None.
 type TextTable = (Vec<String>, Vec<Vec<Option<String>>>);
 
-fn told(error: &ReadError) -> PyErr {
+pub(crate) fn told(error: &ReadError) -> PyErr {
     match error {
         ReadError::Io { .. } => PyOSError::new_err(error.to_string()),
         _ => PyValueError::new_err(error.to_string()),

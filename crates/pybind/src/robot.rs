@@ -141,6 +141,11 @@ impl ToolTransforms {
 }
 
 impl Robot {
+    /// The arm without its tool and payload.
+    pub(crate) const fn model(&self) -> &RobotModel {
+        &self.model
+    }
+
     /// The tool of a call: its own, or the robot's.
     fn tool(&self, tcp: Option<PyArgument<'_, '_>>) -> PyResult<ToolTransforms> {
         let rows = Rows::read_or("tcp", tcp, self.tcp.to_array())?;

@@ -81,6 +81,9 @@ row! {
     target_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.target_tcp_speed, |c: &CycleMessage| numbers(&c.target_tcp_speed);
     actual_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.actual_tcp_speed, |c: &CycleMessage| numbers(&c.actual_tcp_speed);
     tcp_force: [f64; 6] = "6f8", |s: &RobotState| s.tcp_force, |c: &CycleMessage| numbers(&c.tcp_force);
+    raw_wrench: [f64; 6] = "6f8", |s: &RobotState| s.raw_wrench, |c: &CycleMessage| numbers(&c.raw_wrench);
+    tcp_offset: [f64; 6] = "6f8", |s: &RobotState| s.tcp_offset.to_array(), |c: &CycleMessage| numbers(&c.tcp_offset);
+    gravity: [f64; 3] = "3f8", |s: &RobotState| s.gravity, |c: &CycleMessage| numbers(&c.gravity);
     mode: [u32; MODE_CHARS] = "U16", |s: &RobotState| characters(s.motion_mode.name()), |c: &CycleMessage| characters(&c.mode);
     command_id: u64 = "u8", |s: &RobotState| s.command_id.0, |c: &CycleMessage| c.command_id;
     speed_scaling: f64 = "f8", |s: &RobotState| s.speed_scaling, |c: &CycleMessage| c.speed_scaling;

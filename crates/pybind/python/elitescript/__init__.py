@@ -1,8 +1,8 @@
 """Elite Robots CS arms: their mathematics, whole controllers in this process, recordings, sweeps.
 
 ``Controller`` runs programs on a simulated arm, ``sweep`` runs one with many parameters, ``open_recording`` reads what was
-recorded; ``elitescript.gym`` has environments for learning. ``Robot`` is the arm's kinematics and dynamics, the functions
-are those of EliteScript.
+recorded, ``identify`` finds payload, friction and tool in it; ``elitescript.gym`` has environments for learning. ``Robot``
+is the arm's kinematics and dynamics, the functions are those of EliteScript.
 
 Poses are ``[x, y, z, Rx, Ry, Rz]`` in metres and radians with R = Rz(Rz) Ry(Ry) Rx(Rx), joint positions six radians,
 base first. Every such argument is one row, ``(6,)``, or a batch, ``(N, 6)``; a single row goes with any batch. Lists,
@@ -42,6 +42,7 @@ from ._elitescript import (
     wrench_trans,
 )
 
+from . import identify
 from ._paths import ClearanceTable, MotionClearance, PlannedPath, clearance, plan
 from ._recording import Recording, open_recording
 from ._sweep import sweep
@@ -85,6 +86,7 @@ __all__ = [
     "bit_list_to_integer",
     "clearance",
     "d2r",
+    "identify",
     "integer_to_bit_list",
     "interpolate_pose",
     "models",

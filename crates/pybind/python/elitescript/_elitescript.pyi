@@ -19,6 +19,8 @@ __all__ = [
     "bit_list_to_integer",
     "d2r",
     "eliteserver",
+    "identified_arrays",
+    "identified_files",
     "integer_to_bit_list",
     "interpolate_pose",
     "log",
@@ -158,6 +160,19 @@ def planned_path(
     speed: float | None,
     acceleration: float | None,
 ) -> tuple[list[list[float]], str, float | None, float, float, float, list[str]]: ...
+
+def identified_files(
+    what: str,
+    paths: Sequence[str | PathLike[str]],
+    start: float | None,
+    end: float | None,
+    from_torques: bool,
+    at: Sequence[float],
+    orientation: bool,
+) -> str: ...
+def identified_arrays(
+    what: str, robot: Robot, cycles: _Array, from_torques: bool, at: Sequence[float], orientation: bool
+) -> str: ...
 
 _Result = tuple[str, str | None, int | None, float, list[str], str | None]
 

@@ -7,10 +7,15 @@ use serde_json::{Value as Json, json};
 /// What was found.
 #[derive(Clone, Debug)]
 pub enum Answer {
+    /// What hangs on the flange.
     Payload(PayloadAnswer),
+    /// Friction of the joints.
     Friction(FrictionAnswer),
+    /// Bias of the force sensor.
     Sensor(SensorAnswer),
+    /// A tool centre point.
     Tool(ToolAnswer),
+    /// A frame from three points.
     Frame(FrameAnswer),
 }
 

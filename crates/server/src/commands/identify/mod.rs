@@ -17,8 +17,8 @@ use crate::cli::{FindingFormat, IdentifyArgs, IdentifyTarget};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::translate::write;
 
-use answer::Answer;
-use samples::Samples;
+pub use answer::Answer;
+pub use samples::Samples;
 
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
@@ -76,12 +76,41 @@ pub fn identify(args: &IdentifyArgs) -> CommandResult {
 
 fn answer_of(args: &IdentifyArgs) -> Result<Answer, IdentifyError> {
     let samples = Samples::read(&args.files, args.from, args.to)?;
-    match args.what {
-        IdentifyTarget::Payload if args.from_torques => load::payload_from_torques(&samples),
-        IdentifyTarget::Payload => load::payload_from_forces(&samples),
-        IdentifyTarget::Friction => load::friction(&samples),
-        IdentifyTarget::Sensor => load::sensor(&samples, &args.at),
-        IdentifyTarget::Tool => geometry::tool(&samples, &args.at, args.orientation),
-        IdentifyTarget::Frame => geometry::frame(&samples, &args.at),
+    let question = IdentifyQuestion {
+        what: args.what,
+        from_torques: args.from_torques,
+        at: &args.at,
+        orientation: args.orientation,
+    };
+    question.answer(&samples)
+}
+
+/// What is asked of samples; the command line and Python ask alike.
+#[derive(Clone, Copy, Debug)]
+pub struct IdentifyQuestion<'a> {
+    /// What is looked for.
+    pub what: IdentifyTarget,
+    /// Payload: from the torques of the joints.
+    pub from_torques: bool,
+    /// Tool, frame, sensor: times of the rests, s; every rest if there are none.
+    pub at: &'a [f64],
+    /// Tool: its axes as well.
+    pub orientation: bool,
+}
+
+impl IdentifyQuestion<'_> {
+    /// The answer of the samples.
+    ///
+    /// # Errors
+    /// The sentence that names what they cannot tell.
+    pub fn answer(&self, samples: &Samples) -> Result<Answer, IdentifyError> {
+        match self.what {
+            IdentifyTarget::Payload if self.from_torques => load::payload_from_torques(samples),
+            IdentifyTarget::Payload => load::payload_from_forces(samples),
+            IdentifyTarget::Friction => load::friction(samples),
+            IdentifyTarget::Sensor => load::sensor(samples, self.at),
+            IdentifyTarget::Tool => geometry::tool(samples, self.at, self.orientation),
+            IdentifyTarget::Frame => geometry::frame(samples, self.at),
+        }
     }
 }

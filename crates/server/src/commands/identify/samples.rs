@@ -54,7 +54,9 @@ pub struct RestInterval {
 
 /// Recordings of one arm.
 pub struct Samples {
+    /// The arm without tool and payload.
     pub model: RobotModel,
+    /// Of all files, in order.
     pub samples: Vec<Sample>,
     /// Where a file begins, in `samples`.
     pub begins: Vec<usize>,
@@ -98,6 +100,26 @@ impl Samples {
                 "there is no recording".to_owned(),
             ));
         };
+        Self::of(model, samples, begins)
+    }
+
+    /// Samples of cycles that are in memory, of an arm that is known.
+    ///
+    /// # Errors
+    /// No cycle has joint positions.
+    pub fn of_cycles(
+        model: RobotModel,
+        cycles: impl IntoIterator<Item = CycleMessage>,
+    ) -> Result<Self, IdentifyError> {
+        let samples = cycles.into_iter().filter_map(|cycle| sample(&cycle));
+        Self::of(model, samples.collect(), vec![0])
+    }
+
+    fn of(
+        model: RobotModel,
+        samples: Vec<Sample>,
+        begins: Vec<usize>,
+    ) -> Result<Self, IdentifyError> {
         if samples.is_empty() {
             let text = "the recordings hold no joint positions in this time".to_owned();
             return Err(IdentifyError::CannotTell(text));
