@@ -187,7 +187,10 @@ fn the_bias_of_a_sensor_and_what_data_cannot_tell() {
     );
     for (what, sentence) in [
         ("friction", "did not turn far enough"),
-        ("tool", "1 rests: four or more at one point are needed"),
+        (
+            "tool",
+            "four or more rests at one point are needed, the data has 1",
+        ),
         ("sensor", "three or more with other orientations are needed"),
     ] {
         let output = run(folder, &["identify", what, "still.mcap"]);

@@ -22,7 +22,7 @@ pub struct ToolFit {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ToolFitError {
     /// Fewer than four rests.
-    #[error("{0} rests: four or more at one point are needed")]
+    #[error("four or more rests at one point are needed, the data has {0}")]
     TooFew(usize),
     /// The flange was turned about one axis only, or not at all.
     #[error(

@@ -54,10 +54,10 @@ pub struct PlanArgs {
     #[arg(long, value_name = "D", default_value = "0", value_parser = approach, allow_negative_numbers = true)]
     pub approach: f64,
     /// Joint speed of the program, rad/s
-    #[arg(long, value_name = "V", default_value_t = DEFAULT_SPEED, value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "V", default_value_t = DEFAULT_SPEED, value_parser = joint_speed, allow_negative_numbers = true)]
     pub speed: f64,
     /// Joint acceleration of the program, rad/s²
-    #[arg(long, value_name = "A", default_value_t = DEFAULT_ACCELERATION, value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "A", default_value_t = DEFAULT_ACCELERATION, value_parser = joint_acceleration, allow_negative_numbers = true)]
     pub acceleration: f64,
     /// For people, or one JSON object
     #[arg(long, value_enum, default_value_t)]
@@ -147,8 +147,12 @@ fn search_time(text: &str) -> Result<Duration, String> {
     number(text, 0.001..=SEARCH_MAX, "s").map(Duration::from_secs_f64)
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    number(text, 0.001..=100.0, "")
+fn joint_speed(text: &str) -> Result<f64, String> {
+    number(text, 0.001..=100.0, "rad/s")
+}
+
+fn joint_acceleration(text: &str) -> Result<f64, String> {
+    number(text, 0.001..=100.0, "rad/s²")
 }
 
 fn lines(text: &str) -> Result<(u32, u32), String> {

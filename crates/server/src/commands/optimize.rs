@@ -55,11 +55,11 @@ pub fn optimize(args: &OptimizeArgs, config: &RunConfig) -> CommandResult {
     let (before, after) = (faster.before, faster.after);
     logging::say(&match faster.diff.is_empty() {
         true => format!(
-            "nothing can be gained: the cycle takes {before:.3} s ({} runs)",
+            "nothing can be gained: the cycle takes {before:.3} s (simulated runs: {})",
             faster.runs
         ),
         false => format!(
-            "cycle time {before:.3} s before, {after:.3} s after: {:.1} % shorter ({} runs)",
+            "cycle time {before:.3} s before, {after:.3} s after: {:.1} % shorter (simulated runs: {})",
             (before - after) / before.max(1e-9) * 100.0,
             faster.runs
         ),
