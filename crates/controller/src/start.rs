@@ -431,7 +431,7 @@ impl PreparedController {
         // The pump waits for exactly this; it cannot have ended before.
         let _ = robot_for_pump.send(Arc::clone(&robot));
         let fieldbus = match &cell {
-            Some(cell) => cell.fieldbus(&faults, extras.stand_ins.clone())?,
+            Some(cell) => cell.fieldbus(&faults, extras.stand_ins.clone(), world.as_ref())?,
             None => {
                 let line = SerialLine::default;
                 Fieldbus::new(line(), line(), &faults, extras.stand_ins.clone())

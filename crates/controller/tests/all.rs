@@ -2,6 +2,7 @@
 
 mod cell_world;
 mod common;
+mod gripper_bus;
 
 mod clearance;
 mod many;

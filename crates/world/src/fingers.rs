@@ -136,6 +136,11 @@ impl FingerPair {
         if !(force > 0.0 && force <= self.plan.force) {
             return refuse("force", force, "more than 0, up to the gripper's force");
         }
+        let lets_go = self.hold.is_some() && width > self.width + THERE;
+        let goes = self.hold.is_none() && width != self.order.width;
+        if lets_go || goes {
+            self.state = FingerState::Moving;
+        }
         self.order = *order;
         Ok(())
     }

@@ -142,12 +142,16 @@ impl World {
     /// A gripper that has no fingers, or an order beyond what they can do.
     pub fn order_fingers(&mut self, gripper: usize, order: &FingerOrder) -> Result<(), OrderError> {
         match self.grippers.get_mut(gripper).map(|g| &mut g.kind) {
-            Some(Kind::Fingers(fingers)) => fingers.order(order),
-            _ => Err(unknown(
-                "gripper with fingers of number",
-                &gripper.to_string(),
-            )),
+            Some(Kind::Fingers(fingers)) => fingers.order(order)?,
+            _ => {
+                return Err(unknown(
+                    "gripper with fingers of number",
+                    &gripper.to_string(),
+                ));
+            }
         }
+        self.picture();
+        Ok(())
     }
 
     /// Shape of the parts of a template.

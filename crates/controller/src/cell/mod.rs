@@ -34,6 +34,7 @@ use supervision::ThreadSupervisor;
 use thiserror::Error;
 use toml::de::{DeTable, DeValue};
 
+use crate::cell_world::{CellWorld, gripper_bus};
 use schema::{ActiveLevel, InputValue, SafetyFunction, SerialPort, Tables};
 
 /// A reason why there is no cell: one sentence, which ends the program with exit status 2.
@@ -277,7 +278,7 @@ impl Cell {
         }
     }
 
-    /// The devices behind `[[serial]]` and the signals of `[[modbus]]`.
+    /// The devices behind `[[serial]]`, the signals of `[[modbus]]`, and grippers of the world on a bus.
     ///
     /// # Errors
     /// [`CellError::Value`] names the signal that cannot be added.
@@ -285,6 +286,7 @@ impl Cell {
         &self,
         faults: &ThreadSupervisor,
         stand_ins: Option<Arc<dyn SimulatedPeers>>,
+        world: Option<&CellWorld>,
     ) -> Result<Fieldbus, CellError> {
         let line = |wanted| {
             let port = self
@@ -292,7 +294,9 @@ impl Cell {
                 .serial
                 .iter()
                 .find(|serial| serial.port == wanted);
+            let slaves = world.map(|world| gripper_bus::slaves(self, world, wanted));
             SerialLine::new(port.map(|serial| Endpoint::parse(&serial.device)))
+                .with_slaves(slaves.unwrap_or_default())
         };
         let (tool, masterboard) = (line(SerialPort::Tool), line(SerialPort::Masterboard));
         let fieldbus = Fieldbus::new(tool, masterboard, faults, stand_ins);

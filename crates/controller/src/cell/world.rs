@@ -140,6 +140,7 @@ pub(super) fn description(tables: &Tables) -> Result<WorldDescription, InvalidVa
     world.settings.floor = tables.world.and_then(|world| world.floor);
     world.obstacles = tables.obstacle.iter().map(obstacle).collect();
     world.parts = tables.part.iter().map(part).collect::<Result<_, _>>()?;
+    check_buses(tables)?;
     world.frictions = tables
         .friction
         .iter()
@@ -421,27 +422,7 @@ fn fingers(check: &TableCheck, table: &GripperTable) -> Result<Fingers, InvalidV
             ("gauge", table.gauge.is_some()),
         ],
     )?;
-    if let Some(protocol) = table.protocol {
-        return Err(check.wrong(
-            "protocol",
-            format_args!("{:?}", protocol.word()),
-            "the Modbus maps of makers are not simulated yet: give the points close, open and their like instead",
-        ));
-    }
-    for (key, given) in [
-        ("bus", table.bus.is_some()),
-        ("slave", table.slave.is_some()),
-    ] {
-        if given {
-            return Err(check.wrong(key, "given", "it goes with protocol"));
-        }
-    }
-    let close = optional(check, "close", table.close, IoDirection::Out)?;
-    let open = optional(check, "open", table.open, IoDirection::Out)?;
-    if close.is_none() && open.is_none() {
-        return Err(check.missing("close", "an output close or open is needed"));
-    }
-    let control = FingerControl::Points { close, open };
+    let control = finger_control(check, table)?;
     let FingerTable { size, pose } = table.finger.ok_or_else(|| {
         check.missing(
             "finger",
@@ -463,6 +444,78 @@ fn fingers(check: &TableCheck, table: &GripperTable) -> Result<Fingers, InvalidV
         closed: optional(check, "closed", table.closed, IoDirection::In)?,
         gripping: optional(check, "gripping", table.gripping, IoDirection::In)?,
     })
+}
+
+/// Points, or a Modbus map on a serial line.
+fn finger_control(check: &TableCheck, table: &GripperTable) -> Result<FingerControl, InvalidValue> {
+    if table.protocol.is_none() {
+        for (key, given) in [
+            ("bus", table.bus.is_some()),
+            ("slave", table.slave.is_some()),
+        ] {
+            if given {
+                return Err(check.wrong(key, "given", "it goes with protocol"));
+            }
+        }
+        let close = optional(check, "close", table.close, IoDirection::Out)?;
+        let open = optional(check, "open", table.open, IoDirection::Out)?;
+        if close.is_none() && open.is_none() {
+            return Err(check.missing("close", "an output close or open is needed"));
+        }
+        return Ok(FingerControl::Points { close, open });
+    }
+    for (key, given) in [
+        ("close", table.close),
+        ("open", table.open),
+        ("opened", table.opened),
+        ("closed", table.closed),
+        ("gripping", table.gripping),
+    ] {
+        if let Some(point) = given {
+            return Err(check.wrong(key, point, "a gripper with protocol has no points"));
+        }
+    }
+    let buses = "a bus is needed: \"tool\" or \"masterboard\"";
+    let bus = table.bus.as_ref();
+    let bus = bus.ok_or_else(|| check.missing("bus", buses))?;
+    if table.serial_port().is_none() {
+        let allowed = match bus.starts_with("tcp:") {
+            true => {
+                "grippers on Modbus TCP are not simulated yet: allowed are \"tool\" and \"masterboard\""
+            }
+            false => "allowed are \"tool\" and \"masterboard\"",
+        };
+        return Err(check.wrong("bus", format_args!("{bus:?}"), allowed));
+    }
+    if !(1..=247).contains(&table.slave_number()) {
+        return Err(check.wrong("slave", table.slave_number(), "allowed are 1 to 247"));
+    }
+    Ok(FingerControl::Orders)
+}
+
+/// Refuses two grippers of one number on a line, and a gripper on a line that leads out.
+fn check_buses(tables: &Tables) -> Result<(), InvalidValue> {
+    for (index, table) in tables.gripper.iter().enumerate() {
+        let Some(port) = table.serial_port() else {
+            continue;
+        };
+        let check = TableCheck::named("gripper", &table.name);
+        if tables.serial.iter().any(|serial| serial.port == port) {
+            let given = format!("{:?}", table.bus.as_deref().unwrap_or_default());
+            return Err(check.wrong("bus", given, "a [[serial]] has this line already"));
+        }
+        let same = |other: &&GripperTable| {
+            other.serial_port() == Some(port) && other.slave_number() == table.slave_number()
+        };
+        if let Some(other) = tables.gripper[..index].iter().find(same) {
+            let allowed = format!(
+                "gripper {:?} has this number on the line already",
+                other.name
+            );
+            return Err(check.wrong("slave", table.slave_number(), allowed));
+        }
+    }
+    Ok(())
 }
 
 fn conveyor(number: usize, table: &schema::Conveyor) -> Result<ConveyorDescription, InvalidValue> {

@@ -5,7 +5,7 @@
 use serde::Deserialize;
 
 use super::point::IoPointName;
-use super::schema::{ShapeName, SixNumbers, Size};
+use super::schema::{SerialPort, ShapeName, SixNumbers, Size};
 
 /// `[world]`
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -150,6 +150,26 @@ pub struct GripperTable {
     pub bus: Option<String>,
     /// Number of the slave.
     pub slave: Option<u8>,
+}
+
+impl GripperTable {
+    /// The serial line of a gripper with a Modbus map.
+    pub fn serial_port(&self) -> Option<SerialPort> {
+        self.protocol?;
+        match self.bus.as_deref() {
+            Some("tool") => Some(SerialPort::Tool),
+            Some("masterboard") => Some(SerialPort::Masterboard),
+            _ => None,
+        }
+    }
+
+    /// Number of the slave: the makers' own where none is given.
+    pub fn slave_number(&self) -> u8 {
+        self.slave.unwrap_or(match self.protocol {
+            Some(GripperProtocol::Robotiq2F) => 9,
+            _ => 1,
+        })
+    }
 }
 
 /// `[[source]]`

@@ -5,6 +5,7 @@
 //! a thread of its own ([`crate::clock`]).
 
 pub mod facts;
+pub(crate) mod gripper_bus;
 pub mod orders;
 pub mod part_names;
 pub mod picture;

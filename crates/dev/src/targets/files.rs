@@ -168,7 +168,7 @@ pub(super) const TARGETS: &[Target] = &[
                 Ok(cell) => {
                     _ = (cell.io(), cell.safety_inputs(), cell.belts(), cell.loads());
                     _ = (cell.surroundings(), cell.limits(), cell.scene_obstacles());
-                    _ = cell.fieldbus(&supervision::ThreadSupervisor::default(), None);
+                    _ = cell.fieldbus(&supervision::ThreadSupervisor::default(), None, None);
                 }
                 Err(error) => assert!(!error.to_string().is_empty()),
             }

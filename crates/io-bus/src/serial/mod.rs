@@ -4,6 +4,7 @@
 //! Owns the open line, its settings and the bytes nobody has read yet. A line outlives programs, so it is driven by a
 //! thread of its own; functions that wait can be dropped at any time and leave the line usable.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -21,6 +22,8 @@ use tokio_serial::{DataBits, Parity, SerialPortBuilderExt, StopBits};
 use crate::driver::RuntimeThread;
 use crate::modbus::pdu::{PduError, Reply, Request};
 use crate::modbus::rtu;
+use crate::modbus_server::codec::reply_to;
+use crate::modbus_server::tables::Tables;
 use crate::names;
 
 /// How long connecting to a TCP line and writing may take.
@@ -51,6 +54,9 @@ impl Endpoint {
         }
     }
 }
+
+/// Devices on a line that are in this process, by the number of the slave. They answer at any settings of the line and at once.
+pub type SerialSlaves = BTreeMap<u8, Arc<dyn Tables + Send + Sync>>;
 
 /// What the line is used for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -114,6 +120,9 @@ pub enum SerialError {
     /// The line was closed meanwhile.
     #[error("the line was closed meanwhile")]
     Ended,
+    /// Slaves in this process speak Modbus only.
+    #[error("simulated Modbus slaves are on this port: it can be used in Modbus RTU mode only")]
+    SlavesOnly,
 }
 
 const fn mode_of(settings: Option<SerialSettings>) -> SerialMode {
@@ -141,6 +150,7 @@ impl<T: AsyncRead + AsyncWrite + Unpin + Send> Transport for T {}
 #[derive(Default)]
 pub struct SerialLine {
     endpoint: Option<Endpoint>,
+    slaves: SerialSlaves,
     settings: Arc<SyncMutex<Option<SerialSettings>>>,
     line: Arc<Mutex<OpenPort>>,
     driver: OnceLock<RuntimeThread>,
@@ -171,6 +181,11 @@ impl SerialLine {
         }
     }
 
+    /// This port with slaves in this process and nothing else behind it.
+    pub fn with_slaves(self, slaves: SerialSlaves) -> Self {
+        Self { slaves, ..self }
+    }
+
     /// This port with a supervisor, which hears of the faults on its thread.
     pub fn with_supervisor(self, faults: ThreadSupervisor) -> Self {
         Self { faults, ..self }
@@ -192,6 +207,13 @@ impl SerialLine {
     /// [`SerialError::NoDevice`], [`SerialError::OpenPort`]; the port is closed then.
     pub async fn configure(&self, settings: Option<SerialSettings>) -> Result<(), SerialError> {
         *self.settings.lock() = None;
+        if !self.slaves.is_empty() {
+            if settings.is_some_and(|settings| !settings.modbus_rtu) {
+                return Err(SerialError::SlavesOnly);
+            }
+            *self.settings.lock() = settings;
+            return Ok(());
+        }
         let line = self.line.clone();
         let endpoint = self.endpoint.clone();
         self.run_on_thread(async move {
@@ -330,6 +352,12 @@ impl SerialLine {
         patience: Option<Duration>,
     ) -> Result<Reply, SerialError> {
         let settings = self.require_mode(SerialMode::Rtu)?;
+        if !self.slaves.is_empty() {
+            // A number that nobody has stays silent, and simulated time need not pass to know it.
+            let tables = self.slaves.get(&slave).ok_or(SerialError::NoAnswer)?;
+            let reply = reply_to(&request.encode(), tables.as_ref());
+            return Ok(request.decode(&reply)?);
+        }
         let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
         self.run_on_thread(async move {
             let mut line = line.lock().await;

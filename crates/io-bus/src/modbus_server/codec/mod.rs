@@ -69,7 +69,8 @@ pub fn build_reply(message: &[u8], tables: &dyn Tables) -> Vec<u8> {
 
 type ReplyBody = Result<Vec<u8>, ModbusException>;
 
-fn reply_to(request: &[u8], tables: &dyn Tables) -> Vec<u8> {
+/// The reply proper to a request proper.
+pub(crate) fn reply_to(request: &[u8], tables: &dyn Tables) -> Vec<u8> {
     let (&function, fields) = request.split_first().unwrap_or((&0, &[]));
     let body = match function {
         1 => read_bits(fields, tables, Space::Outputs),
