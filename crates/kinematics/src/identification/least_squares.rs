@@ -5,14 +5,30 @@ use nalgebra::{DMatrix, DVector};
 /// Below this share of the largest one, an eigenvalue of the scaled normal matrix belongs to a direction that the measurements
 /// say nothing about.
 const EIGENVALUE_SHARE_MIN: f64 = 1e-9;
+/// Stretches of measurements that are kept apart at most; then neighbours are joined.
+const STRETCHES_MAX: usize = 512;
+/// Fewer stretches for each unknown say nothing about how measurements hang together.
+const STRETCHES_PER_UNKNOWN: usize = 4;
 
 /// Sums of a linear least-squares problem: measurements may be added without end.
+///
+/// Measurements one after the other have errors that are alike, so that they tell less than as many independent ones. The standard
+/// deviations take that from stretches of measurements, where the caller ends some (White, *Asymptotic Theory for Econometricians*,
+/// 2001, chapter 6), and errors that all measurements share from the caller.
 #[derive(Clone, Debug)]
 pub struct LeastSquares {
     normal: DMatrix<f64>,
     right: DVector<f64>,
+    /// What the error that all measurements share adds to `right`.
+    shared: DVector<f64>,
     squares: f64,
     count: usize,
+    /// Normal matrix and right side of the stretches that have ended, this many ends in each.
+    stretches: Vec<(DMatrix<f64>, DVector<f64>)>,
+    ends_per_stretch: usize,
+    ends: usize,
+    /// Sums at the end of the newest stretch.
+    ended: (DMatrix<f64>, DVector<f64>),
 }
 
 /// What the measurements say.
@@ -53,13 +69,23 @@ impl LeastSquares {
         Self {
             normal: DMatrix::zeros(unknowns, unknowns),
             right: DVector::zeros(unknowns),
+            shared: DVector::zeros(unknowns),
             squares: 0.0,
             count: 0,
+            stretches: Vec::new(),
+            ends_per_stretch: 1,
+            ends: 0,
+            ended: (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns)),
         }
     }
 
     /// Adds a measurement: `value` = `row` · unknowns.
     pub fn add(&mut self, row: &[f64], value: f64) {
+        self.add_with_shared(row, value, 0.0);
+    }
+
+    /// Adds a measurement to which an error that all measurements share adds `shared`, where that error is one standard deviation.
+    pub fn add_with_shared(&mut self, row: &[f64], value: f64, shared: f64) {
         for (i, a) in row.iter().enumerate() {
             if *a == 0.0 {
                 continue;
@@ -68,9 +94,59 @@ impl LeastSquares {
                 self.normal[(i, j)] += a * b;
             }
             self.right[i] += a * value;
+            self.shared[i] += a * shared;
         }
         self.squares += value * value;
         self.count += 1;
+    }
+
+    /// Ends a stretch: the measurements before and after it have errors of their own.
+    pub fn end_stretch(&mut self) {
+        self.ends += 1;
+        if !self.ends.is_multiple_of(self.ends_per_stretch) {
+            return;
+        }
+        let (normal, right) = (&self.normal - &self.ended.0, &self.right - &self.ended.1);
+        self.stretches.push((normal, right));
+        self.ended = (self.normal.clone(), self.right.clone());
+        if self.stretches.len() >= STRETCHES_MAX {
+            self.ends_per_stretch *= 2;
+            let pairs = self.stretches.chunks(2);
+            let joined = pairs.map(|pair| {
+                let sum = |(normal, right): &(DMatrix<f64>, DVector<f64>),
+                           other: Option<&(_, _)>| match other {
+                    Some((more, add)) => (normal + more, right + add),
+                    None => (normal.clone(), right.clone()),
+                };
+                sum(&pair[0], pair.get(1))
+            });
+            self.stretches = joined.collect();
+        }
+    }
+
+    /// How much larger the standard deviation of each unknown is than if all errors were independent, at least 1.
+    fn stretch_factors(
+        &self,
+        inverse: &DMatrix<f64>,
+        values: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> DVector<f64> {
+        let unknowns = values.len();
+        let count = self.stretches.len();
+        if count < STRETCHES_PER_UNKNOWN * unknowns {
+            return DVector::from_element(unknowns, 1.0);
+        }
+        let mut middle = DMatrix::zeros(unknowns, unknowns);
+        for (normal, right) in &self.stretches {
+            let left = right - normal * values;
+            middle.ger(1.0, &left, &left, 1.0);
+        }
+        let robust = inverse * middle * inverse;
+        let free = count as f64 / (count - unknowns) as f64;
+        DVector::from_fn(unknowns, |i, _| {
+            let share = free * robust[(i, i)] / covariance[(i, i)];
+            if share > 1.0 { share.sqrt() } else { 1.0 }
+        })
     }
 
     /// Number of measurements.
@@ -126,7 +202,15 @@ impl LeastSquares {
         let values = &inverse * &self.right;
         let left = (self.squares - values.dot(&self.right)).max(0.0);
         let variance = left / (self.count - unknowns) as f64;
-        let covariance = inverse * variance;
+        let mut covariance = &inverse * variance;
+        let factors = self.stretch_factors(&inverse, &values, &covariance);
+        let shift = &inverse * &self.shared;
+        for i in 0..unknowns {
+            for j in 0..unknowns {
+                covariance[(i, j)] *= factors[i] * factors[j];
+                covariance[(i, j)] += shift[i] * shift[j];
+            }
+        }
         Ok(Solution {
             sigmas: (0..unknowns)
                 .map(|i| covariance[(i, i)].max(0.0).sqrt())
@@ -159,6 +243,44 @@ mod tests {
             "{:?}",
             found.sigmas
         );
+    }
+
+    #[test]
+    fn errors_that_hang_together_tell_less() {
+        // The same error for a hundred measurements, 40 times: the sigma of the mean is 0.1 / sqrt(40).
+        let mut sums = LeastSquares::new(1);
+        for k in 0..4000 {
+            let error = if (k / 100) % 2 == 0 { 0.1 } else { -0.1 };
+            sums.add(&[1.0], 3.0 + error);
+            if k % 100 == 99 {
+                sums.end_stretch();
+            }
+        }
+        let sigma = sums.solve().unwrap().sigmas[0];
+        let expected = 0.1 / 40_f64.sqrt();
+        assert!((sigma / expected - 1.0).abs() < 0.05, "{sigma} {expected}");
+
+        // So many stretches that neighbours are joined.
+        let mut sums = LeastSquares::new(1);
+        for k in 0_u64..4000 {
+            let bits = k.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let error = if bits >> 63 == 0 { 0.1 } else { -0.1 };
+            (0..10).for_each(|_| sums.add(&[1.0], 3.0 + error));
+            sums.end_stretch();
+        }
+        assert!(sums.stretches.len() < STRETCHES_MAX);
+        assert!(sums.solve().unwrap().sigmas[0] > 0.0);
+    }
+
+    #[test]
+    fn an_error_that_all_measurements_share_does_not_average_out() {
+        let mut sums = LeastSquares::new(1);
+        for k in 0..10_000 {
+            let noise = if k % 2 == 0 { 0.1 } else { -0.1 };
+            sums.add_with_shared(&[2.0], 6.0 + noise, 0.04);
+        }
+        let sigma = sums.solve().unwrap().sigmas[0];
+        assert!((sigma - 0.02).abs() < 1e-4, "{sigma}");
     }
 
     #[test]

@@ -153,7 +153,8 @@ fn tool_turns(size: f64, speed: f64) -> String {
         "# Turns the tool about its tip. The active TCP must be about right (set_tcp): lead the tip back to the point at each rest.\n\
          point = get_target_tcp_pose()\n\
          turns = [[0, 0, 0], [{turn:.4}, 0, 0], [-{turn:.4}, 0, 0], [0, {turn:.4}, 0], [0, -{turn:.4}, 0], \
-         [{turn:.4}, {turn:.4}, 0.5], [-{turn:.4}, {turn:.4}, -0.5]]\n\
+         [{turn:.4}, {turn:.4}, 0.5], [-{turn:.4}, {turn:.4}, -0.5], \
+         [{turn:.4}, -{turn:.4}, -0.5], [-{turn:.4}, -{turn:.4}, 0.5]]\n\
          for turn in turns:\n    \
          movel(pose_trans(point, [0, 0, 0] + turn), a={a:.3}, v={v:.3})\n    \
          sleep(1)\n\

@@ -26,10 +26,14 @@ const BODY_NAMES: [&str; BODY_PARAMETERS] = [
 /// An inertia is told where its standard deviation is below this share of the largest moment, and this much, kg m².
 const INERTIA_SHARE: f64 = 0.2;
 const INERTIA_SIGMA_MAX: f64 = 2e-3;
+/// The inertia is found with the rest where the centre of gravity is told better than this then, m.
+const COG_SIGMA_FULL_M: f64 = 2e-3;
 /// A centre of gravity that is told worse is not told, m.
 const COG_SIGMA_MAX_M: f64 = 0.02;
 /// Joints that turn slower tell nothing about friction, rad/s.
 const SLIDING_RAD_S: f64 = 0.02;
+/// Errors of the model that are further apart do not hang together, s.
+const STRETCH_S: f64 = 0.4;
 /// Each joint has to turn this far for its friction, rad.
 const TURN_MIN_RAD: f64 = 0.2;
 
@@ -87,26 +91,50 @@ pub fn payload_from_forces(samples: &Samples) -> Result<Answer, IdentifyError> {
     )
 }
 
-/// Samples whose force is known, with the rows of their readings.
+/// Samples whose force is known, with their numbers and the rows of their readings.
 fn force_rows(
     samples: &Samples,
-) -> impl Iterator<Item = (&Sample, SMatrix<f64, 6, BODY_PARAMETERS>)> {
-    let known = |sample: &&Sample| sample.wrench.iter().all(|x| x.is_finite());
-    samples.samples.iter().filter(known).map(|sample| {
+) -> impl Iterator<Item = (usize, &Sample, SMatrix<f64, 6, BODY_PARAMETERS>)> {
+    let known = |(_, sample): &(usize, &Sample)| sample.wrench.iter().all(|x| x.is_finite());
+    let numbered = samples.samples.iter().enumerate().filter(known);
+    numbered.map(|(index, sample)| {
         let rows = sensor_rows(&motion(samples, sample), &sample.flange_from_tcp);
-        (sample, rows)
+        (index, sample, rows)
     })
+}
+
+/// What one standard deviation of the time between posture and reading, the same in the whole recording, adds to a reading, given
+/// those before and after it: anything within half a cycle is alike likely.
+fn skew(before: f64, after: f64) -> f64 {
+    let change = (after - before) / 2.0 / 12_f64.sqrt();
+    if change.is_finite() { change } else { 0.0 }
+}
+
+/// Ends a stretch of the sums whenever enough time has gone; a recording that begins anew ends one, too.
+fn end_stretches(sums: &mut LeastSquares, end: &mut f64, time: f64) {
+    if time >= *end || time < *end - STRETCH_S {
+        if end.is_finite() {
+            sums.end_stretch();
+        }
+        *end = time + STRETCH_S;
+    }
 }
 
 /// Fits the first `unknowns` parameters of the body; moments count `weight` times.
 fn force_fit(samples: &Samples, unknowns: usize, weight: f64) -> Result<Solution, FitError> {
     let mut sums = LeastSquares::new(unknowns);
-    for (sample, rows) in force_rows(samples) {
+    let mut stretch_end = f64::NEG_INFINITY;
+    for (index, sample, rows) in force_rows(samples) {
+        end_stretches(&mut sums, &mut stretch_end, sample.time);
+        let around = samples.neighbours(index);
         for axis in 0..6 {
             let factor = if axis < 3 { 1.0 } else { weight };
             let row = rows.row(axis);
             let row: Vec<f64> = row.iter().take(unknowns).map(|x| x * factor).collect();
-            sums.add(&row, sample.wrench[axis] * factor);
+            let shared = around.map_or(0.0, |(before, after)| {
+                skew(before.wrench[axis], after.wrench[axis])
+            });
+            sums.add_with_shared(&row, sample.wrench[axis] * factor, shared * factor);
         }
     }
     sums.solve()
@@ -115,7 +143,7 @@ fn force_fit(samples: &Samples, unknowns: usize, weight: f64) -> Result<Solution
 /// What a fit leaves of forces, divided by what it leaves of moments.
 fn moment_weight(samples: &Samples, fit: &Solution) -> f64 {
     let mut squares = [0.0; 2];
-    for (sample, rows) in force_rows(samples) {
+    for (_, sample, rows) in force_rows(samples) {
         for axis in 0..6 {
             let row = rows.row(axis);
             let model: f64 = row.iter().zip(&fit.values).map(|(a, b)| a * b).sum();
@@ -171,22 +199,28 @@ fn need_torques(samples: &Samples) -> Result<(), IdentifyError> {
     }
 }
 
-/// The fit with inertia where the motion tells it, else the one without.
+/// The fit with inertia if it tells the centre of gravity well, else the one without: inertia that is left out would count as weight
+/// where the motion is fast, inertia that is not seen where it is slow would make the rest vague.
 fn payload_of(
     with_inertia: Result<Solution, FitError>,
     without: Result<Solution, FitError>,
     samples: usize,
 ) -> Result<Answer, IdentifyError> {
-    let full = with_inertia.ok().filter(|solution| {
-        let inertia = inertia_of(&solution.values);
-        let largest = inertia[..3].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-        let sigma = solution.sigmas[4..BODY_PARAMETERS]
-            .iter()
-            .fold(0.0_f64, |a, b| a.max(*b));
-        sigma < INERTIA_SIGMA_MAX.min(INERTIA_SHARE * largest.max(5e-3))
-    });
-    let (solution, has_inertia) = match full {
-        Some(solution) => (solution, true),
+    let is_sharp = |solution: &Solution| {
+        let mass = solution.values[0];
+        let cog = solution.sigmas[1..4].iter().fold(0.0_f64, |a, b| a.max(*b));
+        mass > 0.0 && cog < COG_SIGMA_FULL_M * mass
+    };
+    let (solution, has_inertia) = match with_inertia.ok().filter(is_sharp) {
+        Some(solution) => {
+            let inertia = inertia_of(&solution.values);
+            let largest = inertia[..3].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            let sigma = solution.sigmas[4..BODY_PARAMETERS]
+                .iter()
+                .fold(0.0_f64, |a, b| a.max(*b));
+            let is_told = sigma < INERTIA_SIGMA_MAX.min(INERTIA_SHARE * largest.max(5e-3));
+            (solution, is_told)
+        }
         None => {
             let solution = without.map_err(|error| IdentifyError::of_fit(&error, &BODY_NAMES))?;
             (solution, false)
@@ -286,7 +320,10 @@ pub fn friction(samples: &Samples) -> Result<Answer, IdentifyError> {
 /// friction of each joint.
 fn joint_torque_fit(samples: &Samples, body: usize) -> Result<Solution, FitError> {
     let mut sums = LeastSquares::new(body + 2 * DOF);
-    for sample in &samples.samples {
+    let mut stretch_end = f64::NEG_INFINITY;
+    for (index, sample) in samples.samples.iter().enumerate() {
+        end_stretches(&mut sums, &mut stretch_end, sample.time);
+        let around = samples.neighbours(index);
         let model = torques_of_links(samples, sample);
         let rows = payload_torques(samples, sample);
         for joint in 0..DOF {
@@ -301,7 +338,16 @@ fn joint_torque_fit(samples: &Samples, body: usize) -> Result<Solution, FitError
             }
             row[body + joint] = speed.signum();
             row[body + DOF + joint] = speed;
-            sums.add(&row, sample.torque[joint] - model[joint]);
+            // Where the joint turns round, dry friction changes, and not with time.
+            let slides = |other: &Sample| {
+                other.qd[joint].abs() >= SLIDING_RAD_S && other.qd[joint].signum() == speed.signum()
+            };
+            let shared = around
+                .filter(|(before, after)| slides(before) && slides(after))
+                .map_or(0.0, |(before, after)| {
+                    skew(before.torque[joint], after.torque[joint])
+                });
+            sums.add_with_shared(&row, sample.torque[joint] - model[joint], shared);
         }
     }
     sums.solve()

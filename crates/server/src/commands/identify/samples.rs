@@ -131,6 +131,16 @@ impl Samples {
         })
     }
 
+    /// The samples before and after one, of the same recording.
+    pub fn neighbours(&self, index: usize) -> Option<(&Sample, &Sample)> {
+        let begins = |number: usize| self.begins.binary_search(&number).is_ok();
+        if begins(index) || begins(index + 1) {
+            return None;
+        }
+        let before = self.samples.get(index.checked_sub(1)?)?;
+        Some((before, self.samples.get(index + 1)?))
+    }
+
     /// The rests, in order.
     pub fn rests(&self) -> Vec<RestInterval> {
         let mut rests: Vec<RestInterval> = Vec::new();
