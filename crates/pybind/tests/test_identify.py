@@ -137,7 +137,7 @@ def test_what_cannot_be_told_is_said(folder, turned):
     robot = elitescript.Robot()
     with pytest.raises(ValueError, match="did not turn far enough"):
         identify.friction(still, robot=robot)
-    with pytest.raises(ValueError, match="four or more at one point"):
+    with pytest.raises(ValueError, match="four or more rests at one point"):
         identify.tool(still, robot=robot)
     broken = folder / "broken.mcap"
     broken.write_bytes(b"no recording")
