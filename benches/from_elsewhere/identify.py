@@ -120,7 +120,7 @@ def main():
         for what in ("payload", "friction"):
             excite(eliteserver, what, folder)
         postures = rests_of(eliteserver, folder)
-        print(f"{runs} runs; {len(postures)} rests of the tool")
+        print(f"{runs} runs; {len(postures)} rests of the tool", flush=True)
         found = [
             *pool.imap(of_load, [(seed, folder) for seed in range(runs)]),
             *pool.imap(of_tool, [(seed, postures) for seed in range(runs)]),
