@@ -55,8 +55,9 @@ export const scenarios = {
         return place === was;
       }, `${name} at rest`);
       const before = await box(page, name);
-      const line = await page.id("running-line").innerText();
-      await until(async () => (await page.id("running-line").innerText()) !== line, "another line");
+      // What is out of sight draws no line: the controller says where the program is.
+      const { line } = (await server.state()).panel;
+      await until(async () => (await server.state()).panel.line !== line, "another line");
       // The text of `n` goes through all its lengths meanwhile.
       await sleep(2600);
       const after = await box(page, name);
