@@ -49,3 +49,4 @@ mod transcripts;
 mod translate;
 mod vendor_clients;
 mod vendor_ports;
+mod wrong_input;

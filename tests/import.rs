@@ -218,7 +218,7 @@ fn wrong_files_and_options_are_refused_in_a_sentence() {
         ),
         (
             &["a.nc", "--frame", "1,2"][..],
-            "x, y, z in m and Rx, Ry, Rz in rad are needed",
+            "x, y, z in m, up to 10, and Rx, Ry, Rz in rad",
         ),
     ] {
         let output = run(folder, &[&["import"], arguments].concat());

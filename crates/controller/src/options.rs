@@ -9,6 +9,7 @@ use core::str::FromStr;
 use std::path::PathBuf;
 
 use kinematics::{JointPositions, Payload, RpyPose};
+use motion_api::CommandKind;
 use recorder::RotationTrigger;
 
 /// Names of the built-in models.
@@ -231,6 +232,9 @@ impl FromStr for Permission {
     }
 }
 
+/// Largest angle that is read, rad: far beyond every joint, and still short to print.
+pub const ANGLE_MAX: f64 = 1000.0;
+
 /// The joint positions at start, rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HomeJoints(pub JointPositions);
@@ -252,9 +256,10 @@ impl FromStr for HomeJoints {
 
     fn from_str(text: &str) -> Result<Self, String> {
         six_numbers(text)
+            .filter(|q| q.iter().all(|angle| angle.abs() <= ANGLE_MAX))
             .map(|q| Self(JointPositions(q)))
             .ok_or_else(|| {
-                "six joint positions in rad are needed, separated by commas, \
+                "six joint positions in rad, up to 1000, are needed, separated by commas, \
                  as in 0,-1.57,1.57,-1.57,-1.57,0"
                     .to_owned()
             })
@@ -269,9 +274,18 @@ impl FromStr for Tcp {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        six_numbers(text).map(|p| Self(RpyPose::from_array(p))).ok_or_else(|| {
-            "x, y, z in m and Rx, Ry, Rz in rad are needed, separated by commas, as in 0,0,0.1,0,0,0".to_owned()
-        })
+        let is_angle = |angle: &f64| angle.abs() <= ANGLE_MAX;
+        // What `set_tcp` refuses no start may bring in: the collision check does not survive it.
+        six_numbers(text)
+            .map(RpyPose::from_array)
+            .filter(|tcp| tcp.rpy.iter().all(is_angle))
+            .filter(|tcp| CommandKind::SetTcp(*tcp).validate().is_ok())
+            .map(Self)
+            .ok_or_else(|| {
+                "x, y, z in m, up to 10, and Rx, Ry, Rz in rad, up to 1000, are needed, separated by commas, \
+                 as in 0,0,0.1,0,0,0"
+                    .to_owned()
+            })
     }
 }
 
@@ -288,14 +302,17 @@ impl FromStr for PayloadChoice {
             Some(&[mass, x, y, z]) => Some((mass, [x, y, z])),
             _ => None,
         };
+        let payload = payload.map(|(mass, cog)| Payload {
+            mass,
+            cog: cog.into(),
+            ..Payload::default()
+        });
         match payload {
-            Some((mass, cog)) if mass >= 0.0 => Ok(Self(Payload {
-                mass,
-                cog: cog.into(),
-                ..Payload::default()
-            })),
+            Some(payload) if CommandKind::SetPayload(payload).validate().is_ok() => {
+                Ok(Self(payload))
+            }
             _ => Err(
-                "a mass in kg of at least 0 is needed, then perhaps the centre of gravity in m, \
+                "a mass from 0 to 1000 kg is needed, then perhaps the centre of gravity in m, up to 10, \
                 as in 2.5 or 2.5,0,0,0.08"
                     .to_owned(),
             ),
@@ -347,7 +364,17 @@ mod tests {
         assert_eq!(payload.0.mass, 2.5);
         assert_eq!(payload.0.cog.as_slice(), [0.0, -0.01, 0.08]);
         assert_eq!("1".parse::<PayloadChoice>().unwrap().0.mass, 1.0);
-        for wrong in ["-1", "1,2", "1,2,3", "nan", "inf", "1,0,0,0,0", ""] {
+        for wrong in [
+            "-1",
+            "1,2",
+            "1,2,3",
+            "nan",
+            "inf",
+            "1,0,0,0,0",
+            "",
+            "1e300",
+            "1,0,11,0",
+        ] {
             assert!(wrong.parse::<PayloadChoice>().is_err(), "{wrong}");
         }
     }
@@ -356,8 +383,30 @@ mod tests {
     fn home_needs_six_finite_numbers() {
         let home: HomeJoints = "-0.3,0,1e-1,+2, 3 ,4".parse().unwrap();
         assert_eq!(home.0.0, [-0.3, 0.0, 0.1, 2.0, 3.0, 4.0]);
-        for wrong in ["0,0,0,0,0", "0,0,0,0,0,0,0", "0,0,0,0,0,nan", "a", "--tcp"] {
+        for wrong in [
+            "0,0,0,0,0",
+            "0,0,0,0,0,0,0",
+            "0,0,0,0,0,nan",
+            "0,0,0,0,0,1e300",
+            "a",
+            "--tcp",
+        ] {
             assert!(wrong.parse::<HomeJoints>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_tcp_is_within_what_a_program_may_set() {
+        let tcp: Tcp = "0,-10,0.1,0,0,7".parse().unwrap();
+        assert_eq!(tcp.0.to_array(), [0.0, -10.0, 0.1, 0.0, 0.0, 7.0]);
+        for wrong in [
+            "1e300,0,0,0,0,0",
+            "10.1,0,0,0,0,0",
+            "0,0,0,1e9,0,0",
+            "0,0,0,0,0",
+        ] {
+            let error = wrong.parse::<Tcp>().unwrap_err();
+            assert!(error.contains("up to 10"), "{wrong}: {error}");
         }
     }
 

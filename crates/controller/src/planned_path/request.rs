@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use kinematics::{JointPositions, RpyPose};
 
+use crate::options::ANGLE_MAX;
+
 /// Where a path ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PathTarget {
@@ -30,7 +32,7 @@ impl FromStr for PathTarget {
             .unwrap_or(text);
         let numbers = six_numbers(pose.unwrap_or(joints)).ok_or(
             "six joint positions in rad are needed, as in 0,-1.57,1.57,-1.57,-1.57,0, or a pose of the TCP in m and \
-             rad, as in 'p[0.4,0.1,0.3,3.14,0,0]'",
+             rad, all of them up to 1000, as in 'p[0.4,0.1,0.3,3.14,0,0]'",
         )?;
         Ok(match pose {
             Some(_) => Self::Pose(RpyPose::from_array(numbers)),
@@ -51,9 +53,12 @@ impl fmt::Display for PathTarget {
 }
 
 fn six_numbers(text: &str) -> Option<[f64; 6]> {
-    let numbers = text
-        .split(',')
-        .map(|part| part.trim().parse().ok().filter(|x: &f64| x.is_finite()));
+    let numbers = text.split(',').map(|part| {
+        part.trim()
+            .parse()
+            .ok()
+            .filter(|x: &f64| x.abs() <= ANGLE_MAX)
+    });
     numbers.collect::<Option<Vec<f64>>>()?.try_into().ok()
 }
 
@@ -119,6 +124,7 @@ mod tests {
             "p1,2,3,4,5,6",
             "[1,2,3,4,5,6",
             "1,2,3,4,5,inf",
+            "1,2,3,4,5,1e300",
         ] {
             let error = wrong.parse::<PathTarget>().unwrap_err();
             assert!(error.contains("p[0.4"), "{wrong}: {error}");

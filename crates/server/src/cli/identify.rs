@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::paths::recorded_time;
 use super::{ControllerArgs, FindingFormat, LogArgs};
 
 /// Options of `identify`.
@@ -16,16 +17,16 @@ pub struct IdentifyArgs {
     #[arg(value_name = "FILE.mcap", required = true)]
     pub files: Vec<PathBuf>,
     /// Use what was recorded from this time on, s
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = recorded_time, allow_negative_numbers = true)]
     pub from: Option<f64>,
     /// Use what was recorded up to this time, s
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = recorded_time, allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// Payload: from the torques of the joints instead of the force reading
     #[arg(long)]
     pub from_torques: bool,
     /// Tool, frame, sensor: the rests at these times, s, instead of every rest
-    #[arg(long, value_name = "T1,T2,…", value_delimiter = ',')]
+    #[arg(long, value_name = "T1,T2,…", value_delimiter = ',', value_parser = recorded_time, allow_negative_numbers = true)]
     pub at: Vec<f64>,
     /// Tool: the last three rests are the point, the tip moved along tool +x, the tip moved into +y of its xy plane
     #[arg(long)]
@@ -54,6 +55,19 @@ pub enum IdentifyTarget {
     Frame,
     /// Bias of the force sensor, and what hangs below it, from rests.
     Sensor,
+}
+
+impl IdentifyTarget {
+    /// As it is written on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Payload => "payload",
+            Self::Friction => "friction",
+            Self::Tool => "tool",
+            Self::Frame => "frame",
+            Self::Sensor => "sensor",
+        }
+    }
 }
 
 /// Options of `excite`.

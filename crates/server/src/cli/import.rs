@@ -43,13 +43,13 @@ pub struct ImportArgs {
     #[arg(long, value_name = "x,y,z", default_value = "0,0,-1", allow_hyphen_values = true, value_parser = axis)]
     pub tool_axis: ToolAxis,
     /// Speed at work, m/s [default: that of the file, else 0.05]
-    #[arg(long, value_name = "V", value_parser = positive)]
+    #[arg(long, value_name = "V", value_parser = speed, allow_negative_numbers = true)]
     pub speed: Option<f64>,
     /// Factor of the speeds of the file
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = factor, allow_negative_numbers = true)]
     pub feed_scale: f64,
     /// How far the path may be from that of the file, m
-    #[arg(long, value_name = "D", default_value_t = 0.000_05, value_parser = positive)]
+    #[arg(long, value_name = "D", default_value_t = 0.000_05, value_parser = length, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// A layer of a drawing; repeat it for more [default: all]
     #[arg(long, value_name = "NAME")]
@@ -61,11 +61,11 @@ pub struct ImportArgs {
     #[arg(long, value_name = "LINE")]
     pub off: Option<String>,
     /// Length of a straight approach against the tool axis, m; in drawings at every contour [default: none]
-    #[arg(long, value_name = "D", value_parser = positive)]
+    #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true)]
     pub lead_in: Option<f64>,
-    /// Unit of the lengths in a table
-    #[arg(long, value_enum, default_value_t)]
-    pub units: LengthUnit,
+    /// Unit of the lengths in a table [default: mm]
+    #[arg(long, value_enum)]
+    pub units: Option<LengthUnit>,
     /// Check the program, and that the arm reaches every point; status 1 where not
     #[arg(long)]
     pub check: bool,
@@ -122,9 +122,21 @@ fn axis(text: &str) -> Result<ToolAxis, String> {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+fn positive(text: &str, unit: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(number) if number > 0.0 && number <= 1000.0 => Ok(number),
-        _ => Err("allowed are numbers above 0, up to 1000".to_owned()),
+        _ => Err(format!("allowed are numbers above 0, up to 1000{unit}")),
     }
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    positive(text, " m/s")
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    positive(text, "")
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    positive(text, " m")
 }

@@ -117,6 +117,8 @@ pub struct PlaceArgs {
 const LENGTH_MAX: f64 = 10.0;
 /// Longest simulated time, s.
 const SIMULATED_MAX: f64 = 86_400.0;
+/// Latest time of a recording that is asked for, s: some thirty years.
+const RECORDED_MAX: f64 = 1e9;
 /// Longest search, s.
 const SEARCH_MAX: f64 = 3600.0;
 
@@ -129,6 +131,11 @@ fn number(text: &str, allowed: core::ops::RangeInclusive<f64>, unit: &str) -> Re
             allowed.end()
         )),
     }
+}
+
+/// A time of a recording.
+pub(super) fn recorded_time(text: &str) -> Result<f64, String> {
+    number(text, 0.0..=RECORDED_MAX, "s")
 }
 
 pub(super) fn margin(text: &str) -> Result<f64, String> {

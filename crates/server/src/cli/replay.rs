@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::LogArgs;
+use super::paths::recorded_time;
 use crate::options::{PortSetting, TrustedHost};
 
 /// Options of `replay`; without any of them a summary is printed.
@@ -15,7 +16,7 @@ pub struct ReplayArgs {
     #[arg(value_name = "FILE.mcap")]
     pub file: PathBuf,
     /// Print the state at this time, s
-    #[arg(long, value_name = "T", group = "what")]
+    #[arg(long, value_name = "T", group = "what", value_parser = recorded_time, allow_negative_numbers = true)]
     pub at: Option<f64>,
     /// Print a topic as a table with one header line
     #[arg(long, value_name = "TOPIC", group = "what")]
@@ -28,6 +29,7 @@ pub struct ReplayArgs {
         long,
         value_name = "T",
         requires = "plot",
+        value_parser = recorded_time,
         allow_negative_numbers = true
     )]
     pub from: Option<f64>,
@@ -36,6 +38,7 @@ pub struct ReplayArgs {
         long,
         value_name = "T",
         requires = "plot",
+        value_parser = recorded_time,
         allow_negative_numbers = true
     )]
     pub to: Option<f64>,

@@ -39,9 +39,11 @@ enum Format {
 pub fn import(args: &ImportArgs) -> CommandResult {
     let name = display_name(&args.file);
     let format = format_of(&args.file, &name)?;
+    refuse_unused(args, format)?;
     let text = read(&args.file, &name)?;
-    let path = path_of(format, &text, args)
-        .map_err(|error| CommandError::sentence(format!("{name}: {error}")))?;
+    let path = path_of(format, &text, args).map_err(|error| {
+        CommandError::sentence(format!("{name}: {}", EscapedText(&error.to_string())))
+    })?;
     let options = options_of(args, format);
     let model = args
         .model
@@ -104,6 +106,20 @@ fn format_of(path: &Path, name: &str) -> Result<Format, CommandError> {
     }
 }
 
+/// Options that say nothing about a file of this format.
+fn refuse_unused(args: &ImportArgs, format: Format) -> Result<(), CommandError> {
+    let refusal = match format {
+        Format::Gcode | Format::Csv if !args.layer.is_empty() => {
+            "--layer is for drawings (.dxf): other files have no layers"
+        }
+        Format::Gcode | Format::Dxf if args.units.is_some() => {
+            "--units is for tables (.csv): G-code and drawings say their unit themselves"
+        }
+        _ => return Ok(()),
+    };
+    Err(CommandError::sentence(refusal.to_owned()))
+}
+
 /// The text of a file. Drawings of older programs have letters of other code pages; what is read of them are numbers.
 fn read(path: &Path, name: &str) -> Result<String, CommandError> {
     let mut bytes = Vec::new();
@@ -124,7 +140,7 @@ fn path_of(format: Format, text: &str, args: &ImportArgs) -> Result<Toolpath, To
     match format {
         Format::Gcode => gcode::read(text, tolerance),
         Format::Dxf => dxf::read(text, &args.layer, tolerance),
-        Format::Csv => csv::read(text, args.units.metres()),
+        Format::Csv => csv::read(text, args.units.unwrap_or_default().metres()),
     }
 }
 

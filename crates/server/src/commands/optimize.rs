@@ -11,6 +11,7 @@ use crate::commands::check::read_script;
 use crate::commands::clearance::refuse_ignored;
 use crate::config::RunConfig;
 use crate::logging;
+use crate::ports::escape::EscapedText;
 use crate::shutdown::Shutdown;
 
 /// Exit status: 0 done, 1 the program fails or touches something as it is, 2 it cannot be run.
@@ -21,6 +22,13 @@ pub fn optimize(args: &OptimizeArgs, config: &RunConfig) -> CommandResult {
     refuse_ignored(&args.run, "optimize")?;
     let shutdown = Shutdown::start(CommandStatus::NotDone)?;
     let program = read_script(&config.file).map_err(CommandError::sentence)?;
+    let length = u32::try_from(program.text.lines().count()).unwrap_or(u32::MAX);
+    if let Some((first, last)) = args.keep.iter().find(|(first, _)| *first > length) {
+        return Err(CommandError::sentence(format!(
+            "--keep {first}-{last}: the last line of {} is {length}",
+            EscapedText(&program.name)
+        )));
+    }
     if config.robot.cell.is_none() {
         logging::say(
             "eliteserver: there is no --cell: only the arm itself is kept from itself, whatever else stands there",

@@ -18,6 +18,8 @@ use crate::shutdown::Shutdown;
 
 /// Most points of a file.
 const POINTS_MAX: usize = 1000;
+/// Largest number of a point, m or rad.
+const NUMBER_MAX: f64 = 1000.0;
 
 /// Exit status: 0 found, 1 no place fits, 2 wrong arguments.
 ///
@@ -128,11 +130,15 @@ fn read_points(path: &Path) -> Result<Vec<Pose>, String> {
             .split([',', ' ', '\t', ';'])
             .filter(|word| !word.is_empty());
         let numbers: Option<Vec<f64>> = words
-            .map(|word| word.parse().ok().filter(|number: &f64| number.is_finite()))
+            .map(|word| {
+                word.parse()
+                    .ok()
+                    .filter(|number: &f64| number.abs() <= NUMBER_MAX)
+            })
             .collect();
         let numbers = numbers.and_then(|numbers| <[f64; 6]>::try_from(numbers).ok());
         let numbers = numbers.ok_or_else(|| {
-            format!("{name} line {number}: six numbers are needed, x y z Rx Ry Rz in m and rad")
+            format!("{name} line {number}: six numbers up to 1000 are needed, x y z Rx Ry Rz in m and rad")
         })?;
         points.push(Pose::from_rpy(&RpyPose::from_array(numbers)));
         if points.len() > POINTS_MAX {

@@ -221,8 +221,7 @@ impl Evaluator<'_> {
         let Some((package, _)) = name.rsplit_once('.') else {
             let hint = suggestion(name, elite_syntax::python_names::module_names());
             let names: Vec<&str> = elite_syntax::python_names::module_names().collect();
-            let help =
-                hint.unwrap_or_else(|| format!("there are the modules {}", names.join(", ")));
+            let help = hint.unwrap_or_else(|| format!("programs can import {}", names.join(", ")));
             return Err(self.not_found(format!("No module named '{name}'"), name, Some(help)));
         };
         let text = match crate::stdlib::is_package(package) {

@@ -56,6 +56,7 @@ impl IdentifyError {
 
 /// Exit status: 0 found, 1 the data cannot tell, 2 unreadable.
 pub fn identify(args: &IdentifyArgs) -> CommandResult {
+    refuse_unused(args)?;
     let answer = match answer_of(args) {
         Ok(answer) => answer,
         Err(IdentifyError::CannotTell(text)) => {
@@ -72,6 +73,32 @@ pub fn identify(args: &IdentifyArgs) -> CommandResult {
     };
     let _ = std::io::stdout().write_all(text.as_bytes());
     Ok(CommandStatus::Success)
+}
+
+/// Options that say nothing about what is looked for, and a time that holds nothing.
+fn refuse_unused(args: &IdentifyArgs) -> Result<(), CommandError> {
+    use IdentifyTarget::{Frame, Payload, Sensor, Tool};
+    let options = [
+        ("--from-torques", args.from_torques, &[Payload][..]),
+        ("--orientation", args.orientation, &[Tool]),
+        ("--at", !args.at.is_empty(), &[Tool, Frame, Sensor]),
+    ];
+    for (option, is_given, targets) in options {
+        if is_given && !targets.contains(&args.what) {
+            let names: Vec<&str> = targets.iter().map(|target| target.name()).collect();
+            return Err(CommandError::sentence(format!(
+                "{option} says nothing about identify {}; it is for identify {}",
+                args.what.name(),
+                names.join(", ")
+            )));
+        }
+    }
+    match (args.from, args.to) {
+        (Some(from), Some(to)) if from > to => Err(CommandError::sentence(format!(
+            "--from {from} s is later than --to {to} s: nothing lies between"
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn answer_of(args: &IdentifyArgs) -> Result<Answer, IdentifyError> {

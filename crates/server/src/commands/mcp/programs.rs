@@ -13,7 +13,6 @@ use controller::outcome::ProgramResult;
 use controller::{NullObserver, SteppedController, WallTimeout};
 use elite_runtime::{Preset, ProgramText};
 use elite_syntax::SourceFile;
-use kinematics::{JointPositions, RpyPose};
 use motion_api::{RobotState, Seconds};
 use rmcp::schemars::JsonSchema;
 use serde::Deserialize;
@@ -306,10 +305,14 @@ pub(super) fn settings(
     let path = |name: &str, given: Option<String>| {
         given.map(|given| workspace.path(name, &given)).transpose()
     };
-    let payload = arguments.payload.map(|numbers| {
+    // As the options are written, so that the same is allowed.
+    let written = |numbers: &[f64]| {
         let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
         numbers.join(",")
-    });
+    };
+    let home = arguments.home.map(|q| written(&q));
+    let tcp = arguments.tcp.map(|pose| written(&pose));
+    let payload = arguments.payload.map(|numbers| written(&numbers));
     let step = arguments.step_ms.map(|millis| millis.to_string());
     let mut presets = Vec::new();
     for (name, value) in &arguments.set {
@@ -326,8 +329,8 @@ pub(super) fn settings(
     };
     let shared = ControllerArgs {
         model: parsed::<ModelChoice>("model", arguments.model.as_deref())?,
-        home: arguments.home.map(|q| HomeJoints(JointPositions(q))),
-        tcp: arguments.tcp.map(|pose| Tcp(RpyPose::from_array(pose))),
+        home: parsed::<HomeJoints>("home", home.as_deref())?,
+        tcp: parsed::<Tcp>("tcp", tcp.as_deref())?,
         payload: parsed("payload", payload.as_deref())?,
         cell: path("cell", arguments.cell)?,
         plant: parsed::<PlantChoice>("plant", arguments.plant.as_deref())?,
