@@ -1,20 +1,37 @@
-//! Through which face a part of the arm went into an obstacle: that is the way it is pushed out, however deep it is.
+//! Through which face each point of the arm went into an obstacle: that is the way it is pushed out, however deep it is.
 //!
 //! The nearest way out of a thin and soft obstacle is its far side as soon as a part is half way through: it would let
-//! the arm pass, and pull it. So what is inside remembers how it came in, as long as it stays inside. What has no past
-//! there, because it stood inside at the start, leaves by the nearest way.
+//! the arm pass, and pull it. So every point that is inside remembers how it came in, as long as it stays inside. A
+//! part as a whole has no such face: while its flank goes down over the edge of a wall, its lower end has long come in
+//! from the side, and the way up is as long for it as the wall is high. Close to an edge no face is the right one, and
+//! the nearer of two that meet there counts. What has no past, because it stood inside at the start, leaves by the
+//! nearest way.
 
 use kinematics::{DOF, Frames, Pose};
-use motion_api::MAX_GRIPPERS;
 use nalgebra::Vector3;
 
-use super::nearest::ContactPoint;
-use super::{ArmPart, PlacedShape};
+use super::near::PARTS;
+use super::nearest::{ContactPoint, Feature};
+use super::solid::SurfaceExit;
+use super::{ArmPart, Obstacle, PlacedShape};
 
-/// The links, the tool, and the parts in the grippers.
-const PARTS: usize = DOF + 1 + MAX_GRIPPERS;
 /// A point this little below the surface is on it, m.
 const ON_SURFACE: f64 = 1e-9;
+/// A point of a part that is no farther from one that is remembered has its past, m: places on edges and rims move
+/// along them.
+const SAME_POINT: f64 = 1e-3;
+/// This close to an edge a point leaves by the nearer of its faces, whichever it came through, m; and no farther from
+/// it than this share of the obstacle's width: what stands in the middle of a ridge does not slip off it.
+const EDGE_DISTANCE: f64 = 2e-3;
+const EDGE_SHARE: f64 = 0.25;
+/// Faces whose normals' product is larger may belong to one surface.
+pub(super) const SAME_SURFACE_COSINE: f64 = 0.5;
+/// An increase of depth that does not count, m.
+pub(super) const DEPTH_TOLERANCE: f64 = 1e-6;
+/// A way out leads into another obstacle when that is inside within this distance from its end, m.
+const BEYOND_SURFACE: f64 = 1e-5;
+/// Most points that are remembered; of more the last have no past.
+const MAX_POINTS: usize = 256;
 
 /// A way out of an obstacle: distance from that face, m, negative inside; unit vector out, base frame.
 #[derive(Clone, Copy, Debug)]
@@ -25,31 +42,43 @@ pub(super) struct ExitDirection {
     pub is_detour: bool,
 }
 
+/// A ball of the arm, or a point of it with radius 0, in the base frame.
 #[derive(Clone, Copy, Debug)]
-struct EntryFace {
-    /// Obstacle frame.
-    normal: Vector3<f64>,
-    has_given_way: bool,
-    last_update: u64,
+pub(super) struct Probe {
+    pub part: ArmPart,
+    pub center: Vector3<f64>,
+    pub radius: f64,
 }
 
-/// What is remembered of every part and every obstacle.
+/// A point that was inside an obstacle, and its way out.
+#[derive(Clone, Copy, Debug)]
+struct PointInside {
+    part: ArmPart,
+    obstacle: usize,
+    /// In the frame of the part.
+    point: Vector3<f64>,
+    /// In the frame of the obstacle.
+    normal: Vector3<f64>,
+    is_detour: bool,
+}
+
+/// What is remembered of every point inside an obstacle.
 #[derive(Clone, Debug)]
 pub(super) struct EntryFaces {
-    entries: Vec<Option<EntryFace>>,
-    obstacles: usize,
-    /// Number of the look.
-    update_count: u64,
+    /// Those of the look before, and of this one.
+    before: Vec<PointInside>,
+    now: Vec<PointInside>,
+    is_first_look: bool,
     poses: [Pose; PARTS],
     previous_poses: [Pose; PARTS],
 }
 
 impl EntryFaces {
-    pub(super) fn new(obstacles: usize) -> Self {
+    pub(super) fn new() -> Self {
         Self {
-            entries: vec![None; PARTS * obstacles],
-            obstacles,
-            update_count: 0,
+            before: Vec::with_capacity(MAX_POINTS),
+            now: Vec::with_capacity(MAX_POINTS),
+            is_first_look: true,
             poses: [Pose::IDENTITY; PARTS],
             previous_poses: [Pose::IDENTITY; PARTS],
         }
@@ -57,120 +86,236 @@ impl EntryFaces {
 
     /// Another part hangs there now: it has no past.
     pub(super) fn forget(&mut self, part: ArmPart) {
-        let first = self.index(part, 0);
-        let obstacles = self.obstacles;
-        if let Some(entries) = self.entries.get_mut(first..first + obstacles) {
-            entries.fill(None);
-        }
+        self.now.retain(|known| known.part != part);
     }
 
     /// Looks anew, at an arm that has moved on to `frames`.
     pub(super) fn update(&mut self, frames: &Frames) {
         let mut at = [frames.base_from_flange; PARTS];
         at[..DOF].copy_from_slice(&frames.base_from_joint);
-        self.previous_poses = if self.update_count == 0 {
-            at
-        } else {
-            self.poses
-        };
+        self.previous_poses = if self.is_first_look { at } else { self.poses };
         self.poses = at;
-        self.update_count += 1;
+        self.is_first_look = false;
+        core::mem::swap(&mut self.before, &mut self.now);
+        self.now.clear();
     }
 
-    /// The way out that a part has had since it went in; `None` for one that has only just come, or left to the side.
-    /// One that has gone through to the far side is still held.
-    pub(super) fn remembered_exit(
+    /// The way out of the obstacle `number` for a probe whose center is inside it, or was until it came out at the far
+    /// side; `None` for any other.
+    pub(super) fn way_out(
         &self,
-        part: ArmPart,
+        probe: &Probe,
         number: usize,
-        solid: &PlacedShape,
-        point: Vector3<f64>,
+        obstacles: &[Obstacle],
     ) -> Option<ExitDirection> {
-        let entry = self.entries.get(self.index(part, number))?.as_ref()?;
-        if entry.last_update + 1 < self.update_count {
+        let solid = &obstacles[number].solid;
+        let (distance, _) = solid.distance(probe.center);
+        let is_inside = distance < -ON_SURFACE;
+        let known = self.nearest_known(probe, |known| known.obstacle == number);
+        if let Some((known, away)) = known
+            && away < SAME_POINT
+            && let Some(way) = way_by(known.normal, Some(EDGE_DISTANCE), probe, number, obstacles)
+            && way.distance < -ON_SURFACE
+        {
+            let is_detour = known.is_detour || way.is_detour;
+            return Some(ExitDirection { is_detour, ..way });
+        }
+        if !is_inside {
             return None;
         }
-        let (distance, normal) = solid.exit_towards(point, entry.normal)?;
-        Some(ExitDirection {
-            distance,
-            normal,
-            is_detour: entry.has_given_way,
-        })
+        let entering = match (self.entry_face(probe, solid), known) {
+            (Some(face), _) => way_by(face, Some(EDGE_DISTANCE), probe, number, obstacles),
+            // A place of the part that did not count before: never out at the far side as its neighbour came in.
+            (None, Some((known, _))) => way_by(known.normal, None, probe, number, obstacles),
+            (None, None) => None,
+        };
+        let free = entering.filter(|way| !leads_into_another(probe, number, obstacles, way));
+        Some(free.unwrap_or_else(|| self.way_beside_others(probe, number, obstacles)))
     }
 
-    /// The way by which a part came in since the last look, if it was outside then.
-    pub(super) fn exit_by_entry_face(
+    /// The way by which the probe left the neighbour that it comes from, or else the nearest one, if it leads into no
+    /// other obstacle; the nearest if all do.
+    fn way_beside_others(
         &self,
-        part: ArmPart,
-        solid: &PlacedShape,
-        point: Vector3<f64>,
-    ) -> Option<ExitDirection> {
-        let slot = slot(part);
-        let (at, before) = (&self.poses[slot], &self.previous_poses[slot]);
-        let came_from = before.transform_point(at.inverse().transform_point(point));
-        let (gap, out) = solid.distance(came_from);
-        if gap < 0.0 {
-            return None;
-        }
-        let (distance, normal) = solid.exit_towards(point, solid.pose.rotate_back(out))?;
-        Some(ExitDirection {
+        probe: &Probe,
+        number: usize,
+        obstacles: &[Obstacle],
+    ) -> ExitDirection {
+        let solid = &obstacles[number].solid;
+        let nearest = solid.distance(probe.center);
+        let with_detour = |(distance, normal): (f64, Vector3<f64>)| ExitDirection {
             distance,
             normal,
-            is_detour: false,
+            is_detour: distance < nearest.0 - DEPTH_TOLERANCE,
+        };
+        let is_free = |way: &ExitDirection| !leads_into_another(probe, number, obstacles, way);
+        let as_before = self.way_of_neighbor(probe, number, obstacles);
+        let as_before = as_before.map(with_detour).filter(is_free);
+        as_before.unwrap_or_else(|| {
+            let exits = solid.exits(probe.center);
+            let free = exits.into_iter().flatten().map(with_detour).filter(is_free);
+            free.max_by(|a, b| a.distance.total_cmp(&b.distance))
+                .unwrap_or_else(|| with_detour(nearest))
         })
     }
 
-    /// A part is inside and will leave by `way`.
+    /// The way out through the face that goes on where the probe was about to leave another obstacle.
+    fn way_of_neighbor(
+        &self,
+        probe: &Probe,
+        number: usize,
+        obstacles: &[Obstacle],
+    ) -> Option<(f64, Vector3<f64>)> {
+        let solid = &obstacles[number].solid;
+        let (known, away) = self.nearest_known(probe, |known| known.obstacle != number)?;
+        let out = obstacles[known.obstacle].solid.pose.rotate(known.normal);
+        let way = solid.exit_towards(probe.center, solid.pose.rotate_back(out))?;
+        (away < SAME_POINT && way.1.dot(&out) > SAME_SURFACE_COSINE).then_some(way)
+    }
+
+    /// The remembered point of the probe's part that is nearest to its center, among those that count, and how far.
+    fn nearest_known(
+        &self,
+        probe: &Probe,
+        counts: impl Fn(&PointInside) -> bool,
+    ) -> Option<(&PointInside, f64)> {
+        let point = self.poses[slot(probe.part)]
+            .inverse()
+            .transform_point(probe.center);
+        let known = self.before.iter();
+        known
+            .filter(|known| known.part == probe.part && counts(known))
+            .map(|known| (known, (known.point - point).norm()))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The face of the obstacle, as a normal in its frame, through which a point came since the last look, if it was
+    /// outside then.
+    fn entry_face(&self, probe: &Probe, solid: &PlacedShape) -> Option<Vector3<f64>> {
+        let slot = slot(probe.part);
+        let (at, before) = (&self.poses[slot], &self.previous_poses[slot]);
+        let came_from = before.transform_point(at.inverse().transform_point(probe.center));
+        let (gap, out) = solid.distance(came_from);
+        (gap >= 0.0).then(|| solid.pose.rotate_back(out))
+    }
+
+    /// A probe is inside and will leave by `way`.
     pub(super) fn remember(
         &mut self,
-        part: ArmPart,
+        probe: &Probe,
         number: usize,
         solid: &PlacedShape,
         way: &ExitDirection,
     ) {
-        let place = self.index(part, number);
-        if let Some(entry) = self.entries.get_mut(place) {
-            *entry = Some(EntryFace {
-                normal: solid.pose.rotate_back(way.normal),
-                has_given_way: way.is_detour,
-                last_update: self.update_count,
-            });
+        if self.now.len() >= MAX_POINTS {
+            return;
         }
+        self.now.push(PointInside {
+            part: probe.part,
+            obstacle: number,
+            point: self.poses[slot(probe.part)]
+                .inverse()
+                .transform_point(probe.center),
+            normal: solid.pose.rotate_back(way.normal),
+            is_detour: way.is_detour,
+        });
     }
 
-    /// The place of a ball of `radius` (0 for a point) around `center`, as found with the nearest way out, turned to
-    /// the way by which its part came in.
-    pub(super) fn reorient_to_entry_face(
+    /// The place where two bodies touch, as found with the nearest way out. One of the body is turned to the way by
+    /// which it came in. One of the obstacle is on its surface, has not come in anywhere, and leads out of the body.
+    pub(super) fn reorient_feature(
         &mut self,
         part: ArmPart,
-        (number, solid): (usize, &PlacedShape),
-        (center, radius): (Vector3<f64>, f64),
+        feature: Feature,
+        number: usize,
+        obstacles: &[Obstacle],
         found: ContactPoint,
     ) -> ContactPoint {
-        let (distance, normal) = solid.distance(center);
-        let is_inside = distance < -ON_SURFACE;
-        let way = match self.remembered_exit(part, number, solid, center) {
-            Some(known) if known.distance < -ON_SURFACE => known,
-            _ if !is_inside => return found,
-            _ => self
-                .exit_by_entry_face(part, solid, center)
-                .unwrap_or(ExitDirection {
-                    distance,
-                    normal,
-                    is_detour: false,
-                }),
+        let Feature::OfBody { radius } = feature else {
+            return found;
         };
-        self.remember(part, number, solid, &way);
-        ContactPoint {
-            point: center - way.normal * radius,
-            normal: way.normal,
-            depth: radius - way.distance,
-        }
+        let probe = Probe {
+            part,
+            center: found.point + found.normal * radius,
+            radius,
+        };
+        self.reorient_to_entry_face(&probe, number, obstacles, found)
     }
 
-    fn index(&self, part: ArmPart, number: usize) -> usize {
-        slot(part) * self.obstacles + number
+    /// The place of a probe, as found with the nearest way out, turned to the way by which it came in.
+    pub(super) fn reorient_to_entry_face(
+        &mut self,
+        probe: &Probe,
+        number: usize,
+        obstacles: &[Obstacle],
+        found: ContactPoint,
+    ) -> ContactPoint {
+        let Some(way) = self.way_out(probe, number, obstacles) else {
+            return found;
+        };
+        self.remember(probe, number, &obstacles[number].solid, &way);
+        ContactPoint {
+            point: probe.center - way.normal * probe.radius,
+            normal: way.normal,
+            depth: probe.radius - way.distance,
+        }
     }
+}
+
+/// The way out through the face that `towards` (in the obstacle's frame) belongs to, or through a nearer one that
+/// meets it, if that is no farther than `edge` and leads into no other obstacle. `None` when the probe is not beneath
+/// the face.
+fn way_by(
+    towards: Vector3<f64>,
+    edge: Option<f64>,
+    probe: &Probe,
+    number: usize,
+    obstacles: &[Obstacle],
+) -> Option<ExitDirection> {
+    let solid = &obstacles[number].solid;
+    let (distance, normal) = solid.exit_towards(probe.center, towards)?;
+    let mut chosen = ExitDirection {
+        distance,
+        normal,
+        is_detour: false,
+    };
+    for SurfaceExit {
+        distance,
+        normal,
+        width,
+    } in solid
+        .exits_beside(probe.center, towards)
+        .into_iter()
+        .flatten()
+    {
+        let most = edge.map_or(f64::INFINITY, |edge| edge.min(EDGE_SHARE * width));
+        let way = ExitDirection {
+            distance,
+            normal,
+            is_detour: false,
+        };
+        if distance > chosen.distance
+            && -distance <= most
+            && !leads_into_another(probe, number, obstacles, &way)
+        {
+            chosen = way;
+        }
+    }
+    Some(chosen)
+}
+
+/// True when a probe that has left the obstacle `number` by `way` would be deeper in another one than it is now.
+fn leads_into_another(
+    probe: &Probe,
+    number: usize,
+    obstacles: &[Obstacle],
+    way: &ExitDirection,
+) -> bool {
+    let outside = probe.center + way.normal * (probe.radius.max(BEYOND_SURFACE) - way.distance);
+    obstacles.iter().enumerate().any(|(other, obstacle)| {
+        let before = obstacle.solid.distance(probe.center).0.min(0.0);
+        other != number && obstacle.solid.distance(outside).0 < before - DEPTH_TOLERANCE
+    })
 }
 
 pub(super) const fn slot(part: ArmPart) -> usize {
