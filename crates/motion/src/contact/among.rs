@@ -7,7 +7,9 @@
 
 use nalgebra::Vector3;
 
-use super::entry::{EntryFaces, ExitDirection, Probe, SAME_SURFACE_COSINE};
+use super::entry::{
+    DEPTH_TOLERANCE, EntryFaces, ExitDirection, Probe, SAME_SURFACE_COSINE, leads_into_another,
+};
 use super::nearest::ContactPoint;
 use super::{ArmPart, Obstacle};
 
@@ -52,17 +54,28 @@ struct ToolBall<'a> {
 }
 
 impl ToolBall<'_> {
-    /// The way by which the ball is pushed out of an obstacle, or to which it is nearest from outside.
+    /// The way out of an obstacle that the ball came into, or the nearest one, if it leads into no other obstacle; the
+    /// nearest if all do.
     fn exit_direction(&self, number: usize) -> ExitDirection {
-        let inside = self.entries.way_out(&self.probe, number, self.obstacles);
-        inside.unwrap_or_else(|| {
-            let (distance, normal) = self.obstacles[number].solid.distance(self.probe.center);
-            ExitDirection {
-                distance,
-                normal,
-                is_detour: false,
-            }
-        })
+        let (probe, obstacles) = (&self.probe, self.obstacles);
+        if let Some(way) = self.entries.way_out(probe, number, obstacles) {
+            return way;
+        }
+        let solid = &obstacles[number].solid;
+        let nearest = solid.distance(probe.center);
+        let way = |(distance, normal): (f64, Vector3<f64>)| ExitDirection {
+            distance,
+            normal,
+            is_detour: distance < nearest.0 - DEPTH_TOLERANCE,
+        };
+        if nearest.0 >= 0.0 {
+            return way(nearest);
+        }
+        let exits = solid.exits(probe.center);
+        let free = exits.into_iter().flatten().map(way);
+        free.filter(|way| !leads_into_another(probe, number, obstacles, way))
+            .max_by(|a, b| a.distance.total_cmp(&b.distance))
+            .unwrap_or_else(|| way(nearest))
     }
 
     /// How deep the ball is in an obstacle whose way out is given, for what its neighbours leave of it; `None` when

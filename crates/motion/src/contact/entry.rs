@@ -3,8 +3,8 @@
 //! The nearest way out of a thin and soft obstacle is its far side as soon as a part is half way through: it would let
 //! the arm pass, and pull it. So every point that is inside remembers how it came in, as long as it stays inside. A
 //! part as a whole has no such face: while its flank goes down over the edge of a wall, its lower end has long come in
-//! from the side, and the way up is as long for it as the wall is high. Close to an edge no face is the right one, and
-//! the nearer of two that meet there counts. What has no past, because it stood inside at the start, leaves by the
+//! from the side, and the way up is as long for it as the wall is high. Close to an edge, what is deep slips over it: the
+//! nearer of the two faces counts. What has no past, because it stood inside at the start, leaves by the
 //! nearest way.
 
 use kinematics::{DOF, Frames, Pose};
@@ -20,8 +20,11 @@ const ON_SURFACE: f64 = 1e-9;
 /// A point of a part that is no farther from one that is remembered has its past, m: places on edges and rims move
 /// along them.
 const SAME_POINT: f64 = 1e-3;
-/// This close to an edge a point leaves by the nearer of its faces, whichever it came through, m; and no farther from
-/// it than this share of the obstacle's width: what stands in the middle of a ridge does not slip off it.
+/// What is deeper than this beneath the face by which it came slips over an edge of it, m. Not as soon as another face
+/// is nearer: the rim of a peg that stands on an edge by 20 µm stands.
+const STANDING_DEPTH: f64 = 0.5e-3;
+/// And only over an edge that is so near, m; and no farther than this share of the obstacle's width: what stands in the
+/// middle of a ridge does not slip off it.
 const EDGE_DISTANCE: f64 = 2e-3;
 const EDGE_SHARE: f64 = 0.25;
 /// Faces whose normals' product is larger may belong to one surface.
@@ -59,6 +62,8 @@ struct PointInside {
     point: Vector3<f64>,
     /// In the frame of the obstacle.
     normal: Vector3<f64>,
+    /// From that face, m, negative inside.
+    distance: f64,
     is_detour: bool,
 }
 
@@ -100,8 +105,8 @@ impl EntryFaces {
         self.now.clear();
     }
 
-    /// The way out of the obstacle `number` for a probe whose center is inside it, or was until it came out at the far
-    /// side; `None` for any other.
+    /// The way out of the obstacle `number` for a probe whose center came into it, also if it came out at the far side
+    /// since; `None` for any other, and for one without a past.
     pub(super) fn way_out(
         &self,
         probe: &Probe,
@@ -114,63 +119,61 @@ impl EntryFaces {
         let known = self.nearest_known(probe, |known| known.obstacle == number);
         if let Some((known, away)) = known
             && away < SAME_POINT
-            && let Some(way) = way_by(known.normal, Some(EDGE_DISTANCE), probe, number, obstacles)
+            && let Some(way) = way_by(known.normal, probe, number, obstacles)
             && way.distance < -ON_SURFACE
         {
-            let is_detour = known.is_detour || way.is_detour;
+            let is_detour = known.is_detour;
             return Some(ExitDirection { is_detour, ..way });
         }
         if !is_inside {
             return None;
         }
-        let entering = match (self.entry_face(probe, solid), known) {
-            (Some(face), _) => way_by(face, Some(EDGE_DISTANCE), probe, number, obstacles),
+        match (self.entry_face(probe, solid), known) {
+            (Some(face), _) => self.way_since_entry(face, probe, number, obstacles),
             // A place of the part that did not count before: never out at the far side as its neighbour came in.
-            (None, Some((known, _))) => way_by(known.normal, None, probe, number, obstacles),
+            (None, Some((known, _))) => nearest_way_but_far_side(known.normal, probe, solid),
             (None, None) => None,
-        };
-        let free = entering.filter(|way| !leads_into_another(probe, number, obstacles, way));
-        Some(free.unwrap_or_else(|| self.way_beside_others(probe, number, obstacles)))
+        }
     }
 
-    /// The way by which the probe left the neighbour that it comes from, or else the nearest one, if it leads into no
-    /// other obstacle; the nearest if all do.
-    fn way_beside_others(
+    /// The way out for a probe that has only just come in through a face. When that leads into another obstacle, from
+    /// which it came across the joint, the surface that it is beneath may go on.
+    fn way_since_entry(
         &self,
+        face: Vector3<f64>,
         probe: &Probe,
         number: usize,
         obstacles: &[Obstacle],
-    ) -> ExitDirection {
-        let solid = &obstacles[number].solid;
-        let nearest = solid.distance(probe.center);
-        let with_detour = |(distance, normal): (f64, Vector3<f64>)| ExitDirection {
-            distance,
-            normal,
-            is_detour: distance < nearest.0 - DEPTH_TOLERANCE,
-        };
-        let is_free = |way: &ExitDirection| !leads_into_another(probe, number, obstacles, way);
+    ) -> Option<ExitDirection> {
+        let way = way_by(face, probe, number, obstacles)?;
+        if !leads_into_another(probe, number, obstacles, &way) {
+            return Some(way);
+        }
         let as_before = self.way_of_neighbor(probe, number, obstacles);
-        let as_before = as_before.map(with_detour).filter(is_free);
-        as_before.unwrap_or_else(|| {
-            let exits = solid.exits(probe.center);
-            let free = exits.into_iter().flatten().map(with_detour).filter(is_free);
-            free.max_by(|a, b| a.distance.total_cmp(&b.distance))
-                .unwrap_or_else(|| with_detour(nearest))
-        })
+        let is_free = |way: &ExitDirection| !leads_into_another(probe, number, obstacles, way);
+        Some(as_before.filter(is_free).unwrap_or(way))
     }
 
-    /// The way out through the face that goes on where the probe was about to leave another obstacle.
+    /// The way out through the face that goes on where the probe was about to leave another obstacle: as deep beneath
+    /// it as it was there.
     fn way_of_neighbor(
         &self,
         probe: &Probe,
         number: usize,
         obstacles: &[Obstacle],
-    ) -> Option<(f64, Vector3<f64>)> {
+    ) -> Option<ExitDirection> {
         let solid = &obstacles[number].solid;
         let (known, away) = self.nearest_known(probe, |known| known.obstacle != number)?;
         let out = obstacles[known.obstacle].solid.pose.rotate(known.normal);
-        let way = solid.exit_towards(probe.center, solid.pose.rotate_back(out))?;
-        (away < SAME_POINT && way.1.dot(&out) > SAME_SURFACE_COSINE).then_some(way)
+        let (distance, normal) = solid.exit_towards(probe.center, solid.pose.rotate_back(out))?;
+        let goes_on = away < SAME_POINT
+            && (distance - known.distance).abs() < SAME_POINT
+            && normal.dot(&out) > SAME_SURFACE_COSINE;
+        goes_on.then_some(ExitDirection {
+            distance,
+            normal,
+            is_detour: true,
+        })
     }
 
     /// The remembered point of the probe's part that is nearest to its center, among those that count, and how far.
@@ -217,6 +220,7 @@ impl EntryFaces {
                 .inverse()
                 .transform_point(probe.center),
             normal: solid.pose.rotate_back(way.normal),
+            distance: way.distance,
             is_detour: way.is_detour,
         });
     }
@@ -250,10 +254,19 @@ impl EntryFaces {
         obstacles: &[Obstacle],
         found: ContactPoint,
     ) -> ContactPoint {
-        let Some(way) = self.way_out(probe, number, obstacles) else {
+        let solid = &obstacles[number].solid;
+        let way = self.way_out(probe, number, obstacles).or_else(|| {
+            let (distance, normal) = solid.distance(probe.center);
+            (distance < -ON_SURFACE).then_some(ExitDirection {
+                distance,
+                normal,
+                is_detour: false,
+            })
+        });
+        let Some(way) = way else {
             return found;
         };
-        self.remember(probe, number, &obstacles[number].solid, &way);
+        self.remember(probe, number, solid, &way);
         ContactPoint {
             point: probe.center - way.normal * probe.radius,
             normal: way.normal,
@@ -262,12 +275,10 @@ impl EntryFaces {
     }
 }
 
-/// The way out through the face that `towards` (in the obstacle's frame) belongs to, or through a nearer one that
-/// meets it, if that is no farther than `edge` and leads into no other obstacle. `None` when the probe is not beneath
-/// the face.
+/// The way out through the face that `towards` (in the obstacle's frame) belongs to, or, for a probe that slips over
+/// its edge, through one that meets it and leads into no other obstacle. `None` when the probe is not beneath the face.
 fn way_by(
     towards: Vector3<f64>,
-    edge: Option<f64>,
     probe: &Probe,
     number: usize,
     obstacles: &[Obstacle],
@@ -279,23 +290,14 @@ fn way_by(
         normal,
         is_detour: false,
     };
-    for SurfaceExit {
-        distance,
-        normal,
-        width,
-    } in solid
-        .exits_beside(probe.center, towards)
-        .into_iter()
-        .flatten()
-    {
-        let most = edge.map_or(f64::INFINITY, |edge| edge.min(EDGE_SHARE * width));
-        let way = ExitDirection {
-            distance,
-            normal,
-            is_detour: false,
-        };
-        if distance > chosen.distance
-            && -distance <= most
+    if distance > -STANDING_DEPTH {
+        return Some(chosen);
+    }
+    let beside = solid.exits_beside(probe.center, towards);
+    for exit in beside.iter().flatten() {
+        let way = exit.direction();
+        if way.distance > chosen.distance
+            && -way.distance <= EDGE_DISTANCE.min(EDGE_SHARE * exit.width)
             && !leads_into_another(probe, number, obstacles, &way)
         {
             chosen = way;
@@ -304,8 +306,37 @@ fn way_by(
     Some(chosen)
 }
 
+/// The nearest way out, but for the side opposite the face that `towards` (in the obstacle's frame) belongs to.
+fn nearest_way_but_far_side(
+    towards: Vector3<f64>,
+    probe: &Probe,
+    solid: &PlacedShape,
+) -> Option<ExitDirection> {
+    let (distance, normal) = solid.exit_towards(probe.center, towards)?;
+    let way = ExitDirection {
+        distance,
+        normal,
+        is_detour: false,
+    };
+    let beside = solid.exits_beside(probe.center, towards);
+    let beside = beside.iter().flatten().map(SurfaceExit::direction);
+    beside
+        .chain([way])
+        .max_by(|a, b| a.distance.total_cmp(&b.distance))
+}
+
+impl SurfaceExit {
+    fn direction(&self) -> ExitDirection {
+        ExitDirection {
+            distance: self.distance,
+            normal: self.normal,
+            is_detour: false,
+        }
+    }
+}
+
 /// True when a probe that has left the obstacle `number` by `way` would be deeper in another one than it is now.
-fn leads_into_another(
+pub(super) fn leads_into_another(
     probe: &Probe,
     number: usize,
     obstacles: &[Obstacle],

@@ -144,16 +144,18 @@ fn a_peg_that_grazes_the_upper_edge_of_a_wall_is_not_thrown_up_when_its_rim_touc
             let mut most = 0.0_f64;
             for step in 0..2200_i32 {
                 let down = f64::from(step) * 1e-5;
-                // First it leans towards the wall, its flank 20 µm inside at the top, its rim off the side; then it
-                // comes upright, and its rim is as far inside.
-                let lean = if down < 0.02 { -0.002 } else { 0.0 };
-                let inside_at_top = 20e-6;
-                let x = 0.01 - inside_at_top - lean * (down - 0.002).max(0.0);
+                // First it leans towards the wall, its rim 5 µm off the side and its flank inside at the top, by up to
+                // 35 µm; then it comes upright, and its rim is 20 µm inside.
+                let (x, lean) = if down < 0.02 {
+                    (0.01 + 5e-6, -0.002)
+                } else {
+                    (0.01 - 20e-6, 0.0)
+                };
                 let depth = body.depth_at(&leaning(x, 0.002 - down, lean, 0.04));
                 most = most.max(depth);
             }
-            assert!(most > 10e-6, "{part:?} {shape:?}: it touches, {most}");
-            assert!(most < 30e-6, "{part:?} {shape:?}: {most}");
+            assert!(most > 15e-6, "{part:?} {shape:?}: it touches, {most}");
+            assert!(most < 40e-6, "{part:?} {shape:?}: {most}");
         }
     }
 }
@@ -285,7 +287,7 @@ proptest! {
             let time = f64::from(step) / 500.0;
             let (pose, overlap) = path.at(time, &mut body, half);
             let depth = body.depth_at(&pose);
-            prop_assert!(depth <= 1.05 * overlap.max(0.0) + 1e-9, "{depth} at {time}, overlapping by {overlap}");
+            prop_assert!(depth <= 1.05 * MOST, "{depth} at {time}, overlapping by {overlap}");
         }
     }
 }
