@@ -12,7 +12,6 @@ use nalgebra::Vector3;
 
 use super::near::PARTS;
 use super::nearest::{ContactPoint, Feature};
-use super::solid::SurfaceExit;
 use super::{ArmPart, Obstacle, PlacedShape};
 
 /// A point this little below the surface is on it, m.
@@ -62,8 +61,6 @@ struct PointInside {
     point: Vector3<f64>,
     /// In the frame of the obstacle.
     normal: Vector3<f64>,
-    /// From that face, m, negative inside.
-    distance: f64,
     is_detour: bool,
 }
 
@@ -119,7 +116,7 @@ impl EntryFaces {
         let known = self.nearest_known(probe, |known| known.obstacle == number);
         if let Some((known, away)) = known
             && away < SAME_POINT
-            && let Some(way) = way_by(known.normal, probe, number, obstacles)
+            && let Some(way) = way_by((known.normal, FaceOf::Itself), probe, number, obstacles)
             && way.distance < -ON_SURFACE
         {
             let is_detour = known.is_detour;
@@ -131,7 +128,9 @@ impl EntryFaces {
         match (self.entry_face(probe, solid), known) {
             (Some(face), _) => self.way_since_entry(face, probe, number, obstacles),
             // A place of the part that did not count before: never out at the far side as its neighbour came in.
-            (None, Some((known, _))) => nearest_way_but_far_side(known.normal, probe, solid),
+            (None, Some((known, _))) => {
+                way_by((known.normal, FaceOf::Neighbor), probe, number, obstacles)
+            }
             (None, None) => None,
         }
     }
@@ -145,7 +144,7 @@ impl EntryFaces {
         number: usize,
         obstacles: &[Obstacle],
     ) -> Option<ExitDirection> {
-        let way = way_by(face, probe, number, obstacles)?;
+        let way = way_by((face, FaceOf::Itself), probe, number, obstacles)?;
         if !leads_into_another(probe, number, obstacles, &way) {
             return Some(way);
         }
@@ -154,21 +153,25 @@ impl EntryFaces {
         Some(as_before.filter(is_free).unwrap_or(way))
     }
 
-    /// The way out through the face that goes on where the probe was about to leave another obstacle: as deep beneath
-    /// it as it was there.
+    /// The way out through the face that goes on from another obstacle, out of which the part is pushed and in which
+    /// the probe was at the last look, as deep beneath its face.
     fn way_of_neighbor(
         &self,
         probe: &Probe,
         number: usize,
         obstacles: &[Obstacle],
     ) -> Option<ExitDirection> {
+        let came_from = self.came_from(probe);
+        let was_in = |obstacle: usize| obstacles[obstacle].solid.distance(came_from).0 < 0.0;
+        let (known, _) = self.nearest_known(probe, |known| {
+            known.obstacle != number && was_in(known.obstacle)
+        })?;
+        let neighbor = &obstacles[known.obstacle].solid;
+        let (before, out) = neighbor.exit_towards(came_from, known.normal)?;
         let solid = &obstacles[number].solid;
-        let (known, away) = self.nearest_known(probe, |known| known.obstacle != number)?;
-        let out = obstacles[known.obstacle].solid.pose.rotate(known.normal);
         let (distance, normal) = solid.exit_towards(probe.center, solid.pose.rotate_back(out))?;
-        let goes_on = away < SAME_POINT
-            && (distance - known.distance).abs() < SAME_POINT
-            && normal.dot(&out) > SAME_SURFACE_COSINE;
+        let goes_on =
+            (distance - before).abs() < SAME_POINT && normal.dot(&out) > SAME_SURFACE_COSINE;
         goes_on.then_some(ExitDirection {
             distance,
             normal,
@@ -195,11 +198,16 @@ impl EntryFaces {
     /// The face of the obstacle, as a normal in its frame, through which a point came since the last look, if it was
     /// outside then.
     fn entry_face(&self, probe: &Probe, solid: &PlacedShape) -> Option<Vector3<f64>> {
-        let slot = slot(probe.part);
-        let (at, before) = (&self.poses[slot], &self.previous_poses[slot]);
-        let came_from = before.transform_point(at.inverse().transform_point(probe.center));
+        let came_from = self.came_from(probe);
         let (gap, out) = solid.distance(came_from);
-        (gap >= 0.0).then(|| solid.pose.rotate_back(out))
+        (gap >= -ON_SURFACE).then(|| solid.pose.rotate_back(out))
+    }
+
+    /// Where the center of a probe was at the last look, if it is a point of its part.
+    fn came_from(&self, probe: &Probe) -> Vector3<f64> {
+        let slot = slot(probe.part);
+        let point = self.poses[slot].inverse().transform_point(probe.center);
+        self.previous_poses[slot].transform_point(point)
     }
 
     /// A probe is inside and will leave by `way`.
@@ -220,7 +228,6 @@ impl EntryFaces {
                 .inverse()
                 .transform_point(probe.center),
             normal: solid.pose.rotate_back(way.normal),
-            distance: way.distance,
             is_detour: way.is_detour,
         });
     }
@@ -256,12 +263,8 @@ impl EntryFaces {
     ) -> ContactPoint {
         let solid = &obstacles[number].solid;
         let way = self.way_out(probe, number, obstacles).or_else(|| {
-            let (distance, normal) = solid.distance(probe.center);
-            (distance < -ON_SURFACE).then_some(ExitDirection {
-                distance,
-                normal,
-                is_detour: false,
-            })
+            let nearest = ExitDirection::straight(solid.distance(probe.center));
+            (nearest.distance < -ON_SURFACE).then_some(nearest)
         });
         let Some(way) = way else {
             return found;
@@ -275,64 +278,75 @@ impl EntryFaces {
     }
 }
 
+/// How a face is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FaceOf {
+    /// The point itself came through it.
+    Itself,
+    /// Another point of the part did: the point never leaves by the far side, but by any other that is nearer.
+    Neighbor,
+}
+
 /// The way out through the face that `towards` (in the obstacle's frame) belongs to, or, for a probe that slips over
-/// its edge, through one that meets it and leads into no other obstacle. `None` when the probe is not beneath the face.
+/// its edge, through one that meets it, where that is nearer with what leads on from there. `None` when the probe is
+/// not beneath the face.
 fn way_by(
-    towards: Vector3<f64>,
+    (towards, face_of): (Vector3<f64>, FaceOf),
     probe: &Probe,
     number: usize,
     obstacles: &[Obstacle],
 ) -> Option<ExitDirection> {
     let solid = &obstacles[number].solid;
-    let (distance, normal) = solid.exit_towards(probe.center, towards)?;
-    let mut chosen = ExitDirection {
-        distance,
-        normal,
-        is_detour: false,
-    };
-    if distance > -STANDING_DEPTH {
-        return Some(chosen);
+    let straight = ExitDirection::straight(solid.exit_towards(probe.center, towards)?);
+    let is_own = face_of == FaceOf::Itself;
+    if is_own && straight.distance > -STANDING_DEPTH {
+        return Some(straight);
     }
+    let (mut chosen, mut best) = (straight, straight.distance);
     let beside = solid.exits_beside(probe.center, towards);
     for exit in beside.iter().flatten() {
-        let way = exit.direction();
-        if way.distance > chosen.distance
-            && -way.distance <= EDGE_DISTANCE.min(EDGE_SHARE * exit.width)
-            && !leads_into_another(probe, number, obstacles, &way)
-        {
-            chosen = way;
+        let way = ExitDirection::straight((exit.distance, exit.normal));
+        let most = if is_own {
+            EDGE_DISTANCE.min(EDGE_SHARE * exit.width)
+        } else {
+            f64::INFINITY
+        };
+        let all = way.distance + distance_beyond(probe, number, obstacles, &way, straight.normal);
+        if all > best && all >= -most {
+            (chosen, best) = (way, all);
         }
     }
     Some(chosen)
 }
 
-/// The nearest way out, but for the side opposite the face that `towards` (in the obstacle's frame) belongs to.
-fn nearest_way_but_far_side(
-    towards: Vector3<f64>,
+/// How far a probe that has left the obstacle `number` by `way` still has to go out of the others that it is in then,
+/// without coming back and not against `out`: as a distance from their faces, m, not above 0.
+fn distance_beyond(
     probe: &Probe,
-    solid: &PlacedShape,
-) -> Option<ExitDirection> {
-    let (distance, normal) = solid.exit_towards(probe.center, towards)?;
-    let way = ExitDirection {
-        distance,
-        normal,
-        is_detour: false,
+    number: usize,
+    obstacles: &[Obstacle],
+    way: &ExitDirection,
+    out: Vector3<f64>,
+) -> f64 {
+    let there = Probe {
+        center: end_of(probe, way),
+        ..*probe
     };
-    let beside = solid.exits_beside(probe.center, towards);
-    let beside = beside.iter().flatten().map(SurfaceExit::direction);
-    beside
-        .chain([way])
-        .max_by(|a, b| a.distance.total_cmp(&b.distance))
-}
-
-impl SurfaceExit {
-    fn direction(&self) -> ExitDirection {
-        ExitDirection {
-            distance: self.distance,
-            normal: self.normal,
-            is_detour: false,
-        }
-    }
+    let first = &obstacles[number].solid;
+    entered_by(probe, number, obstacles, way)
+        .map(|other| {
+            let solid = &obstacles[other].solid;
+            let straight = solid.exit_towards(there.center, solid.pose.rotate_back(out));
+            let ways = solid.exits(there.center).into_iter().flatten();
+            ways.chain(straight)
+                .map(ExitDirection::straight)
+                .filter(|way| way.normal.dot(&out) > -SAME_SURFACE_COSINE)
+                .filter(|way| first.distance(end_of(&there, way)).0 >= 0.0)
+                .map(|way| way.distance)
+                .max_by(f64::total_cmp)
+                .unwrap_or_else(|| solid.distance(there.center).0)
+        })
+        .fold(0.0, f64::min)
 }
 
 /// True when a probe that has left the obstacle `number` by `way` would be deeper in another one than it is now.
@@ -342,11 +356,40 @@ pub(super) fn leads_into_another(
     obstacles: &[Obstacle],
     way: &ExitDirection,
 ) -> bool {
-    let outside = probe.center + way.normal * (probe.radius.max(BEYOND_SURFACE) - way.distance);
-    obstacles.iter().enumerate().any(|(other, obstacle)| {
-        let before = obstacle.solid.distance(probe.center).0.min(0.0);
-        other != number && obstacle.solid.distance(outside).0 < before - DEPTH_TOLERANCE
+    entered_by(probe, number, obstacles, way).next().is_some()
+}
+
+/// The obstacles in which a probe that has left the obstacle `number` by `way` would be deeper than it is now.
+fn entered_by(
+    probe: &Probe,
+    number: usize,
+    obstacles: &[Obstacle],
+    way: &ExitDirection,
+) -> impl Iterator<Item = usize> {
+    let outside = end_of(probe, way);
+    let center = probe.center;
+    let others = obstacles.iter().enumerate();
+    others.filter_map(move |(other, obstacle)| {
+        let before = obstacle.solid.distance(center).0.min(0.0);
+        let is_deeper = obstacle.solid.distance(outside).0 < before - DEPTH_TOLERANCE;
+        (other != number && is_deeper).then_some(other)
     })
+}
+
+/// Where the center of a probe is when it has just left an obstacle.
+fn end_of(probe: &Probe, way: &ExitDirection) -> Vector3<f64> {
+    probe.center + way.normal * (probe.radius.max(BEYOND_SURFACE) - way.distance)
+}
+
+impl ExitDirection {
+    /// One that is no detour.
+    const fn straight((distance, normal): (f64, Vector3<f64>)) -> Self {
+        Self {
+            distance,
+            normal,
+            is_detour: false,
+        }
+    }
 }
 
 pub(super) const fn slot(part: ArmPart) -> usize {

@@ -291,3 +291,102 @@ proptest! {
         }
     }
 }
+
+/// A hole of 21 mm, 30 mm deep, between four walls that stand on a bed; its upper end at z = 0.
+fn hole() -> Vec<Obstacle> {
+    vec![
+        block([0.0, 0.0, -0.08], [0.16, 0.16, 0.1]),
+        block([-0.0205, 0.0, -0.015], [0.02, 0.061, 0.03]),
+        block([0.0205, 0.0, -0.015], [0.02, 0.061, 0.03]),
+        block([0.0, -0.0205, -0.015], [0.021, 0.02, 0.03]),
+        block([0.0, 0.0205, -0.015], [0.021, 0.02, 0.03]),
+    ]
+}
+
+fn peg() -> impl Strategy<Value = (Shape, ArmPart)> {
+    let round = Shape::Cylinder {
+        radius: 0.01,
+        half_length: 0.04,
+    };
+    let square = Shape::Box {
+        half: [0.01, 0.01, 0.04],
+    };
+    let shape = prop_oneof![Just(round), Just(square)];
+    (
+        shape,
+        prop_oneof![Just(ArmPart::Held(0)), Just(ArmPart::Tool)],
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// The walls are flush with the bed and with each other: the lower end comes by all their edges.
+    #[test]
+    fn what_goes_into_a_hole_is_pushed_by_what_it_overlaps_and_no_more(
+        (shape, part) in peg(),
+        sway in [wave(), wave(), wave(), wave()],
+        deepest in 0.0299..0.0302_f64,
+    ) {
+        let mut body = MovedBody::new(shape, part, hole());
+        let mut has_touched = false;
+        for step in 0..900_i32 {
+            let time = f64::from(step) / 900.0;
+            let [x, y, roll, pitch] = core::array::from_fn(|k| sway[k].at(time));
+            // Up to 0.3 mm into a side at the lower end, up to 0.15 mm more at the upper one. Into the bed and, in the
+            // end, out again.
+            let down = (0.06 * time - 0.002).min(deepest).min(0.06 * (1.0 - time));
+            let at = Pose::from_rpy(&RpyPose {
+                xyz: [0.0008 * x, 0.0008 * y, -down],
+                rpy: [0.003 * roll, 0.003 * pitch, 0.0],
+            });
+            let middle = at.transform_point(Vector3::z() * 0.04);
+            let depth = body.depth_at(&Pose::new(at.rotation, middle));
+            has_touched |= depth > 0.0;
+            // In a corner of two walls both overlaps count.
+            prop_assert!(depth <= 2.0 * MOST, "{depth} at {time}, {down} down");
+        }
+        prop_assert!(has_touched);
+    }
+}
+
+#[test]
+fn a_body_crosses_the_joint_of_two_thin_tiles_that_it_is_pressed_into() {
+    let pin = Shape::Cylinder {
+        radius: 0.005,
+        half_length: 0.04,
+    };
+    let flat = Shape::Box {
+        half: [0.03, 0.02, 0.04],
+    };
+    for shape in [pin, flat] {
+        for part in [ArmPart::Held(0), ArmPart::Tool] {
+            for pressed in [0.0003, 0.003, 0.008] {
+                // Their tops at z = 0, the joint at x = 0.
+                let tiles = [-0.1, 0.1].map(|x| block([x, 0.0, -0.005], [0.2, 0.2, 0.01]));
+                let mut body = MovedBody::new(shape, part, tiles.into());
+                let place = |x: f64, z: f64| Pose::from_translation(x, 0.0, z + 0.04);
+                for step in 0..100_i32 {
+                    let _ = body.depth_at(&place(
+                        -0.05,
+                        1e-4 - f64::from(step) / 99.0 * (pressed + 1e-4),
+                    ));
+                }
+                for step in 0..1000_i32 {
+                    let x = -0.05 + f64::from(step) * 1e-4 + 1e-7;
+                    for touch in body.move_to(&place(x, -pressed)) {
+                        let Contact { place, .. } = touch;
+                        assert!(
+                            place.depth < 1.01 * pressed + 1e-9,
+                            "{shape:?} {x} {touch:?}"
+                        );
+                        // Only the edges of the tiles themselves, at the joint, may push aside.
+                        let is_at_joint = (place.point.x - FAR.x).abs() < 1e-9;
+                        let is_up = place.normal.z > 0.999 || is_at_joint || place.depth < 1e-9;
+                        assert!(is_up, "{shape:?} {pressed} {x} {touch:?}");
+                    }
+                }
+            }
+        }
+    }
+}
