@@ -1,11 +1,12 @@
-//! Through which face each point of the arm went into an obstacle: that is the way it is pushed out, however deep it is.
+//! Through which face each point of the arm went into an obstacle: that is the way it is pushed out, however deep it
+//! is.
 //!
 //! The nearest way out of a thin and soft obstacle is its far side as soon as a part is half way through: it would let
 //! the arm pass, and pull it. So every point that is inside remembers how it came in, as long as it stays inside. A
 //! part as a whole has no such face: while its flank goes down over the edge of a wall, its lower end has long come in
-//! from the side, and the way up is as long for it as the wall is high. Close to an edge, what is deep slips over it: the
-//! nearer of the two faces counts. What has no past, because it stood inside at the start, leaves by the
-//! nearest way.
+//! from the side, and the way up is as long for it as the wall is high. Close to an edge, what is deep slips over it:
+//! the nearer of the two faces counts. What has no past, because it stood inside at the start, leaves by the nearest
+//! way.
 
 use kinematics::{DOF, Frames, Pose};
 use nalgebra::Vector3;
@@ -64,8 +65,8 @@ struct PointInside {
     is_detour: bool,
 }
 
-/// What is remembered of every point inside an obstacle.
-#[derive(Clone, Debug)]
+/// What is remembered of every point inside an obstacle. No clone: one would not have the room for all points.
+#[derive(Debug)]
 pub(super) struct EntryFaces {
     /// Those of the look before, and of this one.
     before: Vec<PointInside>,

@@ -174,7 +174,7 @@ impl ContactList {
 }
 
 /// The arm among obstacles.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct ContactModel {
     pub obstacles: Vec<Obstacle>,
     tool: Option<PlacedShape>,
