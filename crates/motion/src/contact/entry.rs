@@ -164,19 +164,25 @@ impl EntryFaces {
     ) -> Option<ExitDirection> {
         let came_from = self.came_from(probe);
         let was_in = |obstacle: usize| obstacles[obstacle].solid.distance(came_from).0 < 0.0;
-        let (known, _) = self.nearest_known(probe, |known| {
+        let (known, away) = self.nearest_known(probe, |known| {
             known.obstacle != number && was_in(known.obstacle)
         })?;
         let neighbor = &obstacles[known.obstacle].solid;
         let (before, out) = neighbor.exit_towards(came_from, known.normal)?;
         let solid = &obstacles[number].solid;
-        let (distance, normal) = solid.exit_towards(probe.center, solid.pose.rotate_back(out))?;
+        let face = solid.pose.rotate_back(out);
+        let (distance, normal) = solid.exit_towards(probe.center, face)?;
         let goes_on =
             (distance - before).abs() < SAME_POINT && normal.dot(&out) > SAME_SURFACE_COSINE;
+        let face_of = if away < SAME_POINT {
+            FaceOf::Itself
+        } else {
+            FaceOf::Neighbor
+        };
+        let way = way_by((face, face_of), probe, number, obstacles)?;
         goes_on.then_some(ExitDirection {
-            distance,
-            normal,
             is_detour: true,
+            ..way
         })
     }
 
