@@ -174,12 +174,11 @@ impl EntryFaces {
         let (distance, normal) = solid.exit_towards(probe.center, face)?;
         let goes_on =
             (distance - before).abs() < SAME_POINT && normal.dot(&out) > SAME_SURFACE_COSINE;
-        let face_of = if away < SAME_POINT {
-            FaceOf::Itself
+        let way = if away < SAME_POINT {
+            ExitDirection::straight((distance, normal))
         } else {
-            FaceOf::Neighbor
+            way_by((face, FaceOf::Neighbor), probe, number, obstacles)?
         };
-        let way = way_by((face, face_of), probe, number, obstacles)?;
         goes_on.then_some(ExitDirection {
             is_detour: true,
             ..way
@@ -352,6 +351,7 @@ fn distance_beyond(
                 .map(|way| way.distance)
                 .max_by(f64::total_cmp)
                 .unwrap_or_else(|| solid.distance(there.center).0)
+                - end_distance(probe)
         })
         .fold(0.0, f64::min)
 }
@@ -385,7 +385,12 @@ fn entered_by(
 
 /// Where the center of a probe is when it has just left an obstacle.
 fn end_of(probe: &Probe, way: &ExitDirection) -> Vector3<f64> {
-    probe.center + way.normal * (probe.radius.max(BEYOND_SURFACE) - way.distance)
+    probe.center + way.normal * (end_distance(probe) - way.distance)
+}
+
+/// How far the center of a probe is from the surface of an obstacle that it has just left, m.
+fn end_distance(probe: &Probe) -> f64 {
+    probe.radius.max(BEYOND_SURFACE)
 }
 
 impl ExitDirection {
