@@ -20,8 +20,8 @@ pub const WORDS: PhraseTable = table::WORDS;
 
 /// Longest sentence that is looked up, in bytes.
 const BYTES_MAX: usize = 4000;
-/// Sentences within sentences.
-const NESTED_SENTENCES_MAX: u32 = 3;
+/// Sentences within sentences; items of a list lie in each other.
+const NESTED_SENTENCES_MAX: u32 = 8;
 
 /// The tables that sentences are looked up in.
 #[derive(Clone, Copy, Debug)]

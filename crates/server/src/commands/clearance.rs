@@ -9,6 +9,7 @@ use crate::cli::{ClearanceArgs, FindingFormat, RunArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::check::read_script;
 use crate::config::RunConfig;
+use crate::language;
 use crate::logging;
 use crate::ports::escape::EscapedText;
 use crate::shutdown::Shutdown;
@@ -22,9 +23,9 @@ pub fn clearance(args: &ClearanceArgs, config: &RunConfig) -> CommandResult {
     let shutdown = Shutdown::start(CommandStatus::NotDone)?;
     let program = read_script(&config.file).map_err(CommandError::sentence)?;
     if config.robot.cell.is_none() {
-        logging::say(
+        logging::say(&language::told(
             "eliteserver: there is no --cell: only the links and the tool are measured, against each other",
-        );
+        ));
     }
     let mut keep_going = || !shutdown.token().is_cancelled();
     let options = MeasureOptions {
@@ -44,15 +45,15 @@ pub fn clearance(args: &ClearanceArgs, config: &RunConfig) -> CommandResult {
         crate::plot::clearance::draw(path, &run, args.margin)?;
     }
     if let Some(report) = run.result.report.as_deref() {
-        logging::say(report.trim_end());
+        logging::say(&language::report(report.trim_end()));
     }
     match &run.end {
         MeasuredEnd::Finished => {}
-        end => logging::say(&format!(
+        end => logging::say(&language::told(&format!(
             "eliteserver: {}: {}",
             EscapedText(&config.file.display().to_string()),
             EscapedText(&end.to_string())
-        )),
+        ))),
     }
     Ok(status(&run, args.margin))
 }
@@ -141,9 +142,9 @@ fn lines(run: &ClearanceRun, margin: f64) -> String {
 pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
     let mut text = String::new();
     if !run.rows.is_empty() {
-        text.push_str(
+        text.push_str(&language::told(
             "line  motion      distance  between                       at       joint range  singular value\n",
-        );
+        ));
     }
     for row in &run.rows {
         let (distance, between, time) = match &row.least {
@@ -164,14 +165,15 @@ pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
             .as_deref()
             .map(|node| format!("  {}", EscapedText(node)));
         text.push_str(&format!(
-            "{:>4}  {:<8} {:>11}  {:<28} {:>9} {:>9.2} rad {:>10.3}{mark}{}\n",
+            "{:>4}  {:<8} {:>11}  {} {:>9} {:>9.2} rad {:>10.3}{}{}\n",
             row.line,
             row.kind,
             distance,
-            between,
+            language::padded(&language::told(&between), 28),
             time,
             row.joint_margin,
             row.singularity,
+            language::told(mark),
             node.unwrap_or_default()
         ));
     }
@@ -199,6 +201,6 @@ pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
             }
         }
     };
-    text.push_str(&said);
+    text.push_str(&language::told(&said));
     text
 }
