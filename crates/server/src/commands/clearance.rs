@@ -187,15 +187,15 @@ pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
     {
         None => format!("{motions}, nothing that could be touched\n"),
         Some((row, least)) => {
-            let names = format!("{} and {}", EscapedText(&least.a), EscapedText(&least.b));
-            let place = format!("in line {} at {:.3} s", row.line, least.time);
+            let (a, b) = (EscapedText(&least.a), EscapedText(&least.b));
+            let (line, time) = (row.line, least.time);
             match least.distance < 0.0 {
                 true => format!(
-                    "{motions}: {names} run {:.1} mm into each other {place}\n",
+                    "{motions}: {a} and {b} run {:.1} mm into each other in line {line} at {time:.3} s\n",
                     -least.distance * 1e3
                 ),
                 false => format!(
-                    "{motions}, least distance {:.1} mm: {names} {place}\n",
+                    "{motions}, least distance {:.1} mm: {a} and {b} in line {line} at {time:.3} s\n",
                     least.distance * 1e3
                 ),
             }
