@@ -64,8 +64,8 @@ impl Translations {
         finding
     }
 
-    /// The form that leaves least of the sentence as it is, with how much it takes; of two alike the one that has more
-    /// words of its own.
+    /// The form that leaves least of the sentence as it is, with how many letters it takes; of two alike the one that has
+    /// more of its own.
     fn among<'t>(
         self,
         tables: impl Iterator<Item = PhraseTable>,
@@ -75,15 +75,17 @@ impl Translations {
     ) -> Option<(usize, String)> {
         let matching = tables.flatten().filter_map(|(form, chinese)| {
             let holes = match_template(form, english)?;
-            let own = english.len() - holes.iter().map(|hole| hole.len()).sum::<usize>();
+            let own = |measure: fn(&str) -> usize| {
+                measure(english) - holes.iter().map(|hole| measure(hole)).sum::<usize>()
+            };
             let (inner, text) = self.fill_template(chinese, &holes, depth, known);
-            Some((own + inner, own, text))
+            Some((own(letters) + inner, own(str::len), text))
         });
         let (taken, _, text) = matching.max_by_key(|(taken, own, _)| (*taken, *own))?;
         Some((taken, text))
     }
 
-    /// The Chinese form with what stands in it, and how much of that is Chinese as well, in bytes of English.
+    /// The Chinese form with what stands in it, and how many English letters of that are Chinese as well.
     fn fill_template<'t>(
         self,
         chinese: &str,
@@ -129,6 +131,11 @@ impl Translations {
         known.insert((english, depth), word.clone());
         word
     }
+}
+
+/// How many English letters a text has. Commas between others are no words.
+fn letters(text: &str) -> usize {
+    text.bytes().filter(u8::is_ascii_alphabetic).count()
 }
 
 /// `{0}` or `{0~}` at the beginning of a text: the number, whether it is to be Chinese, how long it is.

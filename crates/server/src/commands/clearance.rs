@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use controller::clearance::{ClearanceRun, MeasureOptions, MeasuredEnd, MotionClearance, measure};
+use editor::analysis::words::Language;
 use serde_json::{Value as Json, json};
 
 use crate::cli::{ClearanceArgs, FindingFormat, RunArgs};
@@ -36,7 +37,7 @@ pub fn clearance(args: &ClearanceArgs, config: &RunConfig) -> CommandResult {
     let run = measure(&config.robot, program, &options, &mut keep_going)?;
     let mut out = std::io::stdout().lock();
     let text = match args.format {
-        FindingFormat::Human => table(&run, args.margin),
+        FindingFormat::Human => table(&run, args.margin, language::chosen()),
         FindingFormat::Json => lines(&run, args.margin),
     };
     // Whoever reads may have seen enough; the status still tells.
@@ -139,10 +140,14 @@ fn lines(run: &ClearanceRun, margin: f64) -> String {
 }
 
 /// For people: a line a motion, and one for all.
-pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
+pub(crate) fn table(run: &ClearanceRun, margin: f64, language: Language) -> String {
+    let told = |english: &str| match language {
+        Language::Chinese => language::in_chinese(english),
+        Language::English => english.to_owned(),
+    };
     let mut text = String::new();
     if !run.rows.is_empty() {
-        text.push_str(&language::told(
+        text.push_str(&told(
             "line  motion      distance  between                       at       joint range  singular value\n",
         ));
     }
@@ -169,11 +174,11 @@ pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
             row.line,
             row.kind,
             distance,
-            language::padded(&language::told(&between), 28),
+            language::padded(&told(&between), 28),
             time,
             row.joint_margin,
             row.singularity,
-            language::told(mark),
+            told(mark),
             node.unwrap_or_default()
         ));
     }
@@ -201,6 +206,6 @@ pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
             }
         }
     };
-    text.push_str(&language::told(&said));
+    text.push_str(&told(&said));
     text
 }

@@ -1491,7 +1491,6 @@ pub(super) const WORDS: &[(&str, &str)] = &[
         "follow the screw with force_mode",
         "请用 force_mode 跟随螺钉",
     ),
-    ("frame", "坐标系"),
     ("gripper with fingers of number", "带手指的夹爪，号码"),
     ("grippers", "个夹爪"),
     (

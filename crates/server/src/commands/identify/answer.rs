@@ -4,7 +4,7 @@ use core::fmt::Write;
 
 use serde_json::{Value as Json, json};
 
-use crate::language::{padded, told};
+use crate::language::{padded, pick, told};
 
 /// What was found.
 #[derive(Clone, Debug)]
@@ -240,7 +240,12 @@ impl Answer {
                 let _ = writeln!(text, "\nset_tcp({})", list(&a.tcp));
             }
             Self::Frame(a) => {
-                row("frame", list(&a.frame), String::new(), "m, rad");
+                row(
+                    pick("frame", "坐标系"),
+                    list(&a.frame),
+                    String::new(),
+                    "m, rad",
+                );
                 let _ = writeln!(text, "\nframe = {}", list(&a.frame));
             }
         }
