@@ -188,7 +188,7 @@ fn answered_files(folder: &Path) {
     write("fails.script", "movej([0, -1.5, 1.5, -1.5, -1.5])\n");
     write(
         "waits.script",
-        "socket_open(\"127.0.0.1\", 1, \"a\")\nx = 1 / 0\n",
+        "while get_standard_digital_in(0) == False:\n    sync()\nend\n",
     );
     write("far.points", "-5 0 0.3 3.14159 0 0\n");
     write(
@@ -255,9 +255,9 @@ const NAMES: &[&str] = &[
     "identify tool",
 ];
 
-/// Whether a line is not the program's own: a question, an example, a comment of a program, Python's report of an error.
+/// Whether a line is not the program's own: a question, how a command is written, a comment of a program, Python's report of an error.
 fn is_code(line: &str) -> bool {
-    ["$ ", "# ", "Traceback "]
+    ["$ ", "# ", "Traceback ", "用法: "]
         .iter()
         .any(|begin| line.starts_with(begin))
         || line.trim_start().starts_with("eliteserver ")
@@ -279,10 +279,9 @@ fn mixture(line: &str) -> Option<String> {
         .iter()
         .fold(outside, |text, name| text.replace(name, "…"));
     let is_word = |word: &str| {
-        let letters = word.trim_matches(['.', ':', ';', '(', ')']);
-        letters.len() > 1
-            && letters.bytes().all(|letter| letter.is_ascii_alphabetic())
-            && letters
+        word.len() > 1
+            && word.bytes().all(|letter| letter.is_ascii_alphabetic())
+            && word
                 .bytes()
                 .skip(1)
                 .any(|letter| letter.is_ascii_lowercase())
@@ -291,7 +290,9 @@ fn mixture(line: &str) -> Option<String> {
     runs.find_map(|run| {
         let words: Vec<&str> = run.split(' ').collect();
         let mut pairs = words.windows(2);
-        let pair = pairs.find(|pair| is_word(pair[0]) && is_word(pair[1].trim_end_matches(',')))?;
+        let pair = pairs.find(|pair| {
+            is_word(pair[0]) && is_word(pair[1].trim_end_matches([',', '.', ';', ':']))
+        })?;
         Some(pair.join(" "))
     })
 }

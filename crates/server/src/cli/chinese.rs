@@ -17,6 +17,8 @@ use crate::language::{self, HELP};
 const COLUMNS: usize = 66;
 /// Punctuation that does not begin a line.
 const NOT_FIRST: &str = "，。；：、？！）」》…,.;:)]";
+/// Punctuation that does not end one.
+const NOT_LAST: &str = "（「《";
 /// Headings that clap writes itself, and the words in its usage line.
 const HEADINGS: [(&str, &str); 6] = [
     ("Usage:", "用法:"),
@@ -191,11 +193,16 @@ fn first_word(line: &str) -> Option<&str> {
     let mut letters = line.char_indices().peekable();
     let (_, first) = letters.next()?;
     let mut last = first;
+    // The word at the beginning of a bracket, up to its colon.
+    let mut is_mark = first == '[';
     for (at, letter) in letters {
         let is_apart = last == ' ' || language::is_wide(last) || language::is_wide(letter);
-        if is_apart && letter != ' ' && !NOT_FIRST.contains(letter) && !"（「《".contains(last) {
+        let stays =
+            is_mark || letter == ' ' || NOT_FIRST.contains(letter) || NOT_LAST.contains(last);
+        if is_apart && !stays {
             return Some(&line[..at]);
         }
+        is_mark = letter == '[' || is_mark && !"：] ".contains(letter);
         last = letter;
     }
     Some(line)
@@ -262,5 +269,7 @@ mod tests {
         assert_eq!(lines.len(), 2);
         assert!(lines[1].starts_with("臂，"), "{lines:?}");
         assert_eq!(wrapped("--set speed=0.25"), "--set speed=0.25");
+        let marked = "机".repeat(30) + " [默认：serve 为 realtime]";
+        assert!(wrapped(&marked).ends_with("\n[默认：serve 为 realtime]"));
     }
 }

@@ -302,7 +302,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "Log lines on stderr for people (text) or machines (json) [default: text]. RUST_LOG filters them",
         "标准错误上的日志行，给人看（text）或给机器看（json）[默认：text]。由 RUST_LOG 过滤",
     ),
-    ("Logging", "日志"),
     (
         "Longest search, s of this machine's time",
         "最长搜索时间，本机的秒数",
@@ -367,7 +366,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "Payload: from the torques of the joints instead of the force reading",
         "负载：用关节力矩代替力读数",
     ),
-    ("Ports and server", "端口和服务器"),
     ("Ports of --serve", "--serve 的端口"),
     (
         "Print a topic as a table with one header line",
@@ -382,7 +380,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "Print help (see more with '--help')",
         "显示帮助（详细说明用 '--help'）",
     ),
-    ("Print help for the subcommand(s)", "显示子命令的帮助"),
     (
         "Print the completion script of a shell",
         "打印 shell 的补全脚本",
@@ -760,7 +757,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "What the program may reach beyond the robot; repeat it for more [default: net]",
         "程序除机器人之外可以使用什么；可重复给出 [默认：net]",
     ),
-    ("What would be served", "要启动的服务"),
     (
         "Where the base may stand, m [default: as far from the points as the arm reaches]",
         "基座可以放置的区域，m [默认：离各点不超过机械臂的到达距离]",
