@@ -1,6 +1,6 @@
 //! Wrong input to the commands about cells, paths, toolpaths, programs of others and numbers of an arm: a transcript of
-//! what the terminal says, in English and in Chinese. Each says what was given and what is allowed; none panics, hangs or
-//! names a library. In Chinese no line is a mixture; nor is one of their help texts and results.
+//! what the terminal says, in English and in Chinese. Each says what was given and what is allowed; none panics, hangs
+//! or names a library. In Chinese no line is a mixture; nor is one of their help texts and results.
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
@@ -161,9 +161,23 @@ const ANSWERED: &[&str] = &[
 ];
 
 /// A cell with a table, and what is doubtful about it.
-const CELL: &str = "[[obstacle]]\nname = \"table\"\nshape = \"box\"\nsize = [0.4, 0.4, 0.2]\npose = [-0.6, 0, 0.1, 0, 0, 0]\n\n\
-                    [[part]]\nname = \"nut\"\nshape = \"box\"\nsize = [0.03, 0.03, 0.03]\npose = [0.6, 0.4, 0.015, 0, 0, 0]\n\
-                    mass = 0.1\n\n[names]\n\"standard_digital_in[3]\" = \"door\"\n";
+const CELL: &str = r#"
+[[obstacle]]
+name = "table"
+shape = "box"
+size = [0.4, 0.4, 0.2]
+pose = [-0.6, 0, 0.1, 0, 0, 0]
+
+[[part]]
+name = "nut"
+shape = "box"
+size = [0.03, 0.03, 0.03]
+pose = [0.6, 0.4, 0.015, 0, 0, 0]
+mass = 0.1
+
+[names]
+"standard_digital_in[3]" = "door"
+"#;
 
 fn answered_files(folder: &Path) {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
@@ -255,7 +269,8 @@ const NAMES: &[&str] = &[
     "identify tool",
 ];
 
-/// Whether a line is not the program's own: a question, how a command is written, a comment of a program, Python's report of an error.
+/// Whether a line is not a sentence: a question, how a command is written, a comment of a program, Python's report of an
+/// error.
 fn is_code(line: &str) -> bool {
     ["$ ", "# ", "Traceback ", "用法: "]
         .iter()

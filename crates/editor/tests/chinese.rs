@@ -1,5 +1,5 @@
-//! Nothing that people are told lacks its Chinese form: the sentences of findings, of the robot's functions, of stops and
-//! of commands are taken from where the source declares them, those of functions from their declarations.
+//! Nothing that people are told lacks its Chinese form: the sentences of findings, of the robot's functions, of stops
+//! and of commands are taken from where the source declares them, those of functions from their declarations.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -64,8 +64,8 @@ impl Translations {
         finding
     }
 
-    /// The form that leaves least of the sentence as it is, with how many letters it takes; of two alike the one that has
-    /// more of its own.
+    /// The form that leaves least of the sentence as it is, with how many letters it takes; of two alike the one that
+    /// has more of its own.
     fn among<'t>(
         self,
         tables: impl Iterator<Item = PhraseTable>,

@@ -190,7 +190,7 @@ fn wrapped(text: &str) -> String {
 /// What stays together at the beginning of a line: letters up to a blank or to a Chinese one, with the punctuation
 /// behind them.
 fn first_word(line: &str) -> Option<&str> {
-    let mut letters = line.char_indices().peekable();
+    let mut letters = line.char_indices();
     let (_, first) = letters.next()?;
     let mut last = first;
     // The word at the beginning of a bracket, up to its colon.
