@@ -150,8 +150,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("a box needs x, y, z", "长方体需要 x、y、z"),
     (
-        "a bus is needed: \"tool\" or \"masterboard\"",
-        "需要总线：\"tool\" 或 \"masterboard\"",
+        "a bus is needed: \"tool\", \"masterboard\" or \"tcp:PORT\"",
+        "需要总线：\"tool\"、\"masterboard\" 或 \"tcp:端口\"",
     ),
     ("a chunk cannot be unpacked: {}", "无法解压块：{0~}"),
     ("a chunk ends within a record", "块在记录项中间结束"),
@@ -317,8 +317,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("allowed are \"en\" and \"zh\"", "允许 \"en\" 和 \"zh\""),
     (
-        "allowed are \"tool\" and \"masterboard\"",
-        "允许 \"tool\" 和 \"masterboard\"",
+        "allowed are \"tool\", \"masterboard\" and \"tcp:PORT\" with a port from 1 to 65535",
+        "允许 \"tool\"、\"masterboard\" 和 \"tcp:端口\"，端口为 1 到 65535",
     ),
     ("allowed are -{} to {}", "允许 -{0} 到 {1}"),
     ("allowed are 0 and 1", "允许 0 和 1"),
@@ -526,12 +526,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("goal_in_collision: {}", "终点碰撞：{0~}"),
     (
-        "gripper {} has this number on the line already",
-        "夹爪 {0} 已在此串口上使用该号码",
-    ),
-    (
-        "grippers on Modbus TCP are not simulated yet: allowed are \"tool\" and \"masterboard\"",
-        "尚未仿真 Modbus TCP 上的夹爪：允许 \"tool\" 和 \"masterboard\"",
+        "gripper {} has this number on the bus already",
+        "夹爪 {0} 已在此总线上使用该号码",
     ),
     ("here is {} and not {}", "这里是{0~}，而不是{1~}"),
     (
