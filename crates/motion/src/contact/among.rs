@@ -7,14 +7,11 @@
 
 use nalgebra::Vector3;
 
-use super::entry::{EntryFaces, ExitDirection};
+use super::entry::{
+    DEPTH_TOLERANCE, EntryFaces, ExitDirection, Probe, SAME_SURFACE_COSINE, leads_into_another,
+};
 use super::nearest::ContactPoint;
 use super::{ArmPart, Obstacle};
-
-/// An increase of depth that does not count, m.
-const DEPTH_TOLERANCE: f64 = 1e-6;
-/// Faces whose normals' product is larger may belong to one surface.
-const SAME_SURFACE_COSINE: f64 = 0.5;
 
 /// Where the ball of the tool, its center and radius given, touches the obstacle `number` of `obstacles`, or nearly.
 pub(super) fn ball(
@@ -24,23 +21,24 @@ pub(super) fn ball(
     margin: f64,
     entries: &mut EntryFaces,
 ) -> Option<ContactPoint> {
-    let solid = &obstacles[number].solid;
-    let is_held = entries
-        .remembered_exit(ArmPart::Tool, number, solid, center)
-        .is_some();
-    if !is_held && radius - solid.distance(center).0 <= -margin {
-        return None;
-    }
     let ball = ToolBall {
-        center,
-        radius,
+        probe: Probe {
+            part: ArmPart::Tool,
+            center,
+            radius,
+        },
         obstacles,
         entries,
     };
+    let solid = &obstacles[number].solid;
     let way = ball.exit_direction(number);
+    if radius - way.distance <= -margin {
+        return None;
+    }
     let depth = ball.depth_beside_neighbors(number, &way);
+    let probe = ball.probe;
     if way.distance < 0.0 {
-        entries.remember(ArmPart::Tool, number, solid, &way);
+        entries.remember(&probe, number, solid, &way);
     }
     depth.map(|depth| ContactPoint {
         point: center - way.normal * radius,
@@ -50,60 +48,46 @@ pub(super) fn ball(
 }
 
 struct ToolBall<'a> {
-    center: Vector3<f64>,
-    radius: f64,
+    probe: Probe,
     obstacles: &'a [Obstacle],
     entries: &'a EntryFaces,
 }
 
 impl ToolBall<'_> {
-    /// The way by which the ball came in, or the nearest way out of an obstacle, if they lead into no other one; the
+    /// The way out of an obstacle that the ball came into, or the nearest one, if it leads into no other obstacle; the
     /// nearest if all do.
     fn exit_direction(&self, number: usize) -> ExitDirection {
-        let leads_into_another = |(distance, normal): &(f64, Vector3<f64>)| {
-            let outside = self.center + normal * (self.radius - distance);
-            self.obstacles.iter().enumerate().any(|(other, obstacle)| {
-                let before = obstacle.solid.distance(self.center).0.min(0.0);
-                other != number && obstacle.solid.distance(outside).0 < before - DEPTH_TOLERANCE
-            })
+        let (probe, obstacles) = (&self.probe, self.obstacles);
+        if let Some(way) = self.entries.way_out(probe, number, obstacles) {
+            return way;
+        }
+        let solid = &obstacles[number].solid;
+        let nearest = solid.distance(probe.center);
+        let way = |(distance, normal): (f64, Vector3<f64>)| ExitDirection {
+            distance,
+            normal,
+            is_detour: distance < nearest.0 - DEPTH_TOLERANCE,
         };
-        let solid = &self.obstacles[number].solid;
-        let nearest = solid.distance(self.center);
-        let mut chosen = nearest;
-        let (entries, center) = (self.entries, self.center);
-        if let Some(known) = entries.remembered_exit(ArmPart::Tool, number, solid, center) {
-            return known;
+        if nearest.0 >= 0.0 {
+            return way(nearest);
         }
-        if nearest.0 < 0.0 {
-            if let Some(entering) = entries.exit_by_entry_face(ArmPart::Tool, solid, center)
-                && !leads_into_another(&(entering.distance, entering.normal))
-            {
-                return entering;
-            }
-            let exits = solid.exits(self.center);
-            let free = exits
-                .iter()
-                .flatten()
-                .filter(|exit| !leads_into_another(exit));
-            let free = free.max_by(|a, b| a.0.total_cmp(&b.0));
-            chosen = free.copied().unwrap_or(nearest);
-        }
-        ExitDirection {
-            distance: chosen.0,
-            normal: chosen.1,
-            is_detour: chosen.0 < nearest.0 - DEPTH_TOLERANCE,
-        }
+        let exits = solid.exits(probe.center);
+        let free = exits.into_iter().flatten().map(way);
+        free.filter(|way| !leads_into_another(probe, number, obstacles, way))
+            .max_by(|a, b| a.distance.total_cmp(&b.distance))
+            .unwrap_or_else(|| way(nearest))
     }
 
     /// How deep the ball is in an obstacle whose way out is given, for what its neighbours leave of it; `None` when
     /// they leave nothing.
     fn depth_beside_neighbors(&self, number: usize, way: &ExitDirection) -> Option<f64> {
         let solid = &self.obstacles[number].solid;
-        let mut depth = self.radius - way.distance;
+        let Probe { center, radius, .. } = self.probe;
+        let mut depth = radius - way.distance;
         let is_inside = way.distance < 0.0;
-        let is_at_an_edge = !is_inside && solid.is_nearest_at_an_edge(self.center);
+        let is_at_an_edge = !is_inside && solid.is_nearest_at_an_edge(center);
         for (other, neighbour) in self.obstacles.iter().enumerate() {
-            if other == number || neighbour.solid.distance(self.center).0 >= self.radius {
+            if other == number || neighbour.solid.distance(center).0 >= radius {
                 continue;
             }
             let its = self.exit_direction(other);
@@ -115,8 +99,8 @@ impl ToolBall<'_> {
                     return None;
                 }
             } else if comes_first && (is_at_an_edge || !is_alike) {
-                let left = self.center + its.normal * (self.radius - its.distance);
-                let remaining = self.radius - solid.distance(left).0;
+                let left = center + its.normal * (radius - its.distance);
+                let remaining = radius - solid.distance(left).0;
                 if remaining <= 0.0 && depth > remaining {
                     return None;
                 }
@@ -154,7 +138,7 @@ mod tests {
     fn push(obstacles: &[Obstacle], x: f64, z: f64) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         let center = Vector3::new(x, 0.0, z);
-        let mut entries = EntryFaces::new(obstacles.len());
+        let mut entries = EntryFaces::new();
         for number in 0..obstacles.len() {
             let place = ball((center, RADIUS), number, obstacles, 0.006, &mut entries);
             sum += place.map_or(Vector3::zeros(), |p| p.normal * p.depth.max(0.0));

@@ -125,28 +125,25 @@ impl ContactModel {
         broad_phase.check_due_pairs(slot(part), |obstacle| {
             let solid = &obstacles[obstacle].solid;
             let rest = &mut rest_depths[first + obstacle];
-            let mut find = |found: &mut dyn FnMut(ContactPoint)| {
-                nearest::solid(held, solid, MARGIN, &mut |place| {
-                    let point = (place.point, 0.0);
-                    found(entry_faces.reorient_to_entry_face(
-                        part,
-                        (obstacle, solid),
-                        point,
-                        place,
-                    ));
-                });
-            };
+            let mut places = [None::<ContactPoint>; nearest::MAX_FEATURES];
+            let mut next = places.iter_mut();
             let mut deepest = 0.0_f64;
-            find(&mut |place| deepest = deepest.max(place.depth));
+            nearest::solid(held, solid, MARGIN, &mut |place, feature| {
+                let place = entry_faces.reorient_feature(part, feature, obstacle, obstacles, place);
+                deepest = deepest.max(place.depth);
+                if let Some(next) = next.next() {
+                    *next = Some(place);
+                }
+            });
             *rest = rest.min(deepest);
-            find(&mut |mut place| {
+            for mut place in places.into_iter().flatten() {
                 place.depth -= *rest + place.normal.dot(&play).max(0.0);
                 touches.push(Contact {
                     part,
                     obstacle,
                     place,
                 });
-            });
+            }
             solid.distance(held.pose.translation).0 - held.bounding_radius() - MARGIN
         });
     }

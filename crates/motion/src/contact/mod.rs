@@ -12,13 +12,15 @@ pub(crate) mod law;
 mod near;
 mod nearest;
 pub mod solid;
+#[cfg(test)]
+mod tests;
 
 use kinematics::{
     Chain, CollisionModel, DOF, Frames, JointPositions, JointSpeeds, Pose, RobotModel,
 };
 use nalgebra::Vector3;
 
-use entry::EntryFaces;
+use entry::{EntryFaces, Probe};
 use held::HeldParts;
 use law::ContactForces;
 pub use law::RIGID_STIFFNESS;
@@ -172,7 +174,7 @@ impl ContactList {
 }
 
 /// The arm among obstacles.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct ContactModel {
     pub obstacles: Vec<Obstacle>,
     tool: Option<PlacedShape>,
@@ -201,7 +203,7 @@ impl ContactModel {
         });
         Self {
             excluded_pairs: surroundings.links_inside_obstacles(model, home),
-            entry_faces: EntryFaces::new(surroundings.obstacles.len()),
+            entry_faces: EntryFaces::new(),
             broad_phase: BroadPhase::new(surroundings.obstacles.len(), extents),
             held: HeldParts::new(surroundings.part_shapes, surroundings.obstacles.len()),
             obstacles: surroundings.obstacles,
@@ -280,12 +282,17 @@ impl ContactModel {
                         return;
                     }
                     let part = ArmPart::Link(link);
-                    let center = place.point + place.normal * capsule.radius;
-                    let ball = (center, capsule.radius);
+                    let radius = capsule.radius;
+                    let center = place.point + place.normal * radius;
+                    let ball = Probe {
+                        part,
+                        center,
+                        radius,
+                    };
                     touches.push(Contact {
                         part,
                         obstacle: number,
-                        place: entries.reorient_to_entry_face(part, (number, solid), ball, place),
+                        place: entries.reorient_to_entry_face(&ball, number, obstacles, place),
                     });
                 });
             }
@@ -338,12 +345,12 @@ impl ContactModel {
             let Some(tool) = &tool else {
                 return f64::INFINITY;
             };
-            nearest::solid(tool, solid, MARGIN, &mut |place| {
-                let point = (place.point, 0.0);
+            nearest::solid(tool, solid, MARGIN, &mut |place, feature| {
+                let place = entries.reorient_feature(part, feature, obstacle, obstacles, place);
                 touches.push(Contact {
                     part,
                     obstacle,
-                    place: entries.reorient_to_entry_face(part, (obstacle, solid), point, place),
+                    place,
                 });
             });
             solid.distance(tool.pose.translation).0 - tool.bounding_radius() - MARGIN

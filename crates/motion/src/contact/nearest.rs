@@ -22,6 +22,19 @@ pub(crate) struct ContactPoint {
     pub depth: f64,
 }
 
+/// Whose corner, edge or rim it is that touches the surface of the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Feature {
+    /// Of the part of the arm; the radius, m, of one that is a ball, 0 of any other.
+    OfBody {
+        radius: f64,
+    },
+    OfObstacle,
+}
+
+/// Most places at which two bodies are looked at: two boxes with their corners and edges.
+pub(super) const MAX_FEATURES: usize = 40;
+
 /// Steps of the golden section: an edge is narrowed down to 1e-9 of its length.
 const SECTIONS: usize = 44;
 /// Samples around a rim, and steps of the golden section between two of them.
@@ -83,41 +96,45 @@ pub(super) fn solid(
     body: &PlacedShape,
     obstacle: &PlacedShape,
     margin: f64,
-    found: &mut impl FnMut(ContactPoint),
+    found: &mut impl FnMut(ContactPoint, Feature),
 ) {
     let center = body.pose.translation;
     if obstacle.distance(center).0 - body.bounding_radius() > margin {
         return;
     }
     if let Shape::Sphere { radius } = body.shape {
-        return ball(center, radius, obstacle, margin, found);
+        let mut of_body = |place| found(place, Feature::OfBody { radius });
+        return ball(center, radius, obstacle, margin, &mut of_body);
     }
     if let Shape::Sphere { radius } = obstacle.shape {
         // Seen from the body, and turned round.
         let (distance, out) = body.distance(obstacle.pose.translation);
         if distance - radius < margin {
-            found(ContactPoint {
+            let place = ContactPoint {
                 point: obstacle.pose.translation - out * distance,
                 normal: -out,
                 depth: radius - distance,
-            });
+            };
+            found(place, Feature::OfBody { radius: 0.0 });
         }
         return;
     }
     features(body, obstacle, margin, &mut |point, distance, out| {
-        found(ContactPoint {
+        let place = ContactPoint {
             point,
             normal: out,
             depth: -distance,
-        });
+        };
+        found(place, Feature::OfBody { radius: 0.0 });
     });
     if obstacle.shape != Shape::Plane {
         features(obstacle, body, margin, &mut |point, distance, out| {
-            found(ContactPoint {
+            let place = ContactPoint {
                 point,
                 normal: -out,
                 depth: -distance,
-            });
+            };
+            found(place, Feature::OfObstacle);
         });
     }
 }
@@ -293,7 +310,7 @@ mod tests {
 
     fn deepest(body: &PlacedShape, obstacle: &PlacedShape, margin: f64) -> Option<ContactPoint> {
         let mut most: Option<ContactPoint> = None;
-        solid(body, obstacle, margin, &mut |place| {
+        solid(body, obstacle, margin, &mut |place, _| {
             if most.is_none_or(|m| m.depth < place.depth) {
                 most = Some(place);
             }

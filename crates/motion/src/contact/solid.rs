@@ -30,6 +30,17 @@ pub enum Shape {
     Plane,
 }
 
+/// A way out of a solid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfaceExit {
+    /// Of the surface, m, negative inside.
+    pub distance: f64,
+    /// Unit vector out.
+    pub normal: Vector3<f64>,
+    /// How far it is from this face to the one opposite, m.
+    pub width: f64,
+}
+
 /// A shape somewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlacedShape {
@@ -129,6 +140,50 @@ impl PlacedShape {
             Shape::Plane => (p.z, Vector3::z()),
         };
         (distance < 0.0).then(|| (distance, self.pose.rotate(out)))
+    }
+
+    /// The ways out of the solid from a `point` beneath the face that `towards` (in the solid's frame) belongs to,
+    /// through the nearest faces that meet that one in an edge.
+    pub(super) fn exits_beside(
+        &self,
+        point: Vector3<f64>,
+        towards: Vector3<f64>,
+    ) -> [Option<SurfaceExit>; 2] {
+        let p = self.pose.rotate_back(point - self.pose.translation);
+        let through = |axis: usize, half: f64| {
+            let mut out = Vector3::zeros();
+            out[axis] = 1.0_f64.copysign(p[axis]);
+            SurfaceExit {
+                distance: p[axis].abs() - half,
+                normal: self.pose.rotate(out),
+                width: 2.0 * half,
+            }
+        };
+        match self.shape {
+            Shape::Box { half } => {
+                let axis = towards.iamax();
+                [1, 2].map(|more| {
+                    let beside = (axis + more) % 3;
+                    Some(through(beside, half[beside]))
+                })
+            }
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => {
+                if towards.z.abs() < hypot(towards.x, towards.y) {
+                    return [Some(through(2, half_length)), None];
+                }
+                let rho = hypot(p.x, p.y);
+                let side = (rho > 0.0).then(|| SurfaceExit {
+                    distance: rho - radius,
+                    normal: self.pose.rotate(Vector3::new(p.x / rho, p.y / rho, 0.0)),
+                    width: 2.0 * radius,
+                });
+                [side, None]
+            }
+            Shape::Sphere { .. } | Shape::Plane => [None, None],
+        }
     }
 
     /// True when the nearest place of the surface, seen from a point outside, is on an edge, a corner or a rim.
