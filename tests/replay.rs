@@ -313,6 +313,44 @@ fn script_shows_the_program_with_its_times() {
 }
 
 #[test]
+fn script_counts_the_rounds_of_loops_over_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = "\
+def p():
+    for k in range(5):
+        sleep(0.1)
+    end
+    k = 0
+    while k < 4: k = k + 1; sleep(0.052)
+    for k in range(50):
+        sync()
+    end
+    sleep(0.1); sleep(0.1)
+    for k in range(3): movej([0.02 * k, -1.57, 1.57, -1.57, -1.57, 0])
+    sleep(0.1)
+end
+";
+    std::fs::write(folder.path().join("rounds.script"), program).unwrap();
+    let run = crate::common::eliteserver()
+        .args(["run", "rounds.script", "--record", "rounds.mcap"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{run:?}");
+    let table = replay(&folder.path().join("rounds.mcap"), "--script")
+        .unwrap()
+        .1;
+    let times = |number: &str| {
+        let row = table
+            .lines()
+            .find(|row| row[40..].trim_start().starts_with(number));
+        row.and_then(|row| row[21..29].trim().parse::<u32>().ok())
+    };
+    let found = ["3 ", "6 ", "8 ", "10 ", "11 ", "12 "].map(times);
+    assert_eq!(found, [5, 4, 50, 1, 3, 1].map(Some), "{table}");
+}
+
+#[test]
 fn diff_finds_the_first_and_the_largest_difference_of_two_runs() {
     let one = record("one.mcap", Setup::default());
     let same = record("same.mcap", Setup::default());

@@ -1,5 +1,6 @@
 //! Wrong input to the commands about cells, paths, toolpaths, programs of others and numbers of an arm: a transcript of
-//! what the terminal says. Each says what was given and what is allowed; none panics, hangs or names a library.
+//! what the terminal says, in English and in Chinese. Each says what was given and what is allowed; none panics, hangs
+//! or names a library. In Chinese no line is a mixture; nor is one of their help texts and results.
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
@@ -115,9 +116,113 @@ fn files(folder: &Path) {
     write("few.points", b"1 2 3\n");
 }
 
-fn transcript() -> String {
+/// What is answered in Chinese, in the same folder.
+const ANSWERED: &[&str] = &[
+    "clearance --help",
+    "plan --help",
+    "optimize --help",
+    "place --help",
+    "cell --help",
+    "import --help",
+    "identify --help",
+    "excite --help",
+    "translate --help",
+    "serve --help",
+    "replay -h",
+    "--help",
+    "clearance ok.script --cell cell.toml",
+    "clearance touches.script --cell cell.toml --margin 0.1",
+    "clearance fails.script",
+    "clearance waits.script --timeout 1",
+    "clearance ok.script --plant rigid",
+    "clearance ok.script --cell wrong.toml",
+    "clearance ok.script --cell unknown.toml",
+    "plan --to 0,-1,1,-1,-1,0 -o planned.script",
+    "plan --to p[3,0,0.3,3.14,0,0]",
+    "plan --to 0,-1.57,2.9,0,0,0",
+    "optimize ok.script -o faster.script",
+    "optimize fails.script",
+    "place --points ok.points",
+    "place --points far.points --area 0,0.1,0,0.1",
+    "cell cell.toml",
+    "cell none.cell",
+    "cell wrong.toml",
+    "import odd.ngc -o odd.script --check",
+    "import odd.csv",
+    "import ok.ngc -o out.script",
+    "translate odd.urscript -o translated.script --report report.md",
+    "translate wrong.urscript",
+    "identify payload ok.mcap",
+    "identify friction ok.mcap",
+    "identify tool ok.mcap",
+    "identify frame ok.mcap",
+    "excite payload --cell narrow.toml",
+    "check touches.script --cell cell.toml",
+];
+
+/// A cell with a table, and what is doubtful about it.
+const CELL: &str = r#"
+[[obstacle]]
+name = "table"
+shape = "box"
+size = [0.4, 0.4, 0.2]
+pose = [-0.6, 0, 0.1, 0, 0, 0]
+
+[[part]]
+name = "nut"
+shape = "box"
+size = [0.03, 0.03, 0.03]
+pose = [0.6, 0.4, 0.015, 0, 0, 0]
+mass = 0.1
+
+[names]
+"standard_digital_in[3]" = "door"
+"#;
+
+fn answered_files(folder: &Path) {
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    write("cell.toml", CELL);
+    write("none.cell", "");
+    write(
+        "wrong.toml",
+        "[[obstacle]]\nname = \"a\"\nshape = \"box\"\nsize = [1.0]\n",
+    );
+    write(
+        "unknown.toml",
+        "[[obstacle]]\nname = \"a\"\nshap = \"box\"\n",
+    );
+    write(
+        "narrow.toml",
+        "[[obstacle]]\nname = \"wall\"\nshape = \"box\"\nsize = [0.02, 3, 3]\npose = [-0.4, 0, 0.7, 0, 0, 0]\n",
+    );
+    write(
+        "touches.script",
+        "movej([0, -1.57, 1.57, -1.57, -1.57, 0])\nmovej([0, -0.6, 1.6, -1.57, -1.57, 0])\n",
+    );
+    write("fails.script", "movej([0, -1.5, 1.5, -1.5, -1.5])\n");
+    write(
+        "waits.script",
+        "while get_standard_digital_in(0) == False:\n    sync()\nend\n",
+    );
+    write("far.points", "-5 0 0.3 3.14159 0 0\n");
+    write(
+        "odd.ngc",
+        "G21 G90\nG1 X10 Y10 F600\nG5 X1 Y1\nG1 X5000 Y5000\nM3\nM2\n",
+    );
+    write("odd.csv", "x,y,z\n1,2,3\n1,b,3\n");
+    write(
+        "odd.urscript",
+        "def prog():\n  set_digital_out(1, True)\n  movej(p[0.4, 0, 0.3, 0, 3.14, 0])\n  tool_contact([0])\n  \
+         unknown_thing(3)\nend\nprog()\n",
+    );
+    write("wrong.urscript", "def prog(:\n");
+}
+
+/// Asks in a folder with the files and a recording; each question has to end with a status for which `is_expected`.
+fn transcript(questions: &[&str], language: &str, is_expected: fn(Option<i32>) -> bool) -> String {
     let folder = tempfile::tempdir().unwrap();
     files(folder.path());
+    answered_files(folder.path());
     let recorded = eliteserver()
         .args(["run", "ok.script", "--record", "ok.mcap"])
         .current_dir(folder.path())
@@ -125,15 +230,16 @@ fn transcript() -> String {
         .unwrap();
     assert!(recorded.status.success());
     let mut text = String::new();
-    for question in QUESTIONS {
+    for question in questions {
         let output = eliteserver()
             .args(question.split(' '))
-            .args(["--language", "en"])
+            .args(["--language", language])
             .current_dir(folder.path())
             .output()
             .unwrap();
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{question}: {said}");
+        let mut said = String::from_utf8_lossy(&output.stdout).into_owned();
+        said.push_str(&String::from_utf8_lossy(&output.stderr));
+        assert!(is_expected(output.status.code()), "{question}: {said}");
         for inner in [
             "panicked",
             "overflowed",
@@ -151,7 +257,95 @@ fn transcript() -> String {
     text
 }
 
+/// Names of several words.
+const NAMES: &[&str] = &[
+    "Debug Adapter Protocol",
+    "Elite Robots",
+    "Model Context Protocol",
+    "Rx Ry Rz",
+    "Universal Robots",
+    "identify friction",
+    "identify payload",
+    "identify tool",
+];
+
+/// Whether a line is not a sentence: a question, how a command is written, a comment of a program, Python's report of an
+/// error.
+fn is_code(line: &str) -> bool {
+    ["$ ", "# ", "Traceback ", "用法: "]
+        .iter()
+        .any(|begin| line.starts_with(begin))
+        || line.trim_start().starts_with("eliteserver ")
+        || line.contains(", line ")
+}
+
+/// The first two English words of a line that follow each other outside of code, names, lists and what was typed.
+fn mixture(line: &str) -> Option<String> {
+    if is_code(line) {
+        return None;
+    }
+    let outside = ['\'', '`', '"']
+        .iter()
+        .fold(line.to_owned(), |text, quote| {
+            let pieces: Vec<&str> = text.split(*quote).step_by(2).collect();
+            pieces.join("…")
+        });
+    let outside = NAMES
+        .iter()
+        .fold(outside, |text, name| text.replace(name, "…"));
+    let is_word = |word: &str| {
+        word.len() > 1
+            && word.bytes().all(|letter| letter.is_ascii_alphabetic())
+            && word
+                .bytes()
+                .skip(1)
+                .any(|letter| letter.is_ascii_lowercase())
+    };
+    let mut runs = outside.split(|letter: char| !letter.is_ascii());
+    runs.find_map(|run| {
+        let words: Vec<&str> = run.split(' ').collect();
+        let mut pairs = words.windows(2);
+        let pair = pairs.find(|pair| {
+            is_word(pair[0]) && is_word(pair[1].trim_end_matches([',', '.', ';', ':']))
+        })?;
+        Some(pair.join(" "))
+    })
+}
+
+fn assert_no_mixture(text: &str) {
+    let found: Vec<_> = text
+        .lines()
+        .filter_map(|line| Some((line, mixture(line)?)))
+        .collect();
+    assert!(found.is_empty(), "{found:#?}");
+}
+
 #[test]
 fn wrong_input_says_what_is_allowed() {
-    insta::assert_snapshot!(transcript());
+    insta::assert_snapshot!(transcript(QUESTIONS, "en", |status| status == Some(2)));
+}
+
+#[test]
+fn wrong_input_is_told_in_chinese() {
+    let text = transcript(QUESTIONS, "zh", |status| status == Some(2));
+    insta::assert_snapshot!(text);
+    assert_no_mixture(&text);
+}
+
+#[test]
+fn help_and_results_are_told_in_chinese() {
+    let text = transcript(ANSWERED, "zh", |status| matches!(status, Some(0..=2)));
+    let lines = text.lines().map(|line| match line.split_once("规划用时") {
+        Some((before, _)) => format!("{before}规划用时 …\n"),
+        None => format!("{line}\n"),
+    });
+    let text: String = lines.collect();
+    insta::assert_snapshot!(text);
+    assert_no_mixture(&text);
+}
+
+#[test]
+fn a_mixture_is_found() {
+    assert_eq!(mixture("第 3 行：the arm 停止").as_deref(), Some("the arm"));
+    assert_eq!(mixture("参数 'the arm' 无效，3 rad"), None);
 }

@@ -1,4 +1,4 @@
-"""What watches a running server from outside: a Foxglove client that we did not write, and Prometheus' own parser."""
+"""What talks with a running server from outside: a Foxglove client that we did not write, Prometheus' own parser, pymodbus."""
 
 import asyncio
 import base64
@@ -13,6 +13,7 @@ import unittest
 import urllib.request
 
 import websockets
+from pymodbus.client import ModbusTcpClient
 from prometheus_client.parser import text_string_to_metric_families
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
@@ -233,6 +234,55 @@ class Metrics(unittest.TestCase):
         self.assertEqual(health["status"], "ok")
         self.assertEqual(health["recording"], "active")
         self.assertEqual(health["clients"]["http"], 1)
+
+
+class Gripper(unittest.TestCase):
+    CELL = """
+[world]
+floor = -0.5
+
+[[gripper]]
+name = "hand"
+kind = "fingers"
+stroke = 0.085
+finger = {{ size = [0.02, 0.01, 0.04], pose = [0, 0.005, 0.1, 0, 0, 0] }}
+force = 100
+speed = 0.05
+protocol = "robotiq-2f"
+bus = "tcp:{port}"
+"""
+
+    def test_pymodbus_closes_the_fingers_of_the_cell(self):
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as cell:
+            cell.write(self.CELL.format(port=port))
+            cell.flush()
+            with Started("serve", "--record", "off", "--cell", cell.name, *ports("http")):
+                client = ModbusTcpClient("127.0.0.1", port=port, retries=0)
+                self.assertTrue(client.connect())
+
+                def words():
+                    return client.read_input_registers(2000, count=3, slave=9).registers
+
+                self.assertEqual(words(), [0, 0, 0])
+                client.write_registers(1000, [0x0100, 0, 0], slave=9)
+                self.assertEqual(words()[0], 0x3100)
+                client.write_registers(1000, [0x0900, 0x00FF, 0xFFFF], slave=9)
+                end, seen = time.monotonic() + 5, []
+                while (seen or [0])[-1] >> 14 != 3 and time.monotonic() < end:
+                    seen.append(words()[0])
+                    time.sleep(0.01)
+                self.assertEqual(sorted(set(seen)), [0x3900, 0xF900])
+                self.assertEqual(words()[1:], [0x00FF, 0xFF00])
+                refused = [
+                    client.read_input_registers(2000, count=1, slave=8),
+                    client.read_input_registers(2003, count=1, slave=9),
+                    client.read_coils(0, count=1, slave=9),
+                    client.write_registers(1000, [0x1100], slave=9),
+                ]
+                self.assertEqual([answer.exception_code for answer in refused], [11, 2, 1, 3])
+                client.close()
 
 
 def received(connection, count):

@@ -13,6 +13,15 @@ const FENCE = path.join(path.dirname(new URL(import.meta.url).pathname), "fence.
 const CRASH = "def p():\n  movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n  while True:\n    speedl([0, 0, -0.2, 0, 0, 0], 1, 0.1)\n  end\nend\n";
 
 const box = (page, name) => page.id(name).first().boundingBox();
+/** Where something is painted: a box that is asked for between a change and its frame is one that nobody sees. */
+const painted = (page, name) => page.id(name).first().evaluate((element) => new Promise((done) => {
+  const observer = new globalThis.IntersectionObserver(([entry]) => {
+    observer.disconnect();
+    const { x, y, width, height } = entry.boundingClientRect;
+    done({ x, y, width, height });
+  });
+  observer.observe(element);
+}));
 const same = (a, b) => ["x", "y", "width", "height"].every((side) => Math.abs(a[side] - b[side]) < 0.6);
 const lights = (page, name) => page.id(name).evaluate((element) => getComputedStyle(element).color);
 /** The things that a hand is at. */
@@ -50,17 +59,17 @@ export const scenarios = {
       let place = NaN;
       await until(async () => {
         const was = place;
-        place = (await box(page, name)).y;
+        place = (await painted(page, name)).y;
         await sleep(200);
         return place === was;
       }, `${name} at rest`);
-      const before = await box(page, name);
+      const before = await painted(page, name);
       // What is out of sight draws no line: the controller says where the program is.
       const { line } = (await server.state()).panel;
       await until(async () => (await server.state()).panel.line !== line, "another line");
       // The text of `n` goes through all its lengths meanwhile.
       await sleep(2600);
-      const after = await box(page, name);
+      const after = await painted(page, name);
       near(after.y, before.y, 1, `the place of ${name}`);
       check((await page.locator(`#tabs a[href="#${id}"]`).getAttribute("aria-current")) === "true", `${id} is left`);
     }

@@ -338,6 +338,7 @@ link.onChange = () => {
 link.onFrame = (frame) => {
   const before = latest;
   latest = frame;
+  takeFrame(frame);
   framesSeen += 1;
   if (framesSeen === 1) performance.mark("first-frame");
   timeline.push(frame);
@@ -400,8 +401,14 @@ function debugElsewhere(news: DebugNews | null): void {
   setText(other, news?.held ? t("held_elsewhere", { line: news.held.line }) : "");
 }
 
+/** Takes the next frame that comes. */
+let takeFrame: (frame: Frame) => void = () => undefined;
+
 async function welcome(): Promise<void> {
   hadConnection = true;
+  const firstFrame = new Promise<Frame>((take) => {
+    takeFrame = take;
+  });
   names.clear();
   programShown = -1;
   programs.setReadOnly(link.readOnly !== null);
@@ -421,15 +428,18 @@ async function welcome(): Promise<void> {
     notices.clearLog();
     const events = await api<ServerEvent[]>("/api/v1/events");
     for (const event of events) if (event.event === "log") notices.take(event);
-    await showStop(events);
+    await showStop(events, firstFrame);
   } catch (error) {
     toast((error as Error).message, "error");
   }
 }
 
 /** Whoever opens the page during a stop is told why, as if it had been open. */
-async function showStop(events: readonly ServerEvent[]): Promise<void> {
-  if (!latest || link.readOnly !== null || SAFE.has(SAFETY[latest.safetyMode] ?? "")) return;
+async function showStop(events: readonly ServerEvent[], firstFrame: Promise<Frame>): Promise<void> {
+  if (link.readOnly !== null) return;
+  // On a busy machine the log is here before the first frame.
+  const { safetyMode } = await firstFrame;
+  if (SAFE.has(SAFETY[safetyMode] ?? "")) return;
   const alarm = events.findLast((event) => event.event === "alarm" && event["kind"] === "robot");
   if (!alarm || notices.knows(alarm)) return;
   await programOf(Number(alarm["program"]));

@@ -1,5 +1,6 @@
 //! A controller whose time passes: programs, the arm, the recording, and how all of it ends.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,6 +8,7 @@ use std::sync::Arc;
 use elite_runtime::message::{CONTROLLER_FAULT_CODE, Message, Observer, Severity};
 use elite_runtime::{ProgramText, Robot, SandboxedPath, Supervisor, TaskEnd};
 use io_bus::Fieldbus;
+use io_bus::modbus_server::tables::Slaves;
 use motion::CycleConfig;
 use motion::realtime::ClockMetrics;
 use recorder::{CloseHandle, Recorder, RecorderMetrics, ViewerMessages};
@@ -32,6 +34,7 @@ pub struct Controller {
     pub(crate) settings: CycleConfig,
     pub(crate) faults: ThreadSupervisor,
     pub(crate) world: Option<CellWorld>,
+    pub(crate) grippers: BTreeMap<u16, Slaves>,
 }
 
 impl Controller {
@@ -89,6 +92,11 @@ impl Controller {
     /// The parts of the cell and what handles them, where it has any.
     pub const fn world(&self) -> Option<&CellWorld> {
         self.world.as_ref()
+    }
+
+    /// Grippers of the cell on Modbus TCP, by port, for whoever opens these ports.
+    pub const fn tcp_grippers(&self) -> &BTreeMap<u16, Slaves> {
+        &self.grippers
     }
 
     /// Makes what viewers show of the arm and its cell.

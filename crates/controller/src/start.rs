@@ -2,6 +2,7 @@
 //!
 //! In two steps, because who is told of everything wants to know the arm before the first cycle.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, Weak};
@@ -32,6 +33,7 @@ use supervision::ThreadSupervisor;
 use thiserror::Error;
 
 use crate::cell::{Cell, CellError};
+use crate::cell_world::gripper_bus::{self, GripperPeers, GripperTimeline};
 use crate::cell_world::{self, WorldInputs, WorldRunner, WorldStart, surround};
 use crate::clock::{EventPump, start_clock};
 use crate::config::ControllerConfig;
@@ -403,6 +405,17 @@ impl PreparedController {
         } = self;
         let world = runner.as_ref().map(|runner| runner.world().clone());
         let has_stand_ins = extras.stand_ins.is_some();
+        let grippers = match (&cell, &world) {
+            (Some(cell), Some(world)) => gripper_bus::tcp_slaves(cell, world),
+            _ => BTreeMap::new(),
+        };
+        let mut peers = None;
+        if clock.0 == ClockChoice::Virtual && !grippers.is_empty() {
+            let grippers = GripperPeers::new(grippers.clone(), extras.stand_ins.take());
+            let grippers = Arc::new(grippers);
+            extras.stand_ins = Some(grippers.clone());
+            peers = Some(grippers);
+        }
         if permissions.network == NetworkAccess::SimulatedOnly {
             if let Some(cell) = &cell {
                 cell.check_without_devices(extras.stand_ins.is_some())?;
@@ -422,7 +435,8 @@ impl PreparedController {
             thread,
             &faults,
         )?;
-        let timeline = door(timeline);
+        let on_bus = peers.map(|peers| Arc::new(GripperTimeline::new(timeline.clone(), peers)));
+        let timeline = door(on_bus.clone().map_or(timeline, |on_bus| on_bus));
         let robot = Robot::new(model, script_end.into(), timeline, chronicle.clone());
         let planes = cell.as_ref().map(Cell::planes).unwrap_or_default();
         let names = planes.into_iter().map(|(name, ..)| name).collect();
@@ -438,6 +452,9 @@ impl PreparedController {
             }
         };
         let fieldbus = Arc::new(fieldbus);
+        if let Some(on_bus) = &on_bus {
+            on_bus.attach(&robot, &fieldbus);
+        }
         let settings = TaskSettings {
             robot: robot.clone(),
             observer: chronicle.clone(),
@@ -471,6 +488,7 @@ impl PreparedController {
             settings: cycle_config,
             faults,
             world,
+            grippers,
         })
     }
 }

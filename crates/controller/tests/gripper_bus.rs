@@ -1,4 +1,4 @@
-//! Grippers on the controller's serial lines: programs speak to them with Modbus RTU, in cycles that are the same every time.
+//! Grippers on the controller's serial lines and on Modbus TCP: programs speak to them in cycles that are the same every time.
 
 #![allow(
     clippy::unwrap_used,
@@ -92,6 +92,29 @@ while status[1] == 0:
 write_output_integer_register(2, status[1])
 write_output_integer_register(3, status[2])
 write_output_integer_register(4, cycles)
+movel([-0.45, -0.2, 0.35] + down, a=1, v=0.3)
+";
+
+const TAKE_TCP: &str = "
+modbus_add_signal('127.0.0.1', 9, 1000, 3, 'ask', registers_count=3, port=5020)
+modbus_add_signal('localhost', 9, 2000, 2, 'status', registers_count=3, port=5020)
+modbus_set_signal_update_frequency('ask', 50)
+modbus_set_signal_update_frequency('status', 50)
+def status():
+    return modbus_get_signal_status('status')
+set_tcp([0, 0, 0.1, 0, 0, 0])
+down = [3.141592653589793, 0, 0]
+movel([-0.45, -0.2, 0.18] + down, a=1, v=0.3)
+modbus_set_output_register('ask', [256, 0, 0])
+sleep(0.1)
+write_output_integer_register(0, status()[0])
+modbus_set_output_register('ask', [2304, 255, 65535])
+sleep(0.1)
+write_output_integer_register(1, status()[0])
+while (status()[0] >> 14) == 0:
+    sleep(0.004)
+write_output_integer_register(2, status()[0])
+write_output_integer_register(3, status()[2] >> 8)
 movel([-0.45, -0.2, 0.35] + down, a=1, v=0.3)
 ";
 
@@ -199,6 +222,40 @@ write_output_integer_register(4, tool_modbus_write_single_bit(9, 1000, True))
 }
 
 #[test]
+fn a_program_takes_a_part_with_a_gripper_on_modbus_tcp_in_the_same_cycles_every_time() {
+    let bus = "protocol = \"robotiq-2f\"\nbus = \"tcp:5020\"";
+    let take = || {
+        let controller = Controller::open(&cell(bus));
+        let state = controller.run(TAKE_TCP);
+        assert_eq!(controller.holding().as_deref(), Some("cube"));
+        (controller.told(), state.cycle)
+    };
+    let ([ready, moving, held, position, _], cycle) = take();
+    assert_eq!([ready, moving, held], [0x3100, 0x3900, 0xB900]);
+    assert_eq!(position, 135);
+    // Two at a time: no port of the machine is in use.
+    let other = std::thread::spawn(take);
+    assert_eq!(take().1, cycle);
+    assert_eq!(other.join().unwrap().1, cycle);
+}
+
+#[test]
+fn another_slave_of_a_tcp_port_is_told_to_be_absent() {
+    let controller = Controller::open(&cell("protocol = \"robotiq-2f\"\nbus = \"tcp:5020\""));
+    controller.run(
+        "
+modbus_add_signal('127.0.0.1', 8, 2000, 2, 'nobody', port=5020)
+modbus_add_signal('127.0.0.1', 255, 2000, 2, 'somebody', port=5020)
+sleep(0.5)
+write_output_integer_register(0, modbus_get_error('nobody')[0])
+write_output_integer_register(1, modbus_get_error('somebody')[0])
+",
+    );
+    let [nobody, somebody, ..] = controller.told();
+    assert_eq!([nobody, somebody], [11, 0]);
+}
+
+#[test]
 fn what_cannot_be_on_a_bus_is_refused_in_a_sentence() {
     let second = "\n[[gripper]]\nname = \"other\"\nkind = \"fingers\"\nstroke = 0.08\nfinger = { size = [0.02, 0.01, 0.04], pose = [0, 0.005, 0.1, 0, 0, 0] }\nforce = 9\nspeed = 0.1\nprotocol = \"dh-ag\"\nbus = \"tool\"\nslave = 9\n";
     let serial = "\n[[serial]]\nport = \"tool\"\ndevice = \"tcp:127.0.0.1:9\"\n";
@@ -216,8 +273,12 @@ fn what_cannot_be_on_a_bus_is_refused_in_a_sentence() {
             ["has close = standard_digital_out[0]", "no points"],
         ),
         (
-            "protocol = \"dh-ag\"\nbus = \"tcp:5021\"".to_owned(),
-            ["has bus = \"tcp:5021\"", "Modbus TCP are not simulated yet"],
+            "protocol = \"dh-ag\"\nbus = \"tcp:65536\"".to_owned(),
+            ["has bus = \"tcp:65536\"", "1 to 65535"],
+        ),
+        (
+            "protocol = \"dh-ag\"\nbus = \"tcp:0\"".to_owned(),
+            ["has bus = \"tcp:0\"", "1 to 65535"],
         ),
         (
             "protocol = \"dh-ag\"\nbus = \"can\"".to_owned(),

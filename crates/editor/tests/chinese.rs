@@ -1,11 +1,17 @@
-//! Nothing that people are told lacks its Chinese form: the sentences of findings, of the robot's functions and of
-//! stops are taken from where the source declares them, those of functions from their declarations.
+//! Nothing that people are told lacks its Chinese form: the sentences of findings, of the robot's functions, of stops
+//! and of commands are taken from where the source declares them, those of functions from their declarations.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use editor::analysis::words::Language;
 use elite_syntax::chinese::PhraseTable;
+
+/// What commands say; the tables are `server`'s, which this crate does not know.
+#[path = "../../server/src/language/sentences.rs"]
+mod of_commands;
+#[path = "../../server/src/language/libraries.rs"]
+mod of_libraries;
 
 /// Where sentences about texts of programs are declared.
 const OF_TEXTS: &[&str] = &[
@@ -34,6 +40,154 @@ const OF_ROBOT: &[&str] = &[
 /// Functions one by one: of these texts only those that begin with a function are sentences of it, the others
 /// declarations.
 const OF_FUNCTIONS: &str = "elite-runtime/src/builtins";
+
+/// Where commands and the crates whose errors they pass on declare what they say.
+const OF_COMMANDS: &[&str] = &[
+    "server/src/cli/identify.rs",
+    "server/src/cli/import.rs",
+    "server/src/cli/mod.rs",
+    "server/src/cli/paths.rs",
+    "server/src/cli/replay.rs",
+    "server/src/cli/robot.rs",
+    "server/src/cli/ros2.rs",
+    "server/src/cli/test.rs",
+    "server/src/commands/cell/mod.rs",
+    "server/src/commands/check.rs",
+    "server/src/commands/clearance.rs",
+    "server/src/commands/excite.rs",
+    "server/src/commands/identify",
+    "server/src/commands/import.rs",
+    "server/src/commands/optimize.rs",
+    "server/src/commands/place.rs",
+    "server/src/commands/plan.rs",
+    "server/src/commands/replay/rosbag.rs",
+    "server/src/commands/ros2.rs",
+    "server/src/commands/translate.rs",
+    "server/src/config",
+    "server/src/options.rs",
+    "controller/src/cell",
+    "controller/src/clearance",
+    "controller/src/loaded_model.rs",
+    "controller/src/optimizer",
+    "controller/src/options.rs",
+    "controller/src/planned_path",
+    "controller/src/recorded_run.rs",
+    "controller/src/start.rs",
+    "controller/src/start_configuration.rs",
+    "controller/src/stepped.rs",
+    "elite-runtime/src/preset.rs",
+    "kinematics/src/calibration",
+    "kinematics/src/calibration.rs",
+    "kinematics/src/identification",
+    "kinematics/src/payload.rs",
+    "kinematics/src/safety",
+    "kinematics/src/safety.rs",
+    "kinematics/src/text_file.rs",
+    "kinematics/src/urdf",
+    "motion/src/config_error.rs",
+    "path-planning/src",
+    "program-import/src/toolpath",
+    "program-import/src/translate",
+    "program-import/src/urscript",
+    "recorder/src/messages.rs",
+    "recorder/src/read_error.rs",
+    "recorder/src/reader.rs",
+    "recorder/src/records.rs",
+    "recorder/src/setup.rs",
+    "ros2/src/names.rs",
+    "world/src/check.rs",
+    "world/src/check_entry.rs",
+    "world/src/error.rs",
+    "world/src/fingers.rs",
+    "world/src/orders.rs",
+];
+
+/// Functions of other robots with a remark each, behind the last bar.
+const FUNCTIONS_OF_OTHERS: &str = include_str!("../../program-import/src/translate/functions.txt");
+
+/// Begins what is wrong with a command.
+const PROGRAM: &str = "eliteserver: ";
+
+/// Texts of commands that stay as they are.
+const COMMANDS_STAY: &[&str] = &[
+    // Numbers with their units.
+    "kg m²",
+    "m, rad",
+    "N, Nm",
+    "Nm s/rad",
+    "x = {} m, y = {} m, yaw = {} rad",
+    "{} mm",
+    "{} s",
+    "{}  {} {}  {} {} {} rad {}{}{}",
+    // Lines of programs and of cell files.
+    "# Turns each joint at several speeds in both directions, so that its friction can be told.",
+    "# Turns the flange about all axes, so that what hangs on it can be told. Keep away from the arm.",
+    "# The arm has to stand at {}.",
+    "# Translated from {}",
+    "# line {}: {}",
+    "def planned_path():",
+    "Pose([{}], [{}])",
+    ", mode=1",
+    ", r={}",
+    "at({}, {}, {})",
+    "at({}, {}, {}, {}, {}, {})",
+    "elementwise(\"*\", {}, -1)",
+    "elementwise(\"{}\", {}, {})",
+    "frame = {}",
+    "inertia = {}",
+    "movec({}, {}",
+    "movej({}, a=1.0, v=0.5)",
+    "movej({}, a={}, v={})",
+    "movej({}, a={}, v={}, r={})",
+    "movel({}, a={}, v={})",
+    "movel({}, v={})",
+    "names \"{}\"",
+    "return {}",
+    "set_standard_digital_out({}, {})",
+    "set_payload({}, {}{})",
+    "start_thread({}, {}, False)",
+    "switch_tool_digital_out({}, {})",
+    "{}, v={}{}{})",
+    "{}set_payload({}, {}{})",
+    "AutoCAD Binary DXF",
+    "d[1] + d[2] + d[3]",
+    // Parts of others.
+    "{}, the program that it sends, is XML too",
+    "{}, the program that it sends, is not beside it",
+    "{} is a task of the pendant in XML, and {}",
+    // Headings of help, which another test looks after.
+    "Ports and server",
+    "Ports of --serve",
+    // What no person sees.
+    "knots are in order",
+    "lines count from 1",
+    "the figures as documented, not the constant",
+    "the messages say what the fields are",
+    // A finding of runs again.
+    "command {} cannot be given again: {}",
+];
+
+/// Sentences of commands that the source makes of parts.
+const COMPOSED: &[&str] = &[
+    "## {}",
+    "{} is a task of the pendant in XML, and {}, the program that it sends, is XML too",
+    "{} is a task of the pendant in XML, and {}, the program that it sends, is not beside it",
+    "{} is left out",
+    "{} is left out; {}",
+    "is {} here; {}",
+    "is {} of the program's head",
+    "is {} of the program's head; {}",
+    "goal_in_collision: {}",
+    "no path was found {}; most often in the way were {}; --time gives it longer",
+    "no path was found {}; most often in the way were {}; a position in --via or a smaller --margin may help",
+    "no_path: {}",
+    "out_of_reach: {}",
+    "start_in_collision: {}",
+    "there is nothing called {} in the cell that could be held; there is nothing",
+    "{}, {}",
+    "{}; {}",
+    "| line | name | what |",
+];
 
 /// Texts in those places that stay as they are.
 const STAY: &[&str] = &[
@@ -150,6 +304,10 @@ fn declared(places: &[&str]) -> BTreeSet<String> {
             open.extend(inner.map(|entry| entry.unwrap().path()));
             continue;
         }
+        let is_source = path.extension().is_some_and(|ending| ending == "rs");
+        if !is_source || path.ends_with("tests.rs") {
+            continue;
+        }
         for literal in literals(&std::fs::read_to_string(&path).unwrap()) {
             // What is no text for `format!` may have braces of its own.
             found.insert(form(&literal));
@@ -222,6 +380,39 @@ fn every_sentence_about_the_robot_is_there_in_chinese() {
 }
 
 #[test]
+fn every_sentence_of_commands_is_there_in_chinese() {
+    use elite_runtime::chinese as robot;
+    use elite_syntax::chinese as texts;
+    let own = english(&[of_commands::SENTENCES, of_commands::WORDS]);
+    let others = [robot::SENTENCES, robot::WORDS, texts::SENTENCES];
+    let known: BTreeSet<&str> = own.union(&english(&others)).copied().collect();
+    let mut said: BTreeSet<String> = BTreeSet::new();
+    for text in declared(OF_COMMANDS) {
+        let line = text.trim_matches('\n');
+        // Several lines are a program or a file.
+        if !line.contains('\n') {
+            said.insert(line.strip_prefix(PROGRAM).unwrap_or(line).to_owned());
+        }
+    }
+    let rows = FUNCTIONS_OF_OTHERS
+        .lines()
+        .filter(|row| !row.starts_with('#'));
+    let remarks = rows.filter_map(|row| row.rsplit_once('|'));
+    said.extend(remarks.map(|(_, remark)| remark.trim().to_owned()));
+    let without: Vec<String> = gaps(&said, &known)
+        .into_iter()
+        .filter(|text| !known.contains(text.trim()) && !COMMANDS_STAY.contains(&text.trim()))
+        .collect();
+    assert_eq!(without, [""; 0]);
+    let is_dead = |known: &&&str| {
+        let trimmed = said.iter().any(|text| text.trim() == **known);
+        !trimmed && !said.contains(**known) && !COMPOSED.contains(*known)
+    };
+    let dead: Vec<_> = own.iter().filter(is_dead).collect();
+    assert_eq!(dead, [&""; 0], "no source says so any more");
+}
+
+#[test]
 fn a_gap_is_found() {
     let declared = ["a sentence that is new: {}".to_owned(), "code".to_owned()].into();
     let known = BTreeSet::from(["another"]);
@@ -239,6 +430,10 @@ fn tables_keep_what_varies_and_are_in_order() {
         elite_syntax::chinese::WORDS,
         elite_runtime::chinese::SENTENCES,
         elite_runtime::chinese::WORDS,
+        of_commands::SENTENCES,
+        of_commands::WORDS,
+        of_libraries::SENTENCES,
+        of_libraries::WORDS,
     ];
     for table in tables {
         assert!(table.is_sorted_by_key(|(english, _)| *english));

@@ -335,6 +335,11 @@ impl ScriptThread {
         self.state.line
     }
 
+    /// How many turns of loops the thread has finished: whether it came round to its line again.
+    pub fn finished_turns(&self) -> u64 {
+        self.state.turns
+    }
+
     /// The node of the pendant's task that it is in, as its `$ LINE` directives tell; None before the first one.
     pub fn current_node(&self) -> Option<TaskNode> {
         self.core.nodes.shown_node(self.state.node)

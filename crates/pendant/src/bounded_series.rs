@@ -1,6 +1,6 @@
 //! A series over time that never outgrows its bound: when it is full, what is old is thinned out, or all of it evenly.
 //!
-//! Owns nothing but the thinning. Times only grow; an earlier one begins the series again (a controller that was
+//! Owns nothing but the thinning. Times only grow; a much earlier one begins the series again (a controller that was
 //! restarted).
 
 /// What a series keeps.
@@ -44,6 +44,9 @@ pub struct BoundedSeries<T> {
 /// The first stretches of a series that is thinned out evenly, s: shorter than any cycle, and a power of two.
 const FIRST_STRETCH: f64 = 1.0 / 4096.0;
 
+/// How late an event may be, s.
+const LATE_MAX: f64 = 1.0;
+
 impl<T: HeapSize> BoundedSeries<T> {
     /// An empty series of at most so many entries and bytes.
     pub const fn new(most_entries: usize, most_bytes: usize) -> Self {
@@ -76,8 +79,24 @@ impl<T: HeapSize> BoundedSeries<T> {
             }
         }
         self.drop_latest_of_stretch();
+        self.insert_at(self.entries.len(), time, entry);
+    }
+
+    /// Adds an entry at its time. Events come on several ways, so one may be a little late: it stands before those that
+    /// were faster. Later than [`LATE_MAX`] it begins the series again, as with [`Self::push`].
+    pub fn insert(&mut self, time: f64, entry: T) {
+        let place = self.entries.partition_point(|(at, _)| *at <= time);
+        match self.entries.last() {
+            Some((last, _)) if place < self.entries.len() && last - time <= LATE_MAX => {
+                self.insert_at(place, time, entry);
+            }
+            _ => self.push(time, entry),
+        }
+    }
+
+    fn insert_at(&mut self, place: usize, time: f64, entry: T) {
         self.weight += entry.weight();
-        self.entries.push((time, entry));
+        self.entries.insert(place, (time, entry));
         while self.entries.len() > self.most_entries
             || (self.weight > self.most_bytes && self.entries.len() > 1)
         {

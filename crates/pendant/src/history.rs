@@ -147,7 +147,7 @@ impl History {
             true => &mut self.marks,
             false => &mut self.lines,
         };
-        track.push(time, TimedEvent { level, json });
+        track.insert(time, TimedEvent { level, json });
     }
 
     /// Nothing comes any more.
@@ -252,6 +252,34 @@ mod tests {
         let times: Vec<f64> = frames.chunks(FRAME_BYTES).map(time_of).collect();
         assert_eq!(times, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.5, 5.6]);
         assert_eq!(time_of(history.frame_at(4.9).unwrap()), 4.0);
+    }
+
+    #[test]
+    fn an_event_that_comes_late_takes_nothing_away() {
+        let mut history = History::default();
+        for (time, name) in [
+            (2.0, "run"),
+            (4.136, "alarm"),
+            (4.14, "stop"),
+            (4.132, "log"),
+        ] {
+            history.event(time, 4, format!(r#"{{"event":"{name}"}}"#).into());
+        }
+        let events = |history: &History| {
+            let wanted = EventQuery {
+                from: 0.0,
+                to: 9.0,
+                level: 0,
+                most: 9,
+                first: false,
+            };
+            history.events(wanted)
+        };
+        let all = ["run", "log", "alarm", "stop"].map(|name| format!(r#"{{"event":"{name}"}}"#));
+        assert_eq!(events(&history), format!("[{}]", all.join(",")));
+        // A controller that was started again.
+        history.event(0.5, 4, r#"{"event":"run"}"#.into());
+        assert_eq!(events(&history), r#"[{"event":"run"}]"#);
     }
 
     #[test]

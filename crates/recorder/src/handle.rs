@@ -53,7 +53,8 @@ impl RecorderHandle {
     }
 
     /// A script thread is in this line. Meant to be called where the thread waits or yields; of several lines within
-    /// one cycle the last is recorded, and only if it is another than before.
+    /// one cycle the last is recorded. The same line again is another round of a loop: rounds are counted, and
+    /// recorded at least once a second.
     pub fn script_line(&self, time: f64, program: ProgramId, thread: ThreadNumber, line: u32) {
         self.script_position(time, (program, thread), line, None);
     }

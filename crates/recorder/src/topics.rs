@@ -156,6 +156,9 @@ pub struct ScriptMessage {
     /// The line it is in, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
+    /// How often it came round a loop to this line, where it was told to be before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rounds: Option<u32>,
     /// The node of the pendant's task that it is in (`$ LINE`), from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node: Option<u32>,
@@ -176,6 +179,7 @@ fn script_schema() -> Value {
             "text": {"type": "string", "description": "the program's text, when it starts"},
             "thread": {"type": "integer", "description": "script thread, 0 is the main thread"},
             "line": {"type": "integer", "description": "line, from 1"},
+            "rounds": {"type": "integer", "description": "how often it came round a loop to this line again"},
             "node": {"type": "integer", "description": "node of the pendant's task, from 1"},
             "label": {"type": "string", "description": "label of that node, long ones are cut"}
         },

@@ -27,6 +27,9 @@ const MAX_TEXTS: usize = 4;
 /// Bytes that these texts may have together; the latest is always among them.
 const MAX_TEXT_BYTES: usize = 16 << 20;
 
+/// Shortest time between two messages about rounds of a loop over one line, s.
+const ROUNDS_PERIOD: f64 = 0.02;
+
 /// What a recording holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Totals {
@@ -36,6 +39,16 @@ pub struct Totals {
     pub missing: u64,
     /// Commands written.
     pub commands: u64,
+}
+
+/// What was last written of where a script thread stands.
+#[derive(Clone)]
+struct WrittenPosition {
+    place: ThreadPosition,
+    /// When, s.
+    time: f64,
+    /// Rounds of a loop to the same place since.
+    rounds: u32,
 }
 
 pub(crate) struct RecordWriter<W: Write> {
@@ -53,8 +66,8 @@ pub(crate) struct RecordWriter<W: Write> {
     /// Texts of the latest programs.
     texts: BTreeMap<ProgramId, Box<str>>,
     allowance: TextRateLimiter,
-    /// The line that was last written for a script thread.
-    thread_positions: BTreeMap<(ProgramId, ThreadNumber), ThreadPosition>,
+    /// What was last written for each script thread.
+    thread_positions: BTreeMap<(ProgramId, ThreadNumber), WrittenPosition>,
     totals: Totals,
 }
 
@@ -89,6 +102,7 @@ impl<W: Write> RecordWriter<W> {
     /// Ends this file and goes on in `out`, which is the part that `setup` says. What was going on is told again: the
     /// arm, the latest programs, the line of every thread. The old output comes back complete.
     pub(crate) fn rotate_to(mut self, out: W, setup: &Setup) -> Result<(Self, W), McapError> {
+        self.write_all_rounds(self.time())?;
         let next = ChunkedFile::begin(out, setup, &self.extra, self.file.chunks())?;
         let before = std::mem::replace(&mut self.file, next);
         let time = self.time();
@@ -97,9 +111,9 @@ impl<W: Write> RecordWriter<W> {
         for program in &programs {
             self.text(time, *program)?;
         }
-        for (thread, place) in self.thread_positions.clone() {
+        for (thread, known) in self.thread_positions.clone() {
             if programs.contains(&thread.0) {
-                self.write_position(time, thread, &place)?;
+                self.write_position(time, thread, &known.place, None)?;
             }
         }
         self.file.close_chunk()?;
@@ -168,7 +182,8 @@ impl<W: Write> RecordWriter<W> {
     }
 
     /// Writes the index and the end of the file, and gives the output back.
-    pub(crate) fn finish(self) -> Result<(W, Totals), McapError> {
+    pub(crate) fn finish(mut self) -> Result<(W, Totals), McapError> {
+        self.write_all_rounds(self.time())?;
         Ok((self.file.finish()?, self.totals))
     }
 
@@ -232,10 +247,11 @@ impl<W: Write> RecordWriter<W> {
         self.file.json(Topic::Command, time, &message)
     }
 
-    /// Writes the notes up to `time`, and after them for every script thread the line it came to, if it is another.
+    /// Writes the notes up to `time`, and after them for every script thread the line it came to.
     ///
     /// The notes of one cycle are taken together: a thread that ran through many lines has one line message. Nodes of
-    /// the pendant's task are each told.
+    /// the pendant's task are each told. Rounds of a loop over one line are counted, so that a program that polls does
+    /// not write a message every cycle.
     fn notes_until(
         &mut self,
         time: f64,
@@ -257,8 +273,8 @@ impl<W: Write> RecordWriter<W> {
                 }) => {
                     let thread = (program, thread);
                     let known = self.thread_positions.get(&thread);
-                    let is_news =
-                        place.node.is_some() && known.is_none_or(|known| known.node != place.node);
+                    let is_news = place.node.is_some()
+                        && known.is_none_or(|known| known.place.node != place.node);
                     if is_news {
                         self.update_position(time, thread, place)?;
                         places.remove(&thread);
@@ -271,8 +287,14 @@ impl<W: Write> RecordWriter<W> {
             }
         }
         for (thread, (time, place)) in places {
-            if self.thread_positions.get(&thread) != Some(&place) {
-                self.update_position(time, thread, place)?;
+            match self.thread_positions.get_mut(&thread) {
+                Some(known) if known.place == place => {
+                    known.rounds = known.rounds.saturating_add(1);
+                    if time - known.time > ROUNDS_PERIOD - 0.5 * self.step_time {
+                        self.write_rounds(time, thread)?;
+                    }
+                }
+                _ => self.update_position(time, thread, place)?,
             }
         }
         Ok(())
@@ -285,9 +307,45 @@ impl<W: Write> RecordWriter<W> {
         thread: (ProgramId, ThreadNumber),
         place: ThreadPosition,
     ) -> Result<(), McapError> {
-        self.write_position(time, thread, &place)?;
-        remember(&mut self.thread_positions, thread, place);
+        self.write_rounds(time, thread)?;
+        self.write_position(time, thread, &place, None)?;
+        let written = WrittenPosition {
+            place,
+            time,
+            rounds: 0,
+        };
+        remember(&mut self.thread_positions, thread, written);
         Ok(())
+    }
+
+    /// Writes the rounds of a thread that have been counted since its last message.
+    fn write_rounds(
+        &mut self,
+        time: f64,
+        thread: (ProgramId, ThreadNumber),
+    ) -> Result<(), McapError> {
+        let Some(known) = self.thread_positions.get_mut(&thread) else {
+            return Ok(());
+        };
+        if known.rounds == 0 {
+            return Ok(());
+        }
+        known.time = time;
+        let rounds = std::mem::take(&mut known.rounds);
+        let place = known.place.clone();
+        self.write_position(time, thread, &place, Some(rounds))
+    }
+
+    /// Writes the rounds of all threads.
+    fn write_all_rounds(&mut self, time: f64) -> Result<(), McapError> {
+        let counted = self
+            .thread_positions
+            .iter()
+            .filter(|(_, known)| known.rounds > 0);
+        let threads: Vec<_> = counted.map(|(thread, _)| *thread).collect();
+        threads
+            .into_iter()
+            .try_for_each(|thread| self.write_rounds(time, thread))
     }
 
     fn note(&mut self, note: Annotation) -> Result<(), McapError> {
@@ -311,7 +369,7 @@ impl<W: Write> RecordWriter<W> {
                 program,
                 thread,
                 place,
-            } => self.write_position(time, (program, thread), &place),
+            } => self.write_position(time, (program, thread), &place, None),
             Annotation::Variable {
                 time,
                 program,
@@ -333,7 +391,11 @@ impl<W: Write> RecordWriter<W> {
                 level,
                 source,
                 message,
-            } => self.log(time, level, &source, &message),
+            } => {
+                // The end of a program is such a message: what its threads did comes before.
+                self.write_all_rounds(time)?;
+                self.log(time, level, &source, &message)
+            }
             Annotation::Io { time, name, value } => {
                 let (cycle, name) = (self.latest.map_or(0, |state| state.cycle), name.into());
                 self.file
@@ -379,6 +441,7 @@ impl<W: Write> RecordWriter<W> {
         time: f64,
         (program, thread): (ProgramId, ThreadNumber),
         place: &ThreadPosition,
+        rounds: Option<u32>,
     ) -> Result<(), McapError> {
         let (node, label) = place.node.clone().unzip();
         let message = ScriptMessage {
@@ -387,6 +450,7 @@ impl<W: Write> RecordWriter<W> {
             text: None,
             thread: Some(thread.0),
             line: Some(place.line),
+            rounds,
             node,
             label: label.map(Into::into),
         };

@@ -93,7 +93,7 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
             ..state(2)
         }),
     );
-    // The same line again is no change.
+    // The same line again is another round of a loop.
     handle.script_line(
         2.0 * STEP,
         motion_api::ProgramId(1),
@@ -144,6 +144,8 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
             "0.008 2 tool_analog_in Number(0.0)",
             "0.012 cycle 3",
             "0.012 3 standard_digital_out[3] Level(false)",
+            // The same line again: another round.
+            "0.012 weld.script None Some(7)",
         ]
     );
     assert_eq!(entries.ending(), Some(&FileEnd::Complete));

@@ -6,10 +6,9 @@ use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::time::Duration;
 
-use clap::Parser;
 use supervision::{Fault, ThreadRole, catch};
 
-use crate::cli::{Cli, CliCommand, RunArgs};
+use crate::cli::{CliCommand, RunArgs, parse};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::config::{LogConfig, RunConfig, ServeConfig};
 use crate::{commands, language, logging};
@@ -24,11 +23,15 @@ pub fn run_program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     supervision::injection::begin();
     // This process starts no others but those that programs ask for.
     elite_runtime::claim_all_children();
-    let command = Cli::parse_from(arguments).into_command();
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let language = language::of_arguments(&arguments);
+    let command = parse(arguments, language).into_command();
     let status = match catch(|| execute(command)) {
         Ok(Ok(status)) => status,
         Ok(Err(error)) => {
-            logging::say(&format!("eliteserver: {error}"));
+            // Where the configuration cannot be read no language is chosen yet.
+            language::choose_this(language);
+            logging::say(&language::told(&format!("eliteserver: {error}")));
             error.status()
         }
         // A fault outside every thread that contains its own.

@@ -36,6 +36,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::cell_world::{CellWorld, gripper_bus};
 use schema::{ActiveLevel, InputValue, SafetyFunction, SerialPort, Tables};
+use world_schema::GripperBus;
 
 /// A reason why there is no cell: one sentence, which ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -294,7 +295,8 @@ impl Cell {
                 .serial
                 .iter()
                 .find(|serial| serial.port == wanted);
-            let slaves = world.map(|world| gripper_bus::slaves(self, world, wanted));
+            let bus = GripperBus::Serial(wanted);
+            let slaves = world.map(|world| gripper_bus::slaves(self, world, bus));
             SerialLine::new(port.map(|serial| Endpoint::parse(&serial.device)))
                 .with_slaves(slaves.unwrap_or_default())
         };

@@ -442,7 +442,7 @@ pub struct SafetyInput {
 }
 
 /// A serial port of the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SerialPort {
     /// The port at the tool connector.

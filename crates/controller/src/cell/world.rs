@@ -15,7 +15,7 @@ use super::point::{IoDirection, IoPointName};
 use super::schema::{self, ShapeName, SixNumbers, Size, Tables};
 use super::world_schema::{
     ActuatorEnd, ActuatorKindName, ActuatorTable, DetectorKindName, DetectorTable, FaultName,
-    FaultTable, FingerTable, GripperKindName, GripperTable, PartTable, SourceTable,
+    FaultTable, FingerTable, GripperBus, GripperKindName, GripperTable, PartTable, SourceTable,
 };
 
 /// Friction of an obstacle towards parts where the file gives none.
@@ -446,7 +446,7 @@ fn fingers(check: &TableCheck, table: &GripperTable) -> Result<Fingers, InvalidV
     })
 }
 
-/// Points, or a Modbus map on a serial line.
+/// Points, or a Modbus map on a bus.
 fn finger_control(check: &TableCheck, table: &GripperTable) -> Result<FingerControl, InvalidValue> {
     if table.protocol.is_none() {
         for (key, given) in [
@@ -475,16 +475,12 @@ fn finger_control(check: &TableCheck, table: &GripperTable) -> Result<FingerCont
             return Err(check.wrong(key, point, "a gripper with protocol has no points"));
         }
     }
-    let buses = "a bus is needed: \"tool\" or \"masterboard\"";
+    let buses = "a bus is needed: \"tool\", \"masterboard\" or \"tcp:PORT\"";
     let bus = table.bus.as_ref();
     let bus = bus.ok_or_else(|| check.missing("bus", buses))?;
-    if table.serial_port().is_none() {
-        let allowed = match bus.starts_with("tcp:") {
-            true => {
-                "grippers on Modbus TCP are not simulated yet: allowed are \"tool\" and \"masterboard\""
-            }
-            false => "allowed are \"tool\" and \"masterboard\"",
-        };
+    if table.modbus_bus().is_none() {
+        let allowed =
+            "allowed are \"tool\", \"masterboard\" and \"tcp:PORT\" with a port from 1 to 65535";
         return Err(check.wrong("bus", format_args!("{bus:?}"), allowed));
     }
     if !(1..=247).contains(&table.slave_number()) {
@@ -493,23 +489,24 @@ fn finger_control(check: &TableCheck, table: &GripperTable) -> Result<FingerCont
     Ok(FingerControl::Orders)
 }
 
-/// Refuses two grippers of one number on a line, and a gripper on a line that leads out.
+/// Refuses two grippers of one number on a bus, and a gripper on a line that leads out.
 fn check_buses(tables: &Tables) -> Result<(), InvalidValue> {
     for (index, table) in tables.gripper.iter().enumerate() {
-        let Some(port) = table.serial_port() else {
+        let Some(bus) = table.modbus_bus() else {
             continue;
         };
         let check = TableCheck::named("gripper", &table.name);
-        if tables.serial.iter().any(|serial| serial.port == port) {
+        let leads_out = |serial: &schema::Serial| GripperBus::Serial(serial.port) == bus;
+        if tables.serial.iter().any(leads_out) {
             let given = format!("{:?}", table.bus.as_deref().unwrap_or_default());
             return Err(check.wrong("bus", given, "a [[serial]] has this line already"));
         }
         let same = |other: &&GripperTable| {
-            other.serial_port() == Some(port) && other.slave_number() == table.slave_number()
+            other.modbus_bus() == Some(bus) && other.slave_number() == table.slave_number()
         };
         if let Some(other) = tables.gripper[..index].iter().find(same) {
             let allowed = format!(
-                "gripper {:?} has this number on the line already",
+                "gripper {:?} has this number on the bus already",
                 other.name
             );
             return Err(check.wrong("slave", table.slave_number(), allowed));

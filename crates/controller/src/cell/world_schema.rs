@@ -59,6 +59,15 @@ pub enum GripperKindName {
     Fingers,
 }
 
+/// Where a gripper with a Modbus map is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum GripperBus {
+    /// A serial line of the controller.
+    Serial(SerialPort),
+    /// A Modbus TCP port on loopback.
+    Tcp(u16),
+}
+
 /// A maker's Modbus map of a gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum GripperProtocol {
@@ -153,13 +162,16 @@ pub struct GripperTable {
 }
 
 impl GripperTable {
-    /// The serial line of a gripper with a Modbus map.
-    pub fn serial_port(&self) -> Option<SerialPort> {
+    /// The bus of a gripper with a Modbus map.
+    pub fn modbus_bus(&self) -> Option<GripperBus> {
         self.protocol?;
-        match self.bus.as_deref() {
-            Some("tool") => Some(SerialPort::Tool),
-            Some("masterboard") => Some(SerialPort::Masterboard),
-            _ => None,
+        match self.bus.as_deref()? {
+            "tool" => Some(GripperBus::Serial(SerialPort::Tool)),
+            "masterboard" => Some(GripperBus::Serial(SerialPort::Masterboard)),
+            other => {
+                let port = other.strip_prefix("tcp:")?.parse().ok()?;
+                (port > 0).then_some(GripperBus::Tcp(port))
+            }
         }
     }
 

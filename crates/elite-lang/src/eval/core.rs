@@ -81,6 +81,8 @@ pub struct InterpreterState {
     pub repr_stack: ReprStack,
     /// The line being executed.
     pub line: Cell<u32>,
+    /// Turns of loops that the running thread has finished.
+    pub turns: Cell<u64>,
     /// The node of the pendant's task that is being executed.
     pub nodes: TaskNodes,
     /// The running thread.
@@ -168,6 +170,7 @@ impl InterpreterState {
             native_depth: Cell::new(0),
             repr_stack: ReprStack::default(),
             line: Cell::new(0),
+            turns: Cell::new(0),
             nodes: TaskNodes::default(),
             thread: Cell::new(0),
             stopping: Cell::default(),
@@ -286,12 +289,20 @@ impl InterpreterState {
         self.saved_fuel.take()
     }
 
+    /// A loop, whose line this is, has finished a turn.
+    #[inline]
+    pub fn finish_turn(&self, line: u32) {
+        self.line.set(line);
+        self.turns.set(self.turns.get().wrapping_add(1));
+    }
+
     /// Makes `state` that of the running thread; returns the one before.
     pub fn switch_to(&self, state: ThreadState) -> ThreadState {
         ThreadState {
             thread: self.thread.replace(state.thread),
             depth: self.depth.replace(state.depth),
             line: self.line.replace(state.line),
+            turns: self.turns.replace(state.turns),
             node: self.nodes.switch_to(state.node),
             stopping: self.stopping.replace(state.stopping),
             native_depth: self.native_depth.replace(state.native_depth),

@@ -321,6 +321,8 @@ pub struct ThreadState {
     pub depth: u32,
     /// The line being executed.
     pub line: u32,
+    /// Turns of loops that the thread has finished.
+    pub turns: u64,
     /// Where the thread stands in the pendant's task.
     pub node: NodeCursor,
     /// Whether the thread is being stopped.

@@ -255,7 +255,7 @@ impl Evaluator<'_> {
                     }
                 }
                 GeneratorStep::LoopBack { line: number, head } => {
-                    line.set(*number);
+                    self.core.finish_turn(*number);
                     self.safepoint()?;
                     *at = *head as usize;
                     continue;

@@ -27,6 +27,8 @@ pub(super) struct ReportedPosition {
     cycle: Option<u64>,
     line: u32,
     node: Option<TaskNode>,
+    /// Turns of loops that the thread had finished then.
+    turns: u64,
     /// Nodes that were told in the cycle `nodes_in`.
     nodes: u32,
     nodes_in: u64,
@@ -42,6 +44,11 @@ impl ReportedPosition {
             (self.line, self.node) = (line, node);
         }
         is_news
+    }
+
+    /// Takes note of the turns of loops that the thread has finished; true if there are more.
+    fn update_turns(&mut self, turns: u64) -> bool {
+        std::mem::replace(&mut self.turns, turns) != turns
     }
 }
 
@@ -181,7 +188,9 @@ impl Task {
                 continue;
             }
             let line = entry.script.current_line();
-            if entry.reported.update(line, entry.script.current_node()) {
+            let is_elsewhere = entry.reported.update(line, entry.script.current_node());
+            let is_next_turn = entry.reported.update_turns(entry.script.finished_turns());
+            if line > 0 && (is_elsewhere || is_next_turn) {
                 entry.reported.cycle = Some(cycle);
                 let node = entry.reported.node.as_ref();
                 let observer = &self.settings.observer;

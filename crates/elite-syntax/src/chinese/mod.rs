@@ -7,6 +7,8 @@
 
 mod table;
 
+use std::collections::HashMap;
+
 use crate::diagnostic::Diagnostic;
 
 /// English forms and their Chinese ones. In those `{0}` is what stands for the first `{}` as it is, `{0~}` the same in
@@ -20,8 +22,11 @@ pub const WORDS: PhraseTable = table::WORDS;
 
 /// Longest sentence that is looked up, in bytes.
 const BYTES_MAX: usize = 4000;
-/// Sentences within sentences.
-const NESTED_SENTENCES_MAX: u32 = 3;
+/// Sentences within sentences; items of a list lie in each other.
+const NESTED_SENTENCES_MAX: u32 = 8;
+
+/// What was looked up within one sentence, by how deep sentences may lie in it.
+type Known<'t> = HashMap<(&'t str, u32), Option<(usize, String)>>;
 
 /// The tables that sentences are looked up in.
 #[derive(Clone, Copy, Debug)]
@@ -35,13 +40,13 @@ pub struct Translations {
 impl Translations {
     /// The Chinese form of a sentence; none if the tables do not have it.
     pub fn sentence(self, english: &str) -> Option<String> {
-        (english.len() <= BYTES_MAX).then(|| {
-            self.among(
-                self.sentences.iter().copied(),
-                english,
-                NESTED_SENTENCES_MAX,
-            )
-        })?
+        if english.len() > BYTES_MAX {
+            return None;
+        }
+        let sentences = self.sentences.iter().copied();
+        let known = &mut Known::new();
+        let (_, chinese) = self.among(sentences, english, NESTED_SENTENCES_MAX, known)?;
+        Some(chinese)
     }
 
     /// A finding with its message, labels and advice in Chinese, as far as the tables have them.
@@ -59,25 +64,36 @@ impl Translations {
         finding
     }
 
-    /// The form whose words are most of the sentence.
-    fn among(
+    /// The form that leaves least of the sentence as it is, with how many letters it takes; of two alike the one that
+    /// has more of its own.
+    fn among<'t>(
         self,
         tables: impl Iterator<Item = PhraseTable>,
-        english: &str,
+        english: &'t str,
         depth: u32,
-    ) -> Option<String> {
-        let entries = tables.flatten();
-        let matching = entries.filter_map(|(form, chinese)| {
+        known: &mut Known<'t>,
+    ) -> Option<(usize, String)> {
+        let matching = tables.flatten().filter_map(|(form, chinese)| {
             let holes = match_template(form, english)?;
-            let own = english.len() - holes.iter().map(|hole| hole.len()).sum::<usize>();
-            Some((own, holes, chinese))
+            let own = |measure: fn(&str) -> usize| {
+                measure(english) - holes.iter().map(|hole| measure(hole)).sum::<usize>()
+            };
+            let (inner, text) = self.fill_template(chinese, &holes, depth, known);
+            Some((own(letters) + inner, own(str::len), text))
         });
-        let (_, holes, chinese) = matching.max_by_key(|(own, ..)| *own)?;
-        Some(self.fill_template(chinese, &holes, depth))
+        let (taken, _, text) = matching.max_by_key(|(taken, own, _)| (*taken, *own))?;
+        Some((taken, text))
     }
 
-    fn fill_template(self, chinese: &str, holes: &[&str], depth: u32) -> String {
-        let mut text = String::new();
+    /// The Chinese form with what stands in it, and how many English letters of that are Chinese as well.
+    fn fill_template<'t>(
+        self,
+        chinese: &str,
+        holes: &[&'t str],
+        depth: u32,
+        known: &mut Known<'t>,
+    ) -> (usize, String) {
+        let (mut taken, mut text) = (0, String::new());
         let mut rest = chinese;
         while let Some((number, is_word, length)) = rest.find('{').and_then(|at| {
             text.push_str(&rest[..at]);
@@ -85,17 +101,41 @@ impl Translations {
             place(rest)
         }) {
             let hole = holes.get(number).copied().unwrap_or_default();
-            let word = depth.checked_sub(1).filter(|_| is_word).and_then(|depth| {
-                // Of both, since a word such as "{} to {}" is found in many a sentence; words win where both fit alike.
-                let tables = self.sentences.iter().chain(self.words);
-                self.among(tables.copied(), hole, depth)
-            });
-            text.push_str(word.as_deref().unwrap_or(hole));
+            let word = match is_word {
+                true => self.word(hole, depth, known),
+                false => None,
+            };
+            let (inner, shown) = word.unwrap_or_else(|| (0, hole.to_owned()));
+            taken += inner;
+            text.push_str(&shown);
             rest = &rest[length..];
         }
         text.push_str(rest);
-        text
+        (taken, text)
     }
+
+    /// What stands in a sentence, and how much of it is Chinese.
+    fn word<'t>(
+        self,
+        english: &'t str,
+        depth: u32,
+        known: &mut Known<'t>,
+    ) -> Option<(usize, String)> {
+        let depth = depth.checked_sub(1)?;
+        if let Some(word) = known.get(&(english, depth)) {
+            return word.clone();
+        }
+        // Of both, since a word such as "{} to {}" is found in many a sentence; words win where both fit alike.
+        let tables = self.sentences.iter().chain(self.words).copied();
+        let word = self.among(tables, english, depth, known);
+        known.insert((english, depth), word.clone());
+        word
+    }
+}
+
+/// How many English letters a text has. Commas between others are no words.
+fn letters(text: &str) -> usize {
+    text.bytes().filter(u8::is_ascii_alphabetic).count()
 }
 
 /// `{0}` or `{0~}` at the beginning of a text: the number, whether it is to be Chinese, how long it is.
@@ -145,6 +185,26 @@ mod tests {
         assert_eq!(
             chinese("this  is never closed").as_deref(),
             Some("这个没有结束")
+        );
+    }
+
+    #[test]
+    fn the_form_that_leaves_least_is_taken() {
+        const FORMS: PhraseTable = &[
+            ("the program failed: {}", "程序失败：{0~}"),
+            ("{} must be {}", "{0}应为{1~}"),
+            ("{}, {}", "{0~}、{1~}"),
+            ("{}: {}", "{0}：{1~}"),
+            ("joint {}", "关节 {0}"),
+        ];
+        let forms = Translations {
+            sentences: &[FORMS],
+            words: &[],
+        };
+        let chinese = |english: &str| forms.sentence(english);
+        assert_eq!(
+            chinese("a.script: the program failed: q must be joint 1, joint 2").as_deref(),
+            Some("a.script：程序失败：q应为关节 1、关节 2")
         );
     }
 }

@@ -14,8 +14,8 @@ use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::time::timeout;
 
-use codec::{ADU_BYTES_MAX, ModbusFrameError, build_reply, message_bytes};
-use tables::Tables;
+use codec::{ADU_BYTES_MAX, ModbusFrameError, build_reply, build_slave_reply, message_bytes};
+use tables::{Slaves, Tables};
 
 /// A request that has begun has to be complete, and a reply taken, within this time.
 pub const MESSAGE_TIME: Duration = Duration::from_secs(5);
@@ -40,8 +40,26 @@ pub enum ModbusSessionError {
 /// # Errors
 /// [`ModbusSessionError`] says why it ended otherwise.
 pub async fn serve(
-    mut stream: impl AsyncRead + AsyncWrite + Unpin,
+    stream: impl AsyncRead + AsyncWrite + Unpin,
     tables: &(impl Tables + Sync),
+) -> Result<(), ModbusSessionError> {
+    serve_replies(stream, |message| build_reply(message, tables)).await
+}
+
+/// Answers requests of devices in this process until the client closes.
+///
+/// # Errors
+/// [`ModbusSessionError`] says why it ended otherwise.
+pub async fn serve_slaves(
+    stream: impl AsyncRead + AsyncWrite + Unpin,
+    slaves: &Slaves,
+) -> Result<(), ModbusSessionError> {
+    serve_replies(stream, |message| build_slave_reply(message, slaves)).await
+}
+
+async fn serve_replies(
+    mut stream: impl AsyncRead + AsyncWrite + Unpin,
+    reply_to: impl Fn(&[u8]) -> Vec<u8>,
 ) -> Result<(), ModbusSessionError> {
     // Room for one message: what comes after it waits in the socket.
     let mut buffer = [0; ADU_BYTES_MAX];
@@ -50,7 +68,7 @@ pub async fn serve(
         if let Some(length) = message_bytes(&buffer[..filled])?
             && filled >= length
         {
-            let reply = build_reply(&buffer[..length], tables);
+            let reply = reply_to(&buffer[..length]);
             match timeout(MESSAGE_TIME, stream.write_all(&reply)).await {
                 Ok(written) => written?,
                 Err(_elapsed) => return Err(ModbusSessionError::Stalled),

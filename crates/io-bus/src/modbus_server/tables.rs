@@ -1,7 +1,9 @@
 //! What a Modbus server serves: bits and words behind addresses. The protocol knows no more of it; [`super::map`] is
 //! the controller's own, [`Store`] a device that only keeps what is written.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use parking_lot::{Mutex, MutexGuard};
 
@@ -19,6 +21,8 @@ pub enum ModbusException {
     IllegalValue = 3,
     /// The request cannot be passed on just now.
     DeviceBusy = 6,
+    /// Nobody behind this server has the number of the slave.
+    NoTargetDevice = 11,
 }
 
 /// One of the two spaces of a kind: values that a client can write, or values that it can only read.
@@ -29,6 +33,9 @@ pub enum Space {
     /// Discrete inputs and input registers: functions 2 and 4.
     Inputs,
 }
+
+/// Devices in this process, by the number of the slave. They answer at once.
+pub type Slaves = BTreeMap<u8, Arc<dyn Tables + Send + Sync>>;
 
 /// Bits and words. A request that is refused has changed nothing. Counts are at least 1, and addresses may reach beyond
 /// the last one there is.

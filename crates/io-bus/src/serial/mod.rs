@@ -4,7 +4,6 @@
 //! Owns the open line, its settings and the bytes nobody has read yet. A line outlives programs, so it is driven by a
 //! thread of its own; functions that wait can be dropped at any time and leave the line usable.
 
-use std::collections::BTreeMap;
 use std::io;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -23,7 +22,7 @@ use crate::driver::RuntimeThread;
 use crate::modbus::pdu::{PduError, Reply, Request};
 use crate::modbus::rtu;
 use crate::modbus_server::codec::reply_to;
-use crate::modbus_server::tables::Tables;
+use crate::modbus_server::tables::Slaves;
 use crate::names;
 
 /// How long connecting to a TCP line and writing may take.
@@ -54,9 +53,6 @@ impl Endpoint {
         }
     }
 }
-
-/// Devices on a line that are in this process, by the number of the slave. They answer at any settings of the line and at once.
-pub type SerialSlaves = BTreeMap<u8, Arc<dyn Tables + Send + Sync>>;
 
 /// What the line is used for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -150,7 +146,7 @@ impl<T: AsyncRead + AsyncWrite + Unpin + Send> Transport for T {}
 #[derive(Default)]
 pub struct SerialLine {
     endpoint: Option<Endpoint>,
-    slaves: SerialSlaves,
+    slaves: Slaves,
     settings: Arc<SyncMutex<Option<SerialSettings>>>,
     line: Arc<Mutex<OpenPort>>,
     driver: OnceLock<RuntimeThread>,
@@ -182,7 +178,7 @@ impl SerialLine {
     }
 
     /// This port with slaves in this process and nothing else behind it.
-    pub fn with_slaves(self, slaves: SerialSlaves) -> Self {
+    pub fn with_slaves(self, slaves: Slaves) -> Self {
         Self { slaves, ..self }
     }
 

@@ -6,6 +6,7 @@ use kinematics::{Frames, JointPositions, Pose, RobotModel, RpyPose};
 use motion_api::{HeldPart, MAX_GRIPPERS};
 use nalgebra::{Rotation3, Unit, Vector3};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 use super::{ArmPart, Contact, ContactModel, Environment, Obstacle, PlacedShape, Shape};
 
@@ -271,7 +272,7 @@ fn body() -> impl Strategy<Value = (Shape, ArmPart)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig { cases: 96, rng_seed: RngSeed::Fixed(51), ..ProptestConfig::default() })]
 
     /// A body that overlaps a block by half a millimetre along some direction can leave it that way: nowhere is it
     /// deeper.
@@ -319,7 +320,7 @@ fn peg() -> impl Strategy<Value = (Shape, ArmPart)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig { cases: 64, rng_seed: RngSeed::Fixed(52), ..ProptestConfig::default() })]
 
     /// The walls are flush with the bed and with each other: the lower end comes by all their edges.
     #[test]

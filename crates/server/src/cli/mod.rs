@@ -3,6 +3,7 @@
 //! Owns the shape of the command line only. Options keep "not given" apart from "given", so that [`crate::config`] can
 //! put a flag over the configuration file over the default; the defaults are written there, the texts here name them.
 
+mod chinese;
 mod debug;
 mod examples;
 mod identify;
@@ -27,6 +28,7 @@ use elite_runtime::Preset;
 use crate::config::PRIMARY_PORT;
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
+pub use self::chinese::parse;
 pub use self::ros2::{Ros2Args, RosMiddleware};
 pub use debug::{DebugArgs, DebugRobotArgs};
 pub use identify::{ExciteArgs, ExciteTarget, IdentifyArgs, IdentifyTarget};

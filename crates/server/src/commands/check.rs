@@ -57,17 +57,17 @@ pub fn check(args: &CheckArgs) -> CommandResult {
                 }
                 if findings.len() == elite_syntax::DIAGNOSTICS_MAX {
                     let most = elite_syntax::DIAGNOSTICS_MAX;
-                    logging::say(&format!(
+                    logging::say(&language::told(&format!(
                         "eliteserver: {}: only the first {most} findings are shown",
                         file.name()
-                    ));
+                    )));
                 }
                 if !findings.is_empty() {
                     status = status.max(CommandStatus::Negative);
                 }
             }
             Err(sentence) => {
-                logging::say(&format!("eliteserver: {sentence}"));
+                logging::say(&language::told(&format!("eliteserver: {sentence}")));
                 status = CommandStatus::NotDone;
             }
         }
@@ -99,11 +99,11 @@ fn findings_of_run(
     let options = MeasureOptions::default();
     let run = measure(&config.robot, program, &options, &mut || true)?;
     if run.end != MeasuredEnd::Finished {
-        logging::say(&format!(
+        logging::say(&language::told(&format!(
             "eliteserver: {}: distances are known as far as it runs: {}",
             EscapedText(file.name()),
             EscapedText(&run.end.to_string())
-        ));
+        )));
     }
     Ok(clearance_findings(&run, file, args.margin.unwrap_or(0.0)))
 }

@@ -3,12 +3,14 @@
 use std::io::Write;
 
 use controller::clearance::{ClearanceRun, MeasureOptions, MeasuredEnd, MotionClearance, measure};
+use editor::analysis::words::Language;
 use serde_json::{Value as Json, json};
 
 use crate::cli::{ClearanceArgs, FindingFormat, RunArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::check::read_script;
 use crate::config::RunConfig;
+use crate::language;
 use crate::logging;
 use crate::ports::escape::EscapedText;
 use crate::shutdown::Shutdown;
@@ -22,9 +24,9 @@ pub fn clearance(args: &ClearanceArgs, config: &RunConfig) -> CommandResult {
     let shutdown = Shutdown::start(CommandStatus::NotDone)?;
     let program = read_script(&config.file).map_err(CommandError::sentence)?;
     if config.robot.cell.is_none() {
-        logging::say(
+        logging::say(&language::told(
             "eliteserver: there is no --cell: only the links and the tool are measured, against each other",
-        );
+        ));
     }
     let mut keep_going = || !shutdown.token().is_cancelled();
     let options = MeasureOptions {
@@ -35,7 +37,7 @@ pub fn clearance(args: &ClearanceArgs, config: &RunConfig) -> CommandResult {
     let run = measure(&config.robot, program, &options, &mut keep_going)?;
     let mut out = std::io::stdout().lock();
     let text = match args.format {
-        FindingFormat::Human => table(&run, args.margin),
+        FindingFormat::Human => table(&run, args.margin, language::chosen()),
         FindingFormat::Json => lines(&run, args.margin),
     };
     // Whoever reads may have seen enough; the status still tells.
@@ -44,15 +46,15 @@ pub fn clearance(args: &ClearanceArgs, config: &RunConfig) -> CommandResult {
         crate::plot::clearance::draw(path, &run, args.margin)?;
     }
     if let Some(report) = run.result.report.as_deref() {
-        logging::say(report.trim_end());
+        logging::say(&language::report(report.trim_end()));
     }
     match &run.end {
         MeasuredEnd::Finished => {}
-        end => logging::say(&format!(
+        end => logging::say(&language::told(&format!(
             "eliteserver: {}: {}",
             EscapedText(&config.file.display().to_string()),
             EscapedText(&end.to_string())
-        )),
+        ))),
     }
     Ok(status(&run, args.margin))
 }
@@ -138,12 +140,16 @@ fn lines(run: &ClearanceRun, margin: f64) -> String {
 }
 
 /// For people: a line a motion, and one for all.
-pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
+pub(crate) fn table(run: &ClearanceRun, margin: f64, language: Language) -> String {
+    let told = |english: &str| match language {
+        Language::Chinese => language::in_chinese(english),
+        Language::English => english.to_owned(),
+    };
     let mut text = String::new();
     if !run.rows.is_empty() {
-        text.push_str(
+        text.push_str(&told(
             "line  motion      distance  between                       at       joint range  singular value\n",
-        );
+        ));
     }
     for row in &run.rows {
         let (distance, between, time) = match &row.least {
@@ -164,14 +170,15 @@ pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
             .as_deref()
             .map(|node| format!("  {}", EscapedText(node)));
         text.push_str(&format!(
-            "{:>4}  {:<8} {:>11}  {:<28} {:>9} {:>9.2} rad {:>10.3}{mark}{}\n",
+            "{:>4}  {:<8} {:>11}  {} {:>9} {:>9.2} rad {:>10.3}{}{}\n",
             row.line,
             row.kind,
             distance,
-            between,
+            language::padded(&told(&between), 28),
             time,
             row.joint_margin,
             row.singularity,
+            told(mark),
             node.unwrap_or_default()
         ));
     }
@@ -185,20 +192,20 @@ pub(crate) fn table(run: &ClearanceRun, margin: f64) -> String {
     {
         None => format!("{motions}, nothing that could be touched\n"),
         Some((row, least)) => {
-            let names = format!("{} and {}", EscapedText(&least.a), EscapedText(&least.b));
-            let place = format!("in line {} at {:.3} s", row.line, least.time);
+            let (a, b) = (EscapedText(&least.a), EscapedText(&least.b));
+            let (line, time) = (row.line, least.time);
             match least.distance < 0.0 {
                 true => format!(
-                    "{motions}: {names} run {:.1} mm into each other {place}\n",
+                    "{motions}: {a} and {b} run {:.1} mm into each other in line {line} at {time:.3} s\n",
                     -least.distance * 1e3
                 ),
                 false => format!(
-                    "{motions}, least distance {:.1} mm: {names} {place}\n",
+                    "{motions}, least distance {:.1} mm: {a} and {b} in line {line} at {time:.3} s\n",
                     least.distance * 1e3
                 ),
             }
         }
     };
-    text.push_str(&said);
+    text.push_str(&told(&said));
     text
 }

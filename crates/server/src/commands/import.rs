@@ -78,7 +78,10 @@ pub fn import(args: &ImportArgs) -> CommandResult {
     ));
     let said: String = remarks
         .iter()
-        .map(|remark: &Remark| format!("{name}: {}\n", EscapedText(&remark.to_string())))
+        .map(|remark: &Remark| {
+            let said = EscapedText(&remark.to_string()).to_string();
+            format!("{name}: {}\n", language::told(&said))
+        })
         .collect();
     let _ = std::io::stderr().write_all(said.as_bytes());
     match &args.output {
@@ -163,7 +166,7 @@ fn options_of(args: &ImportArgs, format: Format) -> ProgramOptions {
 
 /// What `check` would say about the program.
 fn check(program: &str) -> CommandStatus {
-    let file = SourceFile::new("the program", program);
+    let file = SourceFile::new(&*language::told("the program"), program);
     let findings = diagnostics_of(&file, false);
     for finding in &findings {
         let shown = render_text(&language::finding(finding), &file);

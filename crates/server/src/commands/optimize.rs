@@ -10,6 +10,7 @@ use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::check::read_script;
 use crate::commands::clearance::refuse_ignored;
 use crate::config::RunConfig;
+use crate::language::told;
 use crate::logging;
 use crate::ports::escape::EscapedText;
 use crate::shutdown::Shutdown;
@@ -30,9 +31,9 @@ pub fn optimize(args: &OptimizeArgs, config: &RunConfig) -> CommandResult {
         )));
     }
     if config.robot.cell.is_none() {
-        logging::say(
+        logging::say(&told(
             "eliteserver: there is no --cell: only the arm itself is kept from itself, whatever else stands there",
-        );
+        ));
     }
     let options = OptimizeOptions {
         margin: args.margin,
@@ -61,7 +62,7 @@ pub fn optimize(args: &OptimizeArgs, config: &RunConfig) -> CommandResult {
         })?;
     }
     let (before, after) = (faster.before, faster.after);
-    logging::say(&match faster.diff.is_empty() {
+    logging::say(&told(&match faster.diff.is_empty() {
         true => format!(
             "nothing can be gained: the cycle takes {before:.3} s (simulated runs: {})",
             faster.runs
@@ -71,6 +72,6 @@ pub fn optimize(args: &OptimizeArgs, config: &RunConfig) -> CommandResult {
             (before - after) / before.max(1e-9) * 100.0,
             faster.runs
         ),
-    });
+    }));
     Ok(CommandStatus::Success)
 }

@@ -13,6 +13,7 @@ use crate::cli::{FindingFormat, PlaceArgs, RunArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::clearance::refuse_ignored;
 use crate::config::RunConfig;
+use crate::language::told;
 use crate::logging;
 use crate::shutdown::Shutdown;
 
@@ -69,29 +70,30 @@ pub fn place(args: &PlaceArgs, config: &RunConfig) -> CommandResult {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
     match (&found, args.format) {
         (Ok(found), FindingFormat::Human) => {
-            let distance = match found.distance.is_finite() {
-                true => format!("at least {:.1} mm from everything, ", found.distance * 1e3),
-                false => String::new(),
-            };
-            logging::say(&format!(
-                "all {} points are reached {distance}{:.3} rad from the ends of the joints' ranges, in {:.3} s from \
-                 first to last",
-                request.points.len(),
-                found.joint_margin,
-                found.time
-            ));
+            let (count, margin, time) = (request.points.len(), found.joint_margin, found.time);
+            logging::say(&told(&match found.distance.is_finite() {
+                true => format!(
+                    "all {count} points are reached at least {:.1} mm from everything, {margin:.3} rad from the ends of \
+                     the joints' ranges, in {time:.3} s from first to last",
+                    found.distance * 1e3
+                ),
+                false => format!(
+                    "all {count} points are reached {margin:.3} rad from the ends of the joints' ranges, in {time:.3} s \
+                     from first to last"
+                ),
+            }));
         }
         (Err(failing), FindingFormat::Human) => {
             let points: Vec<String> = failing
                 .iter()
                 .map(|number| (number + 1).to_string())
                 .collect();
-            logging::say(&format!(
+            logging::say(&told(&format!(
                 "eliteserver: no base pose in the area reaches all points with {:.1} mm to spare; from the best one \
                  these are not reached: {}",
                 args.margin * 1e3,
                 points.join(", ")
-            ));
+            )));
         }
         _ => {}
     }

@@ -9,6 +9,7 @@ use crate::cli::{FindingFormat, PlanArgs, RunArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::clearance::refuse_ignored;
 use crate::config::RunConfig;
+use crate::language::told;
 use crate::logging;
 use crate::shutdown::Shutdown;
 
@@ -28,7 +29,9 @@ pub fn plan(args: &PlanArgs, config: &RunConfig) -> CommandResult {
         robot.home = from.0;
     }
     if robot.cell.is_none() {
-        logging::say("eliteserver: there is no --cell: the path only keeps the arm from itself");
+        logging::say(&told(
+            "eliteserver: there is no --cell: the path only keeps the arm from itself",
+        ));
     }
     let options = PlanOptions {
         target: args.to,
@@ -45,9 +48,10 @@ pub fn plan(args: &PlanArgs, config: &RunConfig) -> CommandResult {
         Ok(planned) => planned,
         Err(PlanError::NoPath { reason, detail }) => {
             match args.format {
-                FindingFormat::Human => {
-                    logging::say(&format!("eliteserver: {}: {detail}", reason.as_str()))
-                }
+                FindingFormat::Human => logging::say(&told(&format!(
+                    "eliteserver: {}: {detail}",
+                    reason.as_str()
+                ))),
                 FindingFormat::Json => print(&format!(
                     "{}\n",
                     json!({"ok": false, "reason": reason.as_str(), "detail": detail})
@@ -58,7 +62,7 @@ pub fn plan(args: &PlanArgs, config: &RunConfig) -> CommandResult {
         Err(error) => return Err(error.into()),
     };
     for warning in &planned.warnings {
-        logging::say(&format!("eliteserver: warning: {warning}"));
+        logging::say(&told(&format!("eliteserver: warning: {warning}")));
     }
     if let Some(path) = &args.output {
         std::fs::write(path, &planned.program).map_err(|error| {
@@ -71,7 +75,7 @@ pub fn plan(args: &PlanArgs, config: &RunConfig) -> CommandResult {
             if args.output.is_none() {
                 print(&planned.program);
             }
-            logging::say(&sentence(&planned));
+            logging::say(&told(&sentence(&planned)));
         }
     }
     Ok(CommandStatus::Success)

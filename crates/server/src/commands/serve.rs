@@ -20,7 +20,8 @@ use crate::ports::http::page::Page;
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::ports::ros2::keep_node;
 use crate::ports::{
-    dashboard, foxglove, http, interpreter, modbus, primary, query, rtsi, state, tool_serial,
+    dashboard, foxglove, gripper, http, interpreter, modbus, primary, query, rtsi, state,
+    tool_serial,
 };
 use crate::ready_file;
 use crate::shutdown::Shutdown;
@@ -43,6 +44,14 @@ pub enum ServeError {
     /// A port.
     #[error(transparent)]
     Bind(#[from] BindError),
+    /// The port of grippers.
+    #[error("cannot open port {port} for the grippers of the cell file: {source}")]
+    Grippers {
+        /// The port.
+        port: u16,
+        /// Error of the operating system.
+        source: std::io::Error,
+    },
     /// The ready file.
     #[error("cannot write the ready file {}: {source}", path.display())]
     ReadyFile {
@@ -446,6 +455,17 @@ async fn serve_ports(
         if let Some(port) = port {
             tracing::info!("{name} on {}:{port}", config.bind);
         }
+    }
+    for (port, slaves) in controller.tcp_grippers() {
+        let (port, slaves) = (*port, Arc::new(slaves.clone()));
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).await;
+        let listener = listener.map_err(|source| ServeError::Grippers { port, source })?;
+        let meter = PortMeter::new("gripper").with_faults(faults.clone());
+        let (one, token) = (meter.clone(), token.clone());
+        start_port(&mut services, listener, &meter, move |listener| {
+            gripper::serve(listener, slaves.clone(), one.clone(), token.clone())
+        })?;
+        tracing::info!("grippers on {}:{port}", Ipv4Addr::LOCALHOST);
     }
     if let Some(address) = page_address(config.bind, &bound) {
         crate::logging::say(&match crate::language::is_chinese() {

@@ -9,6 +9,7 @@ use serde_json::json;
 use crate::cli::{FindingFormat, TranslateArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::check::{display_name, read_script};
+use crate::language::told;
 use crate::logging;
 use crate::ports::escape::EscapedText;
 
@@ -23,7 +24,7 @@ pub fn translate(args: &TranslateArgs) -> CommandResult {
     let translation = translated(&source.text, &short_name)
         .map_err(|error| CommandError::sentence(format!("{name}: {error}")))?;
     if let Some(path) = &args.report {
-        write(path, &translation.report(&short_name))?;
+        write(path, &told(&translation.report(&short_name)))?;
     }
     let remarks: String = translation
         .messages
@@ -47,7 +48,10 @@ pub fn translate(args: &TranslateArgs) -> CommandResult {
 
 fn remark(message: &Message, format: FindingFormat) -> String {
     match format {
-        FindingFormat::Human => format!("{}\n", EscapedText(&message.to_string())),
+        FindingFormat::Human => {
+            let said = EscapedText(&message.to_string()).to_string();
+            format!("{}\n", told(&said))
+        }
         FindingFormat::Json => {
             let row = json!({
                 "line": message.line,

@@ -6,6 +6,7 @@ pub mod derived;
 pub mod description;
 pub mod escape;
 pub mod foxglove;
+pub mod gripper;
 pub mod http;
 pub mod interpreter;
 pub mod lines;

@@ -1,30 +1,45 @@
-//! Grippers of the cell as Modbus slaves on the controller's serial lines.
+//! Grippers of the cell as Modbus slaves, on the controller's serial lines and on Modbus TCP.
 //!
 //! Owns the words that were written to each. What they ask for reaches the world as an order between two cycles, and so gets into the
 //! recording. Answers take no time: runs on the thread of whoever asks.
 
 mod registers;
+mod tcp;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use io_bus::modbus_server::tables::{ModbusException, Space, Tables};
-use io_bus::serial::SerialSlaves;
+use io_bus::modbus_server::tables::{ModbusException, Slaves, Space, Tables};
 use parking_lot::Mutex;
 use world::description::{Fingers, GripperKind};
 use world::{FingerOrder, FingerState};
 
 use super::{CellWorld, WorldOrder};
 use crate::cell::Cell;
-use crate::cell::schema::SerialPort;
-use crate::cell::world_schema::GripperTable;
+use crate::cell::world_schema::{GripperBus, GripperTable};
 use registers::{FingerLimits, FingerRequest, FingerView, GripperRegisters};
 
-/// The grippers behind a serial port, by the number of the slave.
-pub(crate) fn slaves(cell: &Cell, world: &CellWorld, port: SerialPort) -> SerialSlaves {
+pub(crate) use tcp::{GripperPeers, GripperTimeline};
+
+/// The grippers on Modbus TCP, by port.
+pub(crate) fn tcp_slaves(cell: &Cell, world: &CellWorld) -> BTreeMap<u16, Slaves> {
+    let buses = cell
+        .tables()
+        .gripper
+        .iter()
+        .filter_map(GripperTable::modbus_bus);
+    let ports = buses.filter_map(|bus| match bus {
+        GripperBus::Tcp(port) => Some((port, slaves(cell, world, bus))),
+        GripperBus::Serial(_) => None,
+    });
+    ports.collect()
+}
+
+/// The grippers on a bus, by the number of the slave.
+pub(crate) fn slaves(cell: &Cell, world: &CellWorld, bus: GripperBus) -> Slaves {
     let grippers = cell.tables().gripper.iter().enumerate();
     let slaves = grippers.filter_map(|(number, table)| {
-        if table.serial_port() != Some(port) {
+        if table.modbus_bus() != Some(bus) {
             return None;
         }
         let slave = BusGripper::new(number, table, world.clone())?;

@@ -35,7 +35,7 @@ impl LoopBody {
                 Flow::Break => return Flow::Next,
                 other => return other,
             }
-            ev.core.line.set(self.line);
+            ev.core.finish_turn(self.line);
             attempt!(ev.safepoint());
         }
         self.orelse.exec(ev, f)

@@ -4,7 +4,7 @@
 //! a byte count that does not fit, where a controller has to answer with exception 3. References are sections of the
 //! MODBUS Application Protocol Specification V1.1b3.
 
-use super::tables::{ModbusException, Space, Tables};
+use super::tables::{ModbusException, Slaves, Space, Tables};
 use crate::modbus::pdu::EXCEPTION_FLAG;
 
 /// Bytes before the request proper: transaction, protocol, length, unit.
@@ -55,14 +55,33 @@ pub fn message_bytes(received: &[u8]) -> Result<Option<usize>, ModbusFrameError>
 
 /// The reply to one whole message, as long as [`message_bytes`] said.
 pub fn build_reply(message: &[u8], tables: &dyn Tables) -> Vec<u8> {
+    build_reply_with(message, |_, request| reply_to(request, tables))
+}
+
+/// The reply to one whole message of the slave whose number it has. The only slave also answers to 0 and 255, which
+/// clients send where a connection leads to one device.
+pub fn build_slave_reply(message: &[u8], slaves: &Slaves) -> Vec<u8> {
+    build_reply_with(message, |unit, request| {
+        let only = match (unit, slaves.len()) {
+            (0 | 255, 1) => slaves.values().next(),
+            _ => None,
+        };
+        match slaves.get(&unit).or(only) {
+            Some(tables) => reply_to(request, tables.as_ref()),
+            None => exception(request, ModbusException::NoTargetDevice),
+        }
+    })
+}
+
+fn build_reply_with(message: &[u8], reply_of: impl FnOnce(u8, &[u8]) -> Vec<u8>) -> Vec<u8> {
     let (header, request) = message.split_at(HEADER_BYTES.min(message.len()));
-    let reply = reply_to(request, tables);
+    let reply = reply_of(header.last().copied().unwrap_or(0), request);
     // A reply is never longer than a request proper may be.
     let length = u16::try_from(1 + reply.len()).unwrap_or(u16::MAX);
     let mut out = Vec::with_capacity(HEADER_BYTES + reply.len());
     out.extend(header.iter().take(4)); // transaction and protocol as received
     out.extend(length.to_be_bytes());
-    out.extend(header.iter().skip(6)); // unit as received: every one is this controller
+    out.extend(header.iter().skip(6)); // unit as received
     out.extend(reply);
     out
 }
@@ -87,8 +106,13 @@ pub(crate) fn reply_to(request: &[u8], tables: &dyn Tables) -> Vec<u8> {
     };
     match body {
         Ok(body) => [&[function][..], &body].concat(),
-        Err(exception) => vec![function | EXCEPTION_FLAG, exception as u8],
+        Err(reason) => exception(request, reason),
     }
+}
+
+fn exception(request: &[u8], reason: ModbusException) -> Vec<u8> {
+    let function = request.first().copied().unwrap_or(0);
+    vec![function | EXCEPTION_FLAG, reason as u8]
 }
 
 fn read_bits(fields: &[u8], tables: &dyn Tables, space: Space) -> ReplyBody {

@@ -3,6 +3,7 @@
 use super::super::tables::Store;
 use super::*;
 use proptest::prelude::*;
+use std::sync::Arc;
 
 /// The reply proper to a request proper, both in hex.
 fn reply(store: &Store, request: &str) -> String {
@@ -26,6 +27,20 @@ fn the_golden_message_is_answered_with_its_transaction_and_unit() {
         build_reply(&request, &store),
         [0xAB, 0xCD, 0, 0, 0, 5, 0x11, 3, 2, 0x12, 0x34]
     );
+}
+
+#[test]
+fn a_slave_answers_to_its_number_and_the_only_one_to_0_and_255() {
+    let request = |unit: u8| [0, 1, 0, 0, 0, 6, unit, 3, 0, 2, 0, 1];
+    let one = Slaves::from([(9, Arc::new(Store::default()) as _)]);
+    for unit in [9, 0, 255] {
+        let answer = [0, 1, 0, 0, 0, 5, unit, 3, 2, 0, 0];
+        assert_eq!(build_slave_reply(&request(unit), &one), answer);
+    }
+    let absent = |unit| [0, 1, 0, 0, 0, 3, unit, 0x83, 11];
+    assert_eq!(build_slave_reply(&request(8), &one), absent(8));
+    let two = Slaves::from([9, 3].map(|unit| (unit, Arc::new(Store::default()) as _)));
+    assert_eq!(build_slave_reply(&request(255), &two), absent(255));
 }
 
 #[test]

@@ -14,6 +14,7 @@ use serde_json::{Value as Json, json};
 
 use crate::cli::{CellArgs, FindingFormat};
 use crate::command::{CommandResult, CommandStatus};
+use crate::language::{pick, told};
 use crate::ports::escape::EscapedLines;
 
 /// What is doubtful about a cell that can be used.
@@ -123,11 +124,11 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
     let mut text = String::new();
     let counts: Vec<String> = counts(cell)
         .iter()
-        .map(|(word, count)| format!("{count} {word}"))
+        .map(|(word, count)| format!("{count} {}", told(word)))
         .collect();
     match counts.is_empty() {
-        true => text.push_str("nothing stands in the cell\n"),
-        false => text.push_str(&format!("{}\n", counts.join(", "))),
+        true => text.push_str(&told("nothing stands in the cell\n")),
+        false => text.push_str(&format!("{}\n", counts.join(pick(", ", "，")))),
     }
     let name_of = |connection: &Connection| {
         let mut names = cell.point_names();
@@ -154,7 +155,8 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
         text.push_str(&format!("{}\n", EscapedLines(&line)));
     }
     for finding in findings {
-        text.push_str(&format!("warning: {}\n", EscapedLines(&finding.message)));
+        let said = format!("warning: {}\n", EscapedLines(&finding.message));
+        text.push_str(&told(&said));
     }
     text
 }

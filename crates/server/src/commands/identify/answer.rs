@@ -4,6 +4,8 @@ use core::fmt::Write;
 
 use serde_json::{Value as Json, json};
 
+use crate::language::{padded, pick, told};
+
 /// What was found.
 #[derive(Clone, Debug)]
 pub enum Answer {
@@ -165,7 +167,8 @@ impl Answer {
             } else {
                 format!("  ± {sigma}")
             };
-            let _ = writeln!(text, "{name:<20}{value}{sigma} {unit}");
+            let name = padded(&told(name), 20);
+            let _ = writeln!(text, "{name}{value}{sigma} {unit}");
         };
         match self {
             Self::Payload(a) => {
@@ -175,7 +178,7 @@ impl Answer {
                     Some(inertia) => row("inertia", list(&inertia), String::new(), "kg m²"),
                     None => row(
                         "inertia",
-                        "not told by this motion".to_owned(),
+                        told("not told by this motion").into_owned(),
                         String::new(),
                         "",
                     ),
@@ -237,7 +240,12 @@ impl Answer {
                 let _ = writeln!(text, "\nset_tcp({})", list(&a.tcp));
             }
             Self::Frame(a) => {
-                row("frame", list(&a.frame), String::new(), "m, rad");
+                row(
+                    pick("frame", "坐标系"),
+                    list(&a.frame),
+                    String::new(),
+                    "m, rad",
+                );
                 let _ = writeln!(text, "\nframe = {}", list(&a.frame));
             }
         }

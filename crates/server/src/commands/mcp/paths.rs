@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use controller::clearance::{MeasureOptions, MeasuredEnd, measure};
 use controller::planned_path::{PathTarget, PlanError, PlanOptions};
+use editor::analysis::words::Language;
 use kinematics::{JointPositions, RpyPose};
 use rmcp::schemars::JsonSchema;
 use serde::Deserialize;
@@ -147,7 +148,7 @@ pub(super) fn clearance(
     let mut goes_on = || !stop.load(Ordering::Relaxed) && began.elapsed().as_secs_f64() < WALL_TIME;
     let run = measure(&config.robot, text, &options, &mut goes_on);
     let run = run.map_err(|error| error.to_string())?;
-    let mut text = shortened(table(&run, margin), TABLE_BYTES_MAX);
+    let mut text = shortened(table(&run, margin, Language::English), TABLE_BYTES_MAX);
     if run.end != MeasuredEnd::Finished {
         text.push_str(&format!("\n{}\n", run.end));
     }

@@ -1,8 +1,8 @@
 //! `replay --script`: the programs of a recording, with when each line ran, how often and for how long; of those that
 //! the pendant made from tasks also when each node of the task ran.
 //!
-//! Lines are recorded where a thread waits or yields and only when they change, at most one a cycle and thread: lines
-//! that take no simulated time may not show up. A loop over one line shows by the commands that the line gave.
+//! Lines are recorded where a thread waits or yields, when they change or a loop comes round to them, at most one a
+//! cycle and thread: lines that take no simulated time may not show up.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -68,7 +68,7 @@ pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), R
                     script.thread,
                     script.line,
                 ) {
-                    program.enter(thread, line, time);
+                    program.enter(thread, line, script.rounds, time);
                     let label = script.label.unwrap_or_default();
                     program.enter_node(thread, script.node.map(|node| (node, label)), time);
                 }
@@ -181,7 +181,8 @@ impl ProgramProfile {
         }
     }
 
-    fn enter(&mut self, thread: u32, line: u32, time: f64) {
+    /// A thread came to a line, or `rounds` times round a loop to the line where it is.
+    fn enter(&mut self, thread: u32, line: u32, rounds: Option<u32>, time: f64) {
         self.leave(thread, time);
         if !(1..=self.length).contains(&line) || self.threads.len() >= MAX_THREADS {
             return;
@@ -191,7 +192,7 @@ impl ProgramProfile {
             ..LineProfile::default()
         });
         known.last = time;
-        known.entered += 1;
+        known.entered = known.entered.saturating_add(rounds.unwrap_or(1).into());
         self.threads.insert(thread, (line, time));
     }
 

@@ -473,6 +473,7 @@ mod tests {
                 text: text.map(str::to_owned),
                 thread: line.map(|_| 0),
                 line,
+                rounds: None,
                 node: line,
                 label: line.map(|line| format!("at {line}")),
             })

@@ -1,0 +1,275 @@
+//! The command line in Chinese: help texts, and what is wrong with what was typed.
+//!
+//! The declaration stays English; its texts are exchanged before it is parsed with. clap's own sentences about wrong
+//! arguments are exchanged line by line when they are shown.
+
+use std::ffi::OsString;
+use std::io::{IsTerminal as _, Write as _};
+
+use clap::builder::StyledStr;
+use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _, Parser as _};
+use editor::analysis::words::Language;
+
+use super::Cli;
+use crate::language::{self, HELP};
+
+/// Columns of a line of help: what is left beside the names of most options.
+const COLUMNS: usize = 66;
+/// Punctuation that does not begin a line.
+const NOT_FIRST: &str = "，。；：、？！）」》…,.;:)]";
+/// Punctuation that does not end one.
+const NOT_LAST: &str = "（「《";
+/// Headings that clap writes itself, and the words in its usage line.
+const HEADINGS: [(&str, &str); 6] = [
+    ("Usage:", "用法:"),
+    ("Arguments:", "参数:"),
+    ("Options:", "选项:"),
+    ("Commands:", "命令:"),
+    ("[OPTIONS]", "[选项]"),
+    ("<COMMAND>", "<命令>"),
+];
+
+/// Reads a command line. What is wrong with it, and `--help`, end the process as clap does, in this language.
+pub fn parse(arguments: Vec<OsString>, language: Language) -> Cli {
+    if language == Language::English {
+        return Cli::parse_from(arguments);
+    }
+    let mut command = in_chinese();
+    let parsed = command
+        .try_get_matches_from_mut(arguments)
+        .and_then(|matches| {
+            Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+        });
+    parsed.unwrap_or_else(|error| {
+        // Whoever reads may have seen enough; the status still tells.
+        let _ = match error.use_stderr() {
+            true => std::io::stderr().write_all(refusal(&error.render().to_string()).as_bytes()),
+            false => {
+                let text = match std::io::stdout().is_terminal() {
+                    true => error.render().ansi().to_string(),
+                    false => error.render().to_string(),
+                };
+                std::io::stdout().write_all(with_headings(text).as_bytes())
+            }
+        };
+        std::process::exit(error.exit_code())
+    })
+}
+
+/// The command line with Chinese texts.
+fn in_chinese() -> Command {
+    let mut command = Cli::command();
+    // The texts about --help and --version come with this.
+    command.build();
+    exchange(command)
+}
+
+fn exchange(mut command: Command) -> Command {
+    if let Some(about) = command.get_about().map(chinese) {
+        command = command.about(about);
+    }
+    if let Some(about) = command.get_long_about().map(chinese) {
+        command = command.long_about(about);
+    }
+    if let Some(examples) = command.get_after_help().map(ToString::to_string) {
+        command = command.after_help(with_comments(&examples));
+    }
+    command.mut_args(argument).mut_subcommands(exchange)
+}
+
+fn argument(mut arg: Arg) -> Arg {
+    let values: Vec<_> = match arg.get_action().takes_values() && !arg.is_hide_possible_values_set()
+    {
+        true => arg.get_possible_values(),
+        false => Vec::new(),
+    };
+    let defaults: Vec<_> = arg
+        .get_default_values()
+        .iter()
+        .map(|value| value.to_string_lossy())
+        .collect();
+    let default = match defaults.is_empty() || !arg.get_action().takes_values() {
+        true => String::new(),
+        false => format!(" [默认：{}]", defaults.join(" ")),
+    };
+    let names: Vec<&str> = values.iter().map(|value| value.get_name()).collect();
+    let described: String = values
+        .iter()
+        .filter_map(|value| {
+            Some(format!(
+                "\n- {}：{}",
+                value.get_name(),
+                chinese(value.get_help()?)
+            ))
+        })
+        .collect();
+    let short = arg.get_help().map(chinese);
+    let long = arg.get_long_help().map(chinese);
+    if let Some(text) = &short {
+        let choice = match names.is_empty() {
+            true => String::new(),
+            false => format!(" [可选值：{}]", names.join("、")),
+        };
+        arg = arg.help(wrapped(&format!("{text}{default}{choice}")));
+    }
+    if let Some(text) = long.or_else(|| short.filter(|_| !described.is_empty())) {
+        let choice = match described.is_empty() {
+            true => String::new(),
+            false => format!("\n\n可选值：{described}"),
+        };
+        arg = arg.long_help(wrapped(&format!("{text}{default}{choice}")));
+    }
+    if let Some(heading) = arg.get_help_heading().and_then(declared) {
+        arg = arg.help_heading(heading);
+    }
+    arg.hide_possible_values(true).hide_default_value(true)
+}
+
+/// The Chinese form of a help text.
+fn chinese(english: &StyledStr) -> String {
+    wrapped(&help_text(&english.to_string()))
+}
+
+fn help_text(english: &str) -> String {
+    declared(english).unwrap_or(english).to_owned()
+}
+
+fn declared(english: &str) -> Option<&'static str> {
+    let at = HELP
+        .binary_search_by_key(&english, |(english, _)| english)
+        .ok()?;
+    Some(HELP[at].1)
+}
+
+/// Examples, and what stands behind them.
+fn with_comments(examples: &str) -> String {
+    let lines = examples.lines().map(|line| match line.rsplit_once("  ") {
+        Some((command, comment)) if !command.trim().is_empty() => {
+            format!("{command}  {}", help_text(comment))
+        }
+        _ => help_text(line),
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+fn with_headings(help: String) -> String {
+    HEADINGS.iter().fold(help, |help, (english, chinese)| {
+        help.replace(english, chinese)
+    })
+}
+
+/// What clap says of a wrong command line.
+fn refusal(english: &str) -> String {
+    with_headings(language::in_chinese(english))
+}
+
+/// Lines that are no longer than [`COLUMNS`]: Chinese has no blanks at which clap could break.
+fn wrapped(text: &str) -> String {
+    let mut lines = String::new();
+    for (number, line) in text.split('\n').enumerate() {
+        if number > 0 {
+            lines.push('\n');
+        }
+        let mut column = 0;
+        let mut rest = line;
+        while let Some(word) = first_word(rest) {
+            let columns = language::columns_of(word.trim_end());
+            if column > 0 && column + columns > COLUMNS {
+                lines.truncate(lines.trim_end_matches(' ').len());
+                lines.push('\n');
+                column = 0;
+            }
+            lines.push_str(word);
+            column += language::columns_of(word);
+            rest = &rest[word.len()..];
+        }
+    }
+    lines
+}
+
+/// What stays together at the beginning of a line: letters up to a blank or to a Chinese one, with the punctuation
+/// behind them.
+fn first_word(line: &str) -> Option<&str> {
+    let mut letters = line.char_indices();
+    let (_, first) = letters.next()?;
+    let mut last = first;
+    // The word at the beginning of a bracket, up to its colon.
+    let mut is_mark = first == '[';
+    for (at, letter) in letters {
+        let is_apart = last == ' ' || language::is_wide(last) || language::is_wide(letter);
+        let stays =
+            is_mark || letter == ' ' || NOT_FIRST.contains(letter) || NOT_LAST.contains(last);
+        if is_apart && !stays {
+            return Some(&line[..at]);
+        }
+        is_mark = letter == '[' || is_mark && !"：] ".contains(letter);
+        last = letter;
+    }
+    Some(line)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Every help text of the command line, as it is declared.
+    fn texts(command: &Command, found: &mut BTreeSet<String>) {
+        let mut add = |text: Option<&StyledStr>| found.extend(text.map(ToString::to_string));
+        add(command.get_about());
+        add(command.get_long_about());
+        for arg in command.get_arguments() {
+            add(arg.get_help());
+            add(arg.get_long_help());
+            for value in arg.get_possible_values() {
+                add(value.get_help());
+            }
+        }
+        for arg in command.get_arguments() {
+            found.extend(arg.get_help_heading().map(ToOwned::to_owned));
+        }
+        let examples = command.get_after_help().map(ToString::to_string);
+        for line in examples.iter().flat_map(|text| text.lines()) {
+            match line.trim_start().rsplit_once("  ") {
+                Some((_, comment)) => found.insert(comment.to_owned()),
+                None if line.starts_with(' ') => false,
+                None => found.insert(line.to_owned()),
+            };
+        }
+        for inner in command.get_subcommands() {
+            texts(inner, found);
+        }
+    }
+
+    #[test]
+    fn every_help_text_is_there_in_chinese() {
+        let mut command = Cli::command();
+        command.build();
+        let mut declared = BTreeSet::new();
+        texts(&command, &mut declared);
+        let known: BTreeSet<&str> = HELP.iter().map(|(english, _)| *english).collect();
+        let missing: Vec<&String> = declared
+            .iter()
+            .filter(|text| !known.contains(&***text))
+            .collect();
+        assert!(missing.is_empty(), "{missing:#?}");
+        let dead: Vec<&&str> = known
+            .iter()
+            .filter(|text| !declared.contains(**text))
+            .collect();
+        assert!(dead.is_empty(), "no command says so any more: {dead:#?}");
+        assert!(HELP.is_sorted_by_key(|(english, _)| *english));
+    }
+
+    #[test]
+    fn lines_break_between_chinese_letters_and_not_before_punctuation() {
+        let text = "机械臂".repeat(11) + "，然后停止";
+        let lines: Vec<String> = wrapped(&text).lines().map(ToOwned::to_owned).collect();
+        assert_eq!(lines.len(), 2);
+        assert!(lines[1].starts_with("臂，"), "{lines:?}");
+        assert_eq!(wrapped("--set speed=0.25"), "--set speed=0.25");
+        let marked = "机".repeat(30) + " [默认：serve 为 realtime]";
+        assert!(wrapped(&marked).ends_with("\n[默认：serve 为 realtime]"));
+    }
+}

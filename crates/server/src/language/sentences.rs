@@ -1,0 +1,1789 @@
+//! What commands say in Chinese, in the order of the English ones. A test holds them against the source.
+
+/// Refusals, findings and results.
+pub(super) const SENTENCES: &[(&str, &str)] = &[
+    ("# Translation of {}", "# {0} 的翻译"),
+    ("## {}", "## {0~}"),
+    (
+        "$INSUNITS {} is no unit that is driven",
+        "$INSUNITS {0} 不是可用的单位",
+    ),
+    ("'{}' alone is no statement", "单独的 '{0}' 不是语句"),
+    (
+        "'{}' is no group code of a DXF file",
+        "'{0}' 不是 DXF 文件的组码",
+    ),
+    ("'{}' is no number", "'{0}' 不是数"),
+    ("'{}' is not understood", "不理解 '{0}'"),
+    (
+        "--clock: time is always simulated here",
+        "--clock：这里时间总是仿真的",
+    ),
+    (
+        "--from {} s is later than --to {} s: nothing lies between",
+        "--from {0} s 晚于 --to {1} s：其间没有内容",
+    ),
+    (
+        "--keep {}-{}: the last line of {} is {}",
+        "--keep {0}-{1}：{2} 的最后一行是第 {3} 行",
+    ),
+    (
+        "--layer is for drawings (.dxf): other files have no layers",
+        "--layer 用于图纸（.dxf）：其他文件没有图层",
+    ),
+    (
+        "--local and --control {} contradict each other: leave one of them out",
+        "--local 与 --control {0} 相矛盾：请去掉其中一个",
+    ),
+    (
+        "--log-dir: no log files are written",
+        "--log-dir：这里不写日志文件",
+    ),
+    (
+        "--payload {} kg is more than the {} kg that {} is rated for",
+        "--payload {0} kg 超过 {2} 的额定负载 {1} kg",
+    ),
+    (
+        "--plant: the arm is always ideal here, so that the path is measured",
+        "--plant：这里机械臂总是理想的，以便测量路径",
+    ),
+    (
+        "--record: nothing is recorded; run --record does",
+        "--record：这里不作记录；请用 run --record",
+    ),
+    (
+        "--ros-peers names {} machines, allowed are 1 to {}",
+        "--ros-peers 给出了 {0} 台机器，允许 1 到 {1} 台",
+    ),
+    ("--rosbag2: a message: {}", "--rosbag2：消息：{0~}"),
+    (
+        "--rosbag2: cannot write the bag: {}",
+        "--rosbag2：无法写入 bag：{0~}",
+    ),
+    ("--rosbag2: {}: {}", "--rosbag2：{0}：{1~}"),
+    ("--set {}: {}", "--set {0}：{1~}"),
+    (
+        "--units is for tables (.csv): G-code and drawings say their unit themselves",
+        "--units 用于表格（.csv）：G 代码和图纸自带单位",
+    ),
+    ("1 to {} Hz are allowed", "允许 1 到 {0} Hz"),
+    ("Everything has a counterpart.", "全部都有对应。"),
+    (
+        "NAME=VALUE is needed, as speed=0.25",
+        "需要 NAME=VALUE，如 speed=0.25",
+    ),
+    ("POLYLINE is a mesh: left out", "POLYLINE 是网格：已略去"),
+    (
+        "POLYLINE lies in a tilted plane: left out",
+        "POLYLINE 位于倾斜平面内：已略去",
+    ),
+    (
+        "TimeoutError: no simulated time passed for {} s: the program computes without waiting",
+        "TimeoutError: {0} s 内没有仿真时间经过：程序只计算不等待",
+    ),
+    (
+        "TimeoutError: the program had not ended after {} s",
+        "TimeoutError: 程序在 {0} s 后没有结束",
+    ),
+    ("URScript has no character '{}'", "URScript 没有字符 '{0}'"),
+    (
+        "[[actuator]] \"{}\": the physics engine refused its joint",
+        "[[actuator]] \"{0}\"：物理引擎拒绝了它的关节",
+    ),
+    (
+        "[[part]] \"{}\": pose overlaps \"{}\" by {} m, allowed: poses in which parts do not overlap",
+        "[[part]] \"{0}\"：位姿与 \"{1}\" 重叠 {2} m，只允许工件不重叠的位姿",
+    ),
+    (
+        "[[{}]] \"{}\": {} is {}, allowed: an input that nothing else drives (\"{}\" drives it)",
+        "[[{0}]] \"{1}\"：{2} 为 {3}，应为没有其他驱动的输入（\"{4}\" 在驱动它）",
+    ),
+    (
+        "[[{}]] \"{}\": {} is {}, allowed: {}",
+        "[[{0}]] \"{1}\"：{2} 为 {3}，允许：{4~}",
+    ),
+    (
+        "[[{}]] \"{}\": {} names \"{}\", allowed: the name of {}",
+        "[[{0}]] \"{1}\"：{2} 指向 \"{3}\"，允许{4~}的名称",
+    ),
+    (
+        "[[{}]]: name is \"{}\", allowed: names that nothing else has ([[{}]] has it)",
+        "[[{0}]]：名称为 \"{1}\"，不允许重名（[[{2}]] 已用此名称）",
+    ),
+    (
+        "[[{}]]: {} entries, allowed: up to {}",
+        "[[{0}]]：有 {1} 项，最多允许 {2} 项",
+    ),
+    (
+        "`eliteserver plan` finds a way around; what may touch is named by [[touch]] in the cell file",
+        "`eliteserver plan` 可求绕行的路径；允许接触的物体在单元文件的 [[touch]] 中给出",
+    ),
+    (
+        "`size` is a length in m or a list of lengths",
+        "`size` 是以 m 为单位的长度或长度的列表",
+    ),
+    (
+        "`value` is true, false or a number",
+        "`value` 是 true、false 或数",
+    ),
+    (
+        "`{}` has no number: it is `{}`",
+        "`{0}` 没有序号：应为 `{1}`",
+    ),
+    (
+        "`{}` is no input or output; names are like standard_digital_in[0], configurable_digital_out[7], tool_digital_in[0], standard_analog_out[1], tool_analog_in, input_float_register[0]",
+        "`{0}` 不是输入或输出；名称如 standard_digital_in[0]、configurable_digital_out[7]、tool_digital_in[0]、standard_analog_out[1]、tool_analog_in、input_float_register[0]",
+    ),
+    (
+        "`{}` needs a number from 0 to {}, as in {}[0]",
+        "`{0}` 需要 0 到 {1} 的序号，如 {2}[0]",
+    ),
+    ("a POLYLINE has no SEQEND", "POLYLINE 没有 SEQEND"),
+    (
+        "a [[serial]] has this line already",
+        "已有 [[serial]] 使用此串口",
+    ),
+    ("a beam has from and until", "光束有 from 和 until"),
+    (
+        "a belt that carries has pose, size and direction, a turntable center and radius",
+        "运送工件的皮带有 pose、size 和 direction，转台有 center 和 radius",
+    ),
+    ("a box needs x, y, z", "长方体需要 x、y、z"),
+    (
+        "a bus is needed: \"tool\", \"masterboard\" or \"tcp:PORT\"",
+        "需要总线：\"tool\"、\"masterboard\" 或 \"tcp:端口\"",
+    ),
+    ("a chunk cannot be unpacked: {}", "无法解压块：{0~}"),
+    ("a chunk ends within a record", "块在记录项中间结束"),
+    ("a chunk has no header", "块没有头部"),
+    (
+        "a chunk holds a record of kind {}, which has no place in a chunk",
+        "块中有类型 {0} 的记录项，它不应在块中",
+    ),
+    (
+        "a chunk says that it has {} bytes and has {}",
+        "块声明有 {0} 字节，实际有 {1}",
+    ),
+    (
+        "a collision shape of the URDF link `{}` {}",
+        "URDF 连杆 `{0}` 的碰撞形状{1~}",
+    ),
+    (
+        "a conveyor is linear, with direction and ticks_per_meter, or circular, with center and ticks_per_revolution",
+        "传送带为直线型（direction 和 ticks_per_meter）或圆周型（center 和 ticks_per_revolution）",
+    ),
+    (
+        "a conveyor that carries needs one",
+        "运送工件的传送带需要给出它",
+    ),
+    (
+        "a conveyor turns an encoder, or carries parts",
+        "传送带应带动编码器或运送工件",
+    ),
+    ("a cycle of the recording: {}", "记录中的一个周期：{0~}"),
+    ("a cylinder needs radius, length", "圆柱需要半径和长度"),
+    (
+        "a device or pty path or tcp:host:port is needed",
+        "需要设备或 pty 的路径，或 tcp:host:port",
+    ),
+    ("a direction is needed", "需要一个方向"),
+    ("a distance has pose and range", "测距有 pose 和 range"),
+    (
+        "a feed of {}: allowed is more than 0",
+        "进给为 {0}：必须大于 0",
+    ),
+    ("a function has one pair of inputs", "一个功能只有一对输入"),
+    (
+        "a gripper with protocol has no points",
+        "带 protocol 的夹爪没有输入输出点",
+    ),
+    (
+        "a linear one has axis and stroke",
+        "直线型有 axis 和 stroke",
+    ),
+    ("a list of {} is needed", "需要{0~}的列表"),
+    (
+        "a mass from 0 to 1000 kg is needed, then perhaps the centre of gravity in m, up to 10, as in 2.5 or 2.5,0,0,0.08",
+        "需要 0 到 1000 kg 的质量，之后可给出重心（m，不超过 10），如 2.5 或 2.5,0,0,0.08",
+    ),
+    (
+        "a message is of channel {}, which is not declared",
+        "消息属于未声明的通道 {0}",
+    ),
+    (
+        "a metadata record has {} bytes; at most {} are read",
+        "元数据项有 {0} 字节；最多读取 {1} 字节",
+    ),
+    ("a name as \"cs66\" is needed", "需要如 \"cs66\" 的名称"),
+    ("a number >= 0 is needed", "需要不小于 0 的数"),
+    ("a number is needed", "需要一个数"),
+    ("a number of rad is needed", "需要以 rad 为单位的数"),
+    (
+        "a number of seconds above 0 is needed, at most 1e9",
+        "需要大于 0、不超过 1e9 的秒数",
+    ),
+    (
+        "a path was found, but driven it does not keep the margin",
+        "找到了路径，但执行时不能保持间隙",
+    ),
+    (
+        "a path was found, but driven it does not keep the margin{}; a smaller --margin may help",
+        "找到了路径，但执行时不能保持间隙{0~}；减小 --margin 也许有用",
+    ),
+    (
+        "a path was found, but the controller does not drive it: {}",
+        "找到了路径，但控制器不执行它：{0~}",
+    ),
+    (
+        "a pause of {} s: allowed are 0 to 3600",
+        "暂停 {0} s：允许 0 到 3600",
+    ),
+    ("a plane has no size", "平面没有尺寸"),
+    ("a point with levels is needed", "需要一个数字点"),
+    (
+        "a pose has six numbers, and this one {}",
+        "位姿有六个数，而这里有 {0} 个",
+    ),
+    ("a presence has pose and size", "存在检测有 pose 和 size"),
+    (
+        "a program is running; stop it first, or let it run to its end",
+        "程序正在运行；请先停止它，或让它运行到结束",
+    ),
+    (
+        "a radius of {} m: allowed is more than 0",
+        "半径为 {0} m：必须大于 0",
+    ),
+    (
+        "a record is longer than the chunk it is in",
+        "记录项比所在的块长",
+    ),
+    ("a record is not what its kind says", "记录项与其类型不符"),
+    (
+        "a record of kind {} ends within one of its texts",
+        "类型 {0} 的记录项在文本中间结束",
+    ),
+    (
+        "a rotary one has axis, point and angle",
+        "旋转型有 axis、point 和 angle",
+    ),
+    (
+        "a schema or a channel has {} bytes; at most {} are read",
+        "结构定义或通道有 {0} 字节；最多读取 {1} 字节",
+    ),
+    ("a sphere needs its radius", "球需要半径"),
+    (
+        "a spline of degree {} with {} control points has {} knots, and this one {}",
+        "{0} 次、{1} 个控制点的样条曲线有 {2} 个节点，而此曲线有 {3} 个",
+    ),
+    (
+        "a spline of degree {}: allowed are 1 to {}",
+        "样条曲线的次数为 {0}：允许 1 到 {1}",
+    ),
+    (
+        "a table with a, d, alpha and optionally theta is needed",
+        "需要含有 a、d、alpha 和可选 theta 的表",
+    ),
+    (
+        "a text like \"#3a7f00\" is needed",
+        "需要如 \"#3a7f00\" 的文本",
+    ),
+    (
+        "a text of 1 to {} characters in one line is needed",
+        "需要一行 1 到 {0} 个字符的文本",
+    ),
+    (
+        "a text, a number or a list of them is needed",
+        "需要文本、数或它们的列表",
+    ),
+    (
+        "a value is an expression such as 0.25, [1, 2] or \"text\", the quotes included",
+        "值是表达式，如 0.25、[1, 2] 或 \"text\"（包括引号）",
+    ),
+    (
+        "a weight of a spline is not above 0",
+        "样条曲线有不大于 0 的权重",
+    ),
+    (
+        "a {} has {} bytes; at most {} are read at once",
+        "{0} 有 {1} 字节；一次最多读取 {2} 字节",
+    ),
+    (
+        "all {} points are reached at least {} mm from everything, {} rad from the ends of the joints' ranges, in {} s from first to last",
+        "全部 {0} 个点都可到达，与所有物体至少相距 {1} mm，距关节范围的边界 {2} rad，从第一点到最后一点 {3} s",
+    ),
+    (
+        "all {} points are reached {} rad from the ends of the joints' ranges, in {} s from first to last",
+        "全部 {0} 个点都可到达，距关节范围的边界 {1} rad，从第一点到最后一点 {2} s",
+    ),
+    ("allowed are \"en\" and \"zh\"", "允许 \"en\" 和 \"zh\""),
+    (
+        "allowed are \"tool\", \"masterboard\" and \"tcp:PORT\" with a port from 1 to 65535",
+        "允许 \"tool\"、\"masterboard\" 和 \"tcp:端口\"，端口为 1 到 65535",
+    ),
+    ("allowed are -{} to {}", "允许 -{0} 到 {1}"),
+    ("allowed are 0 and 1", "允许 0 和 1"),
+    ("allowed are 0 to 3", "允许 0 到 3"),
+    ("allowed are 0 to {}", "允许 0 到 {0}"),
+    ("allowed are 0 to {} s", "允许 0 到 {0} s"),
+    (
+        "allowed are 0.1 to 1000 messages a second",
+        "允许每秒 0.1 到 1000 条消息",
+    ),
+    ("allowed are 1 to 123", "允许 1 到 123"),
+    ("allowed are 1 to 247", "允许 1 到 247"),
+    (
+        "allowed are a host name or an IP address, without a port",
+        "允许主机名或 IP 地址，不带端口",
+    ),
+    (
+        "allowed are a line from 1, or the first and the last one, as in 12-30",
+        "允许从 1 数起的行号，或首行和末行，如 12-30",
+    ),
+    (
+        "allowed are a port from 1 to 65535, 0 for any free port, and off",
+        "允许 1 到 65535 的端口、0（任一空闲端口）和 off",
+    ),
+    (
+        "allowed are box, cylinder and sphere",
+        "允许 box、cylinder 和 sphere",
+    ),
+    (
+        "allowed are factors from 0.001 to 1000",
+        "允许 0.001 到 1000 的系数",
+    ),
+    (
+        "allowed are fastdds and cyclonedds",
+        "允许 fastdds 和 cyclonedds",
+    ),
+    (
+        "allowed are fs, fs=DIR, process, env, net and net=played",
+        "允许 fs、fs=DIR、process、env、net 和 net=played",
+    ),
+    (
+        "allowed are numbers above 0, up to 1000{}",
+        "允许大于 0、不超过 1000{0} 的数",
+    ),
+    (
+        "allowed are numbers from 0.01 to 100; 1 is as recorded",
+        "允许 0.01 到 100 的数；1 为记录时的速度",
+    ),
+    ("allowed are numbers from 0.05 to 1", "允许 0.05 到 1 的数"),
+    (
+        "allowed are numbers from {} to {} {}",
+        "允许 {0} 到 {1} {2} 的数",
+    ),
+    (
+        "allowed are off and the path of a file to write",
+        "允许 off 和要写的文件的路径",
+    ),
+    (
+        "allowed are realtime and virtual",
+        "允许 realtime 和 virtual",
+    ),
+    (
+        "allowed are remote, local and mixed",
+        "允许 remote、local 和 mixed",
+    ),
+    (
+        "allowed are rigid, rapier and ideal",
+        "允许 rigid、rapier 和 ideal",
+    ),
+    (
+        "allowed are seconds above 0, up to {}",
+        "允许大于 0、不超过 {0} 秒",
+    ),
+    ("allowed are seconds from 0 to 86400", "允许 0 到 86400 秒"),
+    (
+        "allowed are sizes from 1 MB and times from 1 s to a year, as in 500MB, 2GB, 90s, 30min or 8h",
+        "允许 1 MB 以上的大小和 1 s 到一年的时间，如 500MB、2GB、90s、30min 或 8h",
+    ),
+    (
+        "allowed are sizes from 1 MB, as in 500MB, 20GB or 4GiB",
+        "允许 1 MB 以上的大小，如 500MB、20GB 或 4GiB",
+    ),
+    ("allowed are text and json", "允许 text 和 json"),
+    ("allowed are true and false", "允许 true 和 false"),
+    (
+        "allowed are true, false and a table [ros2]",
+        "允许 true、false 和表 [ros2]",
+    ),
+    (
+        "allowed are whole microseconds from 0",
+        "允许不小于 0 的整微秒数",
+    ),
+    (
+        "allowed are whole milliseconds from 1 to 8",
+        "允许 1 到 8 的整毫秒数",
+    ),
+    ("allowed are whole numbers 0 to 232", "允许 0 到 232 的整数"),
+    ("allowed are whole numbers from 0", "允许不小于 0 的整数"),
+    (
+        "allowed are {} or the path of a URDF file (with a `/` in it, or ending in .urdf)",
+        "允许 {0} 或 URDF 文件的路径（含有 `/`，或以 .urdf 结尾）",
+    ),
+    ("allowed is an IP address", "允许 IP 地址"),
+    ("an analog input is needed", "需要一个模拟输入"),
+    ("an analog output is needed", "需要一个模拟输出"),
+    (
+        "an arc needs a centre (I, J, K) or a radius (R)",
+        "圆弧需要圆心（I、J、K）或半径（R）",
+    ),
+    (
+        "an arc of radius {} mm cannot be driven",
+        "半径 {0} mm 的圆弧无法执行",
+    ),
+    (
+        "an arc of radius {} mm cannot reach a point {} mm away",
+        "半径 {0} mm 的圆弧到不了 {1} mm 外的点",
+    ),
+    (
+        "an arc with R must end somewhere else",
+        "用 R 的圆弧，终点必须不同于起点",
+    ),
+    ("an ellipse without a plane", "椭圆没有平面"),
+    ("an ellipse without a size", "椭圆没有尺寸"),
+    ("an input is needed", "需要一个输入"),
+    (
+        "an input takes one wire, this one has wire {}",
+        "一个输入只接一条线，此输入已有接线 {0}",
+    ),
+    ("an input with levels is needed", "需要一个数字输入"),
+    ("an item has one index, or two", "元素有一个或两个下标"),
+    (
+        "an output close or open is needed",
+        "需要输出 close 或 open",
+    ),
+    ("an output is needed", "需要一个输出"),
+    ("at most {} of them are simulated", "最多仿真 {0} 个"),
+    (
+        "blocks and brackets lie more than {} deep",
+        "块和括号嵌套超过 {0} 层",
+    ),
+    (
+        "cannot read the calibration file {}: {}",
+        "无法读取标定文件 {0}：{1~}",
+    ),
+    (
+        "cannot read the cell file {}: {}",
+        "无法读取单元文件 {0}：{1~}",
+    ),
+    (
+        "cannot read the configuration file {}: {}",
+        "无法读取配置文件 {0}：{1~}",
+    ),
+    ("cannot read the model {}: {}", "无法读取型号 {0}：{1~}"),
+    ("cannot read the points {}: {}", "无法读取点文件 {0}：{1~}"),
+    ("cannot read the script {}: {}", "无法读取脚本 {0}：{1~}"),
+    ("cannot read {}: {}", "无法读取 {0}：{1~}"),
+    ("cannot start a thread: {}", "无法启动线程：{0~}"),
+    ("cannot use the model {}: {}", "无法使用型号 {0}：{1~}"),
+    (
+        "cannot write the recording {}: {}",
+        "无法写入记录 {0}：{1~}",
+    ),
+    ("cannot write {}: {}", "无法写入 {0}：{1~}"),
+    (
+        "ci_pair is {}, it must be 0 to 3 (CI0/1, CI2/3, CI4/5, CI6/7)",
+        "ci_pair 为 {0}，应为 0 到 3（CI0/1、CI2/3、CI4/5、CI6/7）",
+    ),
+    ("copies need their distances", "copies 需要间距"),
+    ("cups need their radius, m", "吸盘需要半径，m"),
+    (
+        "cycle time {} s before, {} s after: {} % shorter (simulated runs: {})",
+        "节拍由 {0} s 变为 {1} s：缩短 {2} %（仿真运行 {3} 次）",
+    ),
+    ("either at or when is needed", "需要 at 或 when 之一"),
+    ("either every or when is needed", "需要 every 或 when 之一"),
+    (
+        "either mass or density is needed",
+        "需要 mass 或 density 之一",
+    ),
+    (
+        "every obstacle needs a name of its own",
+        "每个障碍物需要各自的名称",
+    ),
+    (
+        "every plane needs a name of its own",
+        "每个平面需要各自的名称",
+    ),
+    (
+        "every way to bring the TCP to {} needs a joint beyond its range",
+        "使 TCP 到达 {0} 的每种方式都会有关节超出范围",
+    ),
+    ("finite numbers are needed", "需要有限的数"),
+    ("force mode: {}", "力控模式：{0~}"),
+    (
+        "four numbers in m are needed, least and largest x, least and largest y, as in -1,1,-0.5,0.5",
+        "需要四个以 m 为单位的数：最小和最大 x、最小和最大 y，如 -1,1,-0.5,0.5",
+    ),
+    (
+        "four or more rests at one point are needed, the data has {}",
+        "需要在同一点的四个以上静止段，数据中有 {0} 个",
+    ),
+    (
+        "fs= needs a folder, fs=/data for instance",
+        "fs= 需要一个文件夹，例如 fs=/data",
+    ),
+    ("goal_in_collision: {}", "终点碰撞：{0~}"),
+    (
+        "gripper {} has this number on the bus already",
+        "夹爪 {0} 已在此总线上使用该号码",
+    ),
+    ("here is {} and not {}", "这里是{0~}，而不是{1~}"),
+    (
+        "home puts joint {} at {} rad, allowed is {} to {} rad",
+        "home 使关节 {0} 位于 {1} rad，允许 {2} 到 {3} rad",
+    ),
+    (
+        "it goes with a surface: pose and size of a belt, radius of a turntable",
+        "它需要有表面：皮带的位姿和尺寸，或转台的半径",
+    ),
+    ("it goes with copies", "它与 copies 一起使用"),
+    ("it goes with protocol", "它与 protocol 一起使用"),
+    (
+        "it has {} bytes, at most {} are read",
+        "有 {0} 字节，最多读取 {1} 字节",
+    ),
+    (
+        "it is a folder, a pipe or a device; recordings are files",
+        "它是文件夹、管道或设备；记录是文件",
+    ),
+    ("it is empty or ends at once", "文件为空或刚开始就结束"),
+    ("it is larger than {} MiB", "超过 {0} MiB"),
+    (
+        "it is no text: its byte {} is not UTF-8",
+        "不是文本：第 {0} 个字节不是 UTF-8",
+    ),
+    (
+        "it lies more than 100 m away: are the units right?",
+        "它在 100 m 之外：单位是否正确？",
+    ),
+    (
+        "it says which arm was measured, as model = \"cs66\"",
+        "它说明测量的是哪种机械臂，如 model = \"cs66\"",
+    ),
+    (
+        "its schemas and channels have more than {} bytes together",
+        "其结构定义和通道共超过 {0} 字节",
+    ),
+    (
+        "joint `{}` has no acceleration limit, {} rad/s² is taken",
+        "关节 `{0}` 没有加速度限值，采用 {1} rad/s²",
+    ),
+    (
+        "joint {} is at {} rad, allowed are {} to {} rad",
+        "关节 {0} 位于 {1} rad，允许 {2} 到 {3} rad",
+    ),
+    (
+        "joint {} would be at {} rad, allowed is {} to {} rad",
+        "关节 {0} 将位于 {1} rad，允许 {2} 到 {3} rad",
+    ),
+    ("kind = \"{}\" has no such key", "kind = \"{0}\" 没有此键"),
+    (
+        "limit {} is {} {}, it must be at least {}",
+        "限值 {0} 为 {1} {2}，至少应为 {3}",
+    ),
+    (
+        "limit {} is {} {}, it must not be more than the {} {} outside of reduced mode",
+        "限值 {0} 为 {1} {2}，不能超过缩减模式之外的 {3} {4}",
+    ),
+    (
+        "limit {} of joint {} is {}, allowed is {} up to the arm's {}",
+        "关节 {1} 的限值 {0} 为 {2}，允许 {3} 到机械臂的 {4}",
+    ),
+    (
+        "line {}: the path has more than {} steps",
+        "第 {0} 行：路径超过 {1} 步",
+    ),
+    ("line {}: {}", "第 {0} 行：{1~}"),
+    ("line {}: {}: {}: {}", "第 {0} 行：{1~}：{2}：{3~}"),
+    (
+        "link `{}`: the collision mesh {} is not used, only cylinders, spheres, capsules and boxes are",
+        "连杆 `{0}`：不使用碰撞网格 {1}，只使用圆柱、球、胶囊和长方体",
+    ),
+    (
+        "link {} of the arm stands in obstacle {} at the start; the two never touch",
+        "机械臂的连杆 {0} 在开始时位于障碍物 {1} 之内；两者永不接触",
+    ),
+    (
+        "message {} of {} cannot be decoded: {}",
+        "无法解码 {1} 的第 {0} 条消息：{2~}",
+    ),
+    (
+        "message {} of {} cannot be read: {}",
+        "无法读取 {1} 的第 {0} 条消息：{2~}",
+    ),
+    (
+        "model {}, with the kinematics measured in {}",
+        "型号 {0}，运动学参数取自 {1} 的测量",
+    ),
+    ("model {}: {}", "型号 {0}：{1~}"),
+    (
+        "more than 0 up to {} N/m, or none for a hard one",
+        "大于 0、不超过 {0} N/m；坚硬物体不必给出",
+    ),
+    (
+        "more than {} calls, items and fields in a row",
+        "连续的调用、元素和字段超过 {0} 个",
+    ),
+    ("more than {} operators in a row", "连续的运算符超过 {0} 个"),
+    (
+        "names: {} is called {}, and nothing of the cell is connected to it",
+        "names：{0} 名为 {1}，而单元中没有任何东西与它相连",
+    ),
+    (
+        "no base pose in the area reaches all points with {} mm to spare; from the best one these are not reached: {}",
+        "区域内没有基座位姿能以 {0} mm 的间隙到达所有点；最好的位姿到达不了的点：{1}",
+    ),
+    (
+        "no joint positions bring the TCP to {}: it is out of the arm's reach; with another base pose or a longer tool (--tcp) it may not be",
+        "没有关节位置能使 TCP 到达 {0}：超出机械臂的到达范围；换一个基座位姿或更长的工具（--tcp）也许可以",
+    ),
+    (
+        "no joint positions inside the limits reach the pose",
+        "限位之内没有关节位置能到达该位姿",
+    ),
+    (
+        "no joint positions reach the goal",
+        "没有关节位置能到达终点",
+    ),
+    ("no path was found", "没有找到路径"),
+    ("no path was found in {} tries", "{0} 次尝试中没有找到路径"),
+    (
+        "no path was found {}; most often in the way were {}; --time gives it longer",
+        "{0~}没有找到路径；最常挡路的是{1~}；--time 可给更长时间",
+    ),
+    (
+        "no path was found {}; most often in the way were {}; a position in --via or a smaller --margin may help",
+        "{0~}没有找到路径；最常挡路的是{1~}；在 --via 中给出一个位置或减小 --margin 也许有用",
+    ),
+    (
+        "no path was found {}; most often in the way were {}{}",
+        "{0~}没有找到路径；最常挡路的是{1~}{2~}",
+    ),
+    ("no program was started", "没有启动程序"),
+    (
+        "no simulated time passed for {} s: the program computes without waiting; it was stopped{}",
+        "{0} s 内没有仿真时间经过：程序只计算不等待；已停止{1~}",
+    ),
+    ("no_path: {}", "没有路径：{0~}"),
+    (
+        "nobody plays {}:{}, and --allow net=played reaches no other machine",
+        "没有测试扮演 {0}:{1}，而 --allow net=played 不连接其他机器",
+    ),
+    (
+        "nothing can be gained: the cycle takes {} s (simulated runs: {})",
+        "没有可加快之处：节拍为 {0} s（仿真运行 {1} 次）",
+    ),
+    ("nothing stands in the cell", "单元中没有任何东西"),
+    ("numbers above 0 are needed", "需要大于 0 的数"),
+    ("numbers of at least 0 are needed", "需要不小于 0 的数"),
+    (
+        "numbers of at most {} N or Nm are needed",
+        "需要不超过 {0} N 或 Nm 的数",
+    ),
+    (
+        "one conveyor turns an encoder",
+        "一个编码器只由一条传送带带动",
+    ),
+    ("out_of_reach: {}", "不可达：{0~}"),
+    (
+        "program {} cannot be repeated from cycle {} on: {}, which is not in the recording",
+        "程序 {0} 从第 {1} 周期起不能重复：{2~}，而记录中没有它",
+    ),
+    (
+        "recording stopped, the robot goes on: {}",
+        "记录已停止，机器人继续运行：{0~}",
+    ),
+    (
+        "ros2 is started by 'eliteserver serve --ros2', with a socket as its standard input ({})",
+        "ros2 由 'eliteserver serve --ros2' 启动，标准输入为套接字（{0~}）",
+    ),
+    (
+        "six joint positions in rad are needed, as in 0,-1.57,1.57,-1.57,-1.57,0, or a pose of the TCP in m and rad, all of them up to 1000, as in 'p[0.4,0.1,0.3,3.14,0,0]'",
+        "需要六个关节位置（rad），如 0,-1.57,1.57,-1.57,-1.57,0，或 TCP 的位姿（m 和 rad），如 'p[0.4,0.1,0.3,3.14,0,0]'；都不超过 1000",
+    ),
+    (
+        "six joint positions in rad, up to 1000, are needed, separated by commas, as in 0,-1.57,1.57,-1.57,-1.57,0",
+        "需要六个不超过 1000 的关节位置（rad），以逗号分隔，如 0,-1.57,1.57,-1.57,-1.57,0",
+    ),
+    ("something comes nearer than {} mm", "有物体距离小于 {0} mm"),
+    ("start_in_collision: {}", "起点碰撞：{0~}"),
+    (
+        "the ROS 2 domain is {}, allowed are 0 to 232 (--ros-domain, else ROS_DOMAIN_ID)",
+        "ROS 2 域为 {0}，允许 0 到 232（--ros-domain，否则 ROS_DOMAIN_ID）",
+    ),
+    ("the URDF cannot be understood: {}", "无法理解 URDF：{0~}"),
+    ("the URDF element <{}> {}", "URDF 元素 <{0}> {1~}"),
+    (
+        "the URDF has {} revolute joints in a row ({}), exactly six are needed",
+        "URDF 中串联的旋转关节有 {0} 个（{1}），需要恰好六个",
+    ),
+    (
+        "the URDF is not well-formed XML near byte {}: {}",
+        "URDF 在第 {0} 个字节附近不是合法的 XML：{1~}",
+    ),
+    (
+        "the URDF is {} bytes long, {} are allowed",
+        "URDF 有 {0} 字节，允许 {1} 字节",
+    ),
+    (
+        "the URDF joint `{}` is {}; only revolute and fixed joints are supported",
+        "URDF 关节 `{0}` 为 {1~}；只支持 revolute 和 fixed 关节",
+    ),
+    (
+        "the URDF joint `{}` names the link `{}`, which does not exist",
+        "URDF 关节 `{0}` 指向不存在的连杆 `{1}`",
+    ),
+    ("the URDF joint `{}` {}", "URDF 关节 `{0}` {1~}"),
+    ("the URDF link `{}` has {}", "URDF 连杆 `{0}` 有{1~}"),
+    ("the URDF link `{}` {}", "URDF 连杆 `{0}` {1~}"),
+    ("the URDF names two {} `{}`", "URDF 中有两个{0~}名为 `{1}`"),
+    (
+        "the URDF nests elements more than {} deep",
+        "URDF 的元素嵌套超过 {0} 层",
+    ),
+    (
+        "the arc begins {} mm from its centre and ends {} mm from it",
+        "圆弧起点距圆心 {0} mm，终点距圆心 {1} mm",
+    ),
+    ("the arm cannot be simulated: {}", "无法仿真机械臂：{0~}"),
+    (
+        "the arm cannot follow the last {} mm to the target on a line; --approach is shorter or 0",
+        "机械臂无法沿直线走完到终点的最后 {0} mm；请缩短 --approach 或设为 0",
+    ),
+    (
+        "the arm does not reach {}, {}, {} m (base frame)",
+        "机械臂到不了 {0}、{1}、{2} m（基座坐标系）",
+    ),
+    ("the arm does not rest at {} s", "机械臂在 {0} s 时没有静止"),
+    (
+        "the arm of the recording cannot be made: {}",
+        "无法构建记录中的机械臂：{0~}",
+    ),
+    (
+        "the arm touches something at the goal",
+        "机械臂在终点碰到物体",
+    ),
+    (
+        "the arm touches something at the start",
+        "机械臂在起点碰到物体",
+    ),
+    (
+        "the arm touches something at via position {}",
+        "机械臂在中间位置 {0} 碰到物体",
+    ),
+    (
+        "the box of a finger is needed: {}",
+        "需要手指的长方体：{0~}",
+    ),
+    (
+        "the calibration file {} is for the model {}, but the model {} is asked for; leave the model out, or give {}",
+        "标定文件 {0} 用于型号 {1}，而要求的型号是 {2}；请不给出型号，或给出 {3}",
+    ),
+    ("the cell file: {}", "单元文件：{0~}"),
+    (
+        "the cell's modbus signal {} cannot be added: {}",
+        "无法添加单元的 Modbus 信号 {0}：{1~}",
+    ),
+    (
+        "the cell's {} is of {}; with --allow net=played no device outside this process is reached",
+        "单元的{0~}属于 {1}；用 --allow net=played 时不连接此进程之外的设备",
+    ),
+    (
+        "the checksum of a chunk is not that of its content",
+        "块的校验和与内容不符",
+    ),
+    ("the clock was not started", "时钟没有启动"),
+    (
+        "the compression {} of a chunk is not known; zstd and lz4 are",
+        "块的压缩方式 {0} 未知；可用 zstd 和 lz4",
+    ),
+    (
+        "the drawing names no unit: millimetres are assumed",
+        "图纸没有给出单位：按毫米处理",
+    ),
+    (
+        "the eight bytes that begin and end an MCAP file are not there",
+        "缺少 MCAP 文件首尾的八个字节",
+    ),
+    (
+        "the flange lies alike in all rests: turn it about two axes by 20 degrees or more between them",
+        "各静止段中法兰姿态相同：请在它们之间绕两个轴转动 20 度以上",
+    ),
+    ("the force in N is needed", "需要力，N"),
+    (
+        "the head names no columns x, y, z and perhaps rx, ry, rz",
+        "表头没有列名 x、y、z 以及可选的 rx、ry、rz",
+    ),
+    (
+        "the knots of a spline are not in order",
+        "样条曲线的节点没有按顺序排列",
+    ),
+    (
+        "the measurements do not tell the unknowns {}",
+        "测量值不能确定未知量 {0}",
+    ),
+    ("the middles of the rims are needed", "需要各吸盘口的中心"),
+    (
+        "the motion does not tell the centre of gravity (mass {} kg): turn the flange about two axes",
+        "此运动无法判断重心（质量 {0} kg）：请绕两个轴转动法兰",
+    ),
+    ("the motion does not tell {}", "此运动无法判断{0~}"),
+    (
+        "the name of a link (shoulder, upper_arm, forearm, wrist_1, wrist_2, wrist_3, base), of the tool, or of something in this cell; * stands for any letters",
+        "应为连杆（shoulder、upper_arm、forearm、wrist_1、wrist_2、wrist_3、base）、工具或此单元中物体的名称；* 代表任意字符",
+    ),
+    ("the opening in m is needed", "需要开口宽度，m"),
+    (
+        "the payload has a component that is not a finite number",
+        "负载有分量不是有限的数",
+    ),
+    (
+        "the payload inertia [{}] belongs to no rigid body: its principal moments are {} kg m², they must not be negative and none may exceed the sum of the other two",
+        "负载惯量 [{0}] 不属于任何刚体：主惯量为 {1} kg m²，不能为负，且任一个不能超过另两个之和",
+    ),
+    (
+        "the payload is too light to tell where it is: {} kg, ± {} kg",
+        "负载太轻，无法判断其位置：{0} kg，± {1} kg",
+    ),
+    (
+        "the payload mass is {} kg, it must not be negative",
+        "负载质量为 {0} kg，不能为负",
+    ),
+    ("the point is more than 100 m away", "点在 100 m 之外"),
+    (
+        "the position range of joint {} is {} to {} rad; it must not be empty and must lie within the arm's {} to {} rad",
+        "关节 {0} 的位置范围为 {1} 到 {2} rad；不能为空，且必须在机械臂的 {3} 到 {4} rad 之内",
+    ),
+    (
+        "the program cannot be made faster as it is: {}",
+        "程序现状无法加快：{0~}",
+    ),
+    (
+        "the program does not compile{}: {}",
+        "程序不能编译{0~}：{1~}",
+    ),
+    ("the program ended", "程序已结束"),
+    ("the program failed{}: {}", "程序失败{0~}：{1~}"),
+    (
+        "the program had not ended after {} s of simulated time{}; --timeout gives it longer, and one that repeats itself for ever needs a bound on its repetitions",
+        "仿真时间 {0} s 后程序仍未结束{1~}；--timeout 可给更长时间，而无限重复的程序需要限定重复次数",
+    ),
+    (
+        "the program runs into something as it is: {} and {} are {} mm inside each other in line {}, at {} s",
+        "程序现状会发生碰撞：{0~}与{1~}重叠 {2} mm，在第 {3} 行，{4} s 时",
+    ),
+    (
+        "the program waits{} for something from outside that does not come; set inputs at their times in the cell file ([[input]]), or give it values with --set",
+        "程序{0~}在等待不会到来的外部信号；请在单元文件中按时间设置输入（[[input]]），或用 --set 给出值",
+    ),
+    (
+        "the program was stopped and has not ended within {} s",
+        "程序被停止，但在 {0} s 内没有结束",
+    ),
+    ("the program was stopped{}", "程序被停止{0~}"),
+    (
+        "the recording cannot be run again in this version: {}",
+        "此版本不能重新运行该记录：{0~}",
+    ),
+    (
+        "the recording did not keep up and dropped messages",
+        "记录跟不上，丢弃了消息",
+    ),
+    (
+        "the recording does not say how the controller was started, it cannot be run again",
+        "记录没有说明控制器是如何启动的，不能重新运行",
+    ),
+    (
+        "the recording has format {}, this version reads up to {}",
+        "记录的格式为 {0}，此版本最高读取 {1}",
+    ),
+    (
+        "the recording has more of {} than are run again ({})",
+        "记录中的{0~}多于可重新运行的数量（{1}）",
+    ),
+    (
+        "the recording has {} cycles up to cycle {}; at most {} missing ones are run",
+        "到第 {1} 周期为止记录有 {0} 个周期；缺少的周期最多补运行 {2} 个",
+    ),
+    (
+        "the recording takes nothing, no time can pass",
+        "记录不再接收数据，时间无法前进",
+    ),
+    (
+        "the recordings have more than {} cycles: use --from and --to",
+        "记录超过 {0} 个周期：请用 --from 和 --to",
+    ),
+    (
+        "the recordings hold no force reading (raw_wrench): use --from-torques",
+        "记录中没有力读数（raw_wrench）：请用 --from-torques",
+    ),
+    (
+        "the recordings hold no joint positions in this time",
+        "这段时间的记录中没有关节位置",
+    ),
+    (
+        "the recordings hold no torques of the joints (actual_torque)",
+        "记录中没有关节力矩（actual_torque）",
+    ),
+    (
+        "the recordings hold {} measurements: more are needed",
+        "记录中有 {0} 个测量值：需要更多",
+    ),
+    (
+        "the robot `{}` exists, but its dimensions and masses are not public, so it cannot be simulated; built in are {}",
+        "机器人 `{0}` 存在，但其尺寸和质量没有公开，因此不能仿真；内置的有 {1}",
+    ),
+    (
+        "the robot model {} cannot be read: {}",
+        "无法读取机器人型号 {0}：{1~}",
+    ),
+    (
+        "the schema of {} cannot be used: {}",
+        "无法使用 {0} 的结构定义：{1~}",
+    ),
+    (
+        "the script {} is XML, not a program",
+        "脚本 {0} 是 XML，不是程序",
+    ),
+    (
+        "the script {} is larger than the {} MiB allowed",
+        "脚本 {0} 超过允许的 {1} MiB",
+    ),
+    (
+        "the script {} is not UTF-8 text (byte {} is not)",
+        "脚本 {0} 不是 UTF-8 文本（第 {1} 个字节不是）",
+    ),
+    (
+        "the size of the tool's {} is {}, every number must be finite and positive",
+        "工具的 {0} 尺寸为 {1}，每个数都必须是有限的正数",
+    ),
+    ("the speed in m/s is needed", "需要速度，m/s"),
+    (
+        "the start configuration has {} = {}, which does not fit",
+        "启动配置中 {0} = {1}，不合适",
+    ),
+    (
+        "the step time is {} s, allowed are 0.001 to 0.008 s",
+        "步长为 {0} s，允许 0.001 到 0.008 s",
+    ),
+    (
+        "the table with a, d, alpha and optionally theta is needed",
+        "需要含有 a、d、alpha 和可选 theta 的表",
+    ),
+    ("the target is more than 100 m away", "目标在 100 m 之外"),
+    (
+        "the text has no end: its quote is missing",
+        "字符串没有结束：缺少引号",
+    ),
+    (
+        "the three points lie in one line: the third one has to lie beside it",
+        "三点在一条直线上：第三点必须在直线之外",
+    ),
+    (
+        "the {} has {} m there, and a measured arm is within {} m of it{}",
+        "{0} 在那里为 {1} m，实测的机械臂与它相差不超过 {2} m{3~}",
+    ),
+    (
+        "the {} has {} {} there, and a measured arm is within {} {} of it{}",
+        "{0} 在那里为 {1} {2}，实测的机械臂与它相差不超过 {3} {4}{5~}",
+    ),
+    (
+        "the {} of a safety plane is {}, it must be {}",
+        "安全平面的 {0} 为 {1}，应为{2~}",
+    ),
+    (
+        "the {} ring holds {} entries, at least {} are needed",
+        "{0} 缓冲区有 {1} 项，至少需要 {2} 项",
+    ),
+    (
+        "there are {} parts, allowed: up to {}",
+        "有 {0} 个工件，最多允许 {1} 个",
+    ),
+    (
+        "there are {} safety planes already, more are not possible",
+        "已有 {0} 个安全平面，不能再多",
+    ),
+    ("there is a record of kind 0", "有类型为 0 的记录项"),
+    (
+        "there is no --cell: only the arm itself is kept from itself, whatever else stands there",
+        "没有 --cell：只避免机械臂碰到自身，不论周围有什么",
+    ),
+    (
+        "there is no --cell: only the links and the tool are measured, against each other",
+        "没有 --cell：只测量连杆和工具之间的距离",
+    ),
+    (
+        "there is no --cell: the path only keeps the arm from itself",
+        "没有 --cell：路径只避免机械臂碰到自身",
+    ),
+    (
+        "there is no built-in robot model `{}`; built in are {}, a path of a URDF file works as well",
+        "没有内置的机器人型号 `{0}`；内置的有 {1}，也可以给出 URDF 文件的路径",
+    ),
+    (
+        "there is no line, polyline, arc, circle, ellipse or spline{}",
+        "没有直线、多段线、圆弧、圆、椭圆或样条曲线{0~}",
+    ),
+    (
+        "there is no move (G0 to G3) in it",
+        "其中没有运动（G0 到 G3）",
+    ),
+    (
+        "there is no plant {}; allowed are {}, {} and {}",
+        "没有 plant {0}；允许 {1}、{2} 和 {3}",
+    ),
+    ("there is no point in it", "其中没有点"),
+    ("there is no recording", "没有记录"),
+    (
+        "there is no room for the motion about --home: {}",
+        "--home 附近没有运动的空间：{0~}",
+    ),
+    (
+        "there is no script (*.script) below {}",
+        "{0} 之内没有脚本（*.script）",
+    ),
+    (
+        "there is no topic {} in the recording; it has {}",
+        "记录中没有主题 {0}；有 {1}",
+    ),
+    ("there is no {} \"{}\"", "没有 {0} \"{1}\""),
+    (
+        "there is nothing called {} in the cell that could be held; there is nothing",
+        "单元中没有名为 {0} 的可夹持物体；单元中没有可夹持的物体",
+    ),
+    (
+        "there is nothing called {} in the cell that could be held; there is {}",
+        "单元中没有名为 {0} 的可夹持物体；有{1~}",
+    ),
+    ("this cannot be assigned to", "不能对它赋值"),
+    (
+        "this eliteserver was built without the ROS 2 node; build it with the feature ros2: cargo build --release -p server --features ros2",
+        "这个 eliteserver 构建时不含 ROS 2 节点；请带 ros2 特性构建：cargo build --release -p server --features ros2",
+    ),
+    (
+        "this is a binary DXF file: save it as text",
+        "这是二进制 DXF 文件：请保存为文本格式",
+    ),
+    (
+        "this is a recording of a robot elsewhere, which has no commands to run again; `compare` tells how far another recording is from it",
+        "这是其他机器人的记录，其中没有可重新运行的命令；`compare` 可报告另一记录与它相差多少",
+    ),
+    (
+        "this is part {} of a recording in several files; only the first can be run again",
+        "这是多文件记录的第 {0} 部分；只有第一部分可以重新运行",
+    ),
+    ("this kind needs one", "这一类需要给出它"),
+    ("this pair asks for {} already", "这一对已用于 {0}"),
+    ("three finite numbers", "三个有限的数"),
+    (
+        "three numbers that are not all 0 are needed, as in 0,0,-1",
+        "需要三个不全为 0 的数，如 0,0,-1",
+    ),
+    (
+        "two of the points are {} mm apart: 20 mm or more are needed",
+        "有两点相距 {0} mm：需要至少 20 mm",
+    ),
+    (
+        "two revolute joints, `{}` and `{}`, move on the same link `{}`: the arm must not branch",
+        "两个旋转关节 `{0}` 和 `{1}` 都连在连杆 `{2}` 上：机械臂不能分叉",
+    ),
+    ("warning: {}", "警告：{0~}"),
+    (
+        "what came to its programs from outside is not in the recording: it was made by an earlier version",
+        "记录中没有外部传给程序的内容：它由较早的版本生成",
+    ),
+    ("what is {}; allowed are {}", "what 为 {0}；允许 {1}"),
+    (
+        "what stands before = is no name of a variable",
+        "= 之前的不是变量名",
+    ),
+    (
+        "with alpha[{}] = {} it puts the axis of joint {} {} m aside, and a measured arm is within {} m",
+        "与 alpha[{0}] = {1} 一起使关节 {2} 的轴线偏离 {3} m，实测的机械臂不超过 {4} m",
+    ),
+    (
+        "x, y, z in m, up to 10, and Rx, Ry, Rz in rad, up to 1000, are needed, separated by commas, as in 0,0,0.1,0,0,0",
+        "需要以逗号分隔的 x、y、z（m，不超过 10）和 Rx、Ry、Rz（rad，不超过 1000），如 0,0,0.1,0,0,0",
+    ),
+    (
+        "{} and {} are both {}; every service needs a port of its own",
+        "{0} 和 {1} 都是 {2}；每个服务需要各自的端口",
+    ),
+    (
+        "{} and {} are only {} mm apart at an end of the path; there the margin of {} mm is not kept",
+        "{0~}与{1~}在路径一端只相距 {2} mm；那里不能保持 {3} mm 的间隙",
+    ),
+    ("{} and {} overlap by {} m", "{0~}与{1~}重叠 {2} m"),
+    ("{} are needed", "需要{0~}"),
+    ("{} are needed, these are {}", "需要{0~}，这里有 {1} 个"),
+    (
+        "{} at the goal; what may touch is named by [[touch]] in the cell file",
+        "{0~}，在终点；允许接触的物体在单元文件的 [[touch]] 中给出",
+    ),
+    (
+        "{} at the start; what may touch is named by [[touch]] in the cell file",
+        "{0~}，在起点；允许接触的物体在单元文件的 [[touch]] 中给出",
+    ),
+    ("{} at via position {}", "{0~}，在中间位置 {1}"),
+    ("{} bytes, {} are allowed", "{0} 字节，允许 {1} 字节"),
+    (
+        "{} can be wired to its own kind only",
+        "{0} 只能与同类的点相连",
+    ),
+    (
+        "{} columns: a point has x, y, z and perhaps rx, ry, rz",
+        "有 {0} 列：一个点有 x、y、z，以及可选的 rx、ry、rz",
+    ),
+    (
+        "{} comes within {} mm of {} {}",
+        "{0~}与{2~}相距不到 {1} mm，{3~}",
+    ),
+    (
+        "{} did not turn far enough (0.2 rad) to tell its friction",
+        "{0~}转动不足（0.2 rad），无法判断摩擦",
+    ),
+    (
+        "{} does not say how the controller was started, so there are no frames to write",
+        "{0} 没有说明控制器是如何启动的，因此没有可写的坐标系",
+    ),
+    ("{} does not take {}", "{0} 不接受 {1~}"),
+    ("{} does nothing without {}", "没有 {1} 时 {0} 不起作用"),
+    ("{} gives `{}` twice", "{0} 两次给出 `{1}`"),
+    (
+        "{} has a component that is not a finite number",
+        "{0} 有分量不是有限的数",
+    ),
+    (
+        "{} has an unknown key `{}`; the keys are {}",
+        "{0} 中有未知的键 `{1}`；可用的键为 {2}",
+    ),
+    (
+        "{} has joint {} at {} rad, allowed is {} to {} rad",
+        "{0~}的关节 {1} 为 {2} rad，允许 {3} 到 {4} rad",
+    ),
+    ("{} has more than {} columns", "{0} 超过 {1} 列"),
+    ("{} has more than {} points", "{0} 的点超过 {1} 个"),
+    (
+        "{} has no points: six numbers a line are needed, x y z Rx Ry Rz",
+        "{0} 中没有点：每行需要六个数，x y z Rx Ry Rz",
+    ),
+    (
+        "{} is a task of the pendant in XML, and {}, the program that it sends, is XML too",
+        "{0} 是示教器的 XML 任务，而它所发送的程序 {1} 也是 XML",
+    ),
+    (
+        "{} is a task of the pendant in XML, and {}, the program that it sends, is not beside it",
+        "{0} 是示教器的 XML 任务，而它所发送的程序 {1} 不在旁边",
+    ),
+    ("{} is called so already", "{0} 已用此名称"),
+    ("{} is damaged: {}", "{0} 已损坏：{1~}"),
+    (
+        "{} is larger than the {} MiB allowed",
+        "{0} 超过允许的 {1} MiB",
+    ),
+    (
+        "{} is no {} of ROS 2: letters, digits and single underscores, not a digit first{}",
+        "{0} 不是 ROS 2 的{1~}：只能有字母、数字和单个下划线，不以数字开头{2~}",
+    ),
+    (
+        "{} is not a recording of eliteserver: it has no topic /cycle",
+        "{0} 不是 eliteserver 的记录：没有主题 /cycle",
+    ),
+    ("{} is not an MCAP file: {}", "{0} 不是 MCAP 文件：{1~}"),
+    ("{} is not understood", "不理解 {0}"),
+    ("{} is not understood: left out", "不理解 {0}：已略去"),
+    (
+        "{} is {} m behind safety plane {}",
+        "{0~}在安全平面 {2} 之后 {1} m",
+    ),
+    ("{} is {}, allowed: {}", "{0} 为 {1}，允许：{2~}"),
+    ("{} is {}; {}", "{0} 为 {1}；{2~}"),
+    (
+        "{} lies in a tilted plane: left out",
+        "{0} 位于倾斜平面内：已略去",
+    ),
+    ("{} line {} is not TOML: {}", "{0} 第 {1} 行不是 TOML：{2~}"),
+    (
+        "{} line {}: six numbers up to 1000 are needed, x y z Rx Ry Rz in m and rad",
+        "{0} 第 {1} 行：需要六个不超过 1000 的数，x y z Rx Ry Rz，单位 m 和 rad",
+    ),
+    ("{} line {}: {}", "{0} 第 {1} 行：{2~}"),
+    (
+        "{} lines have no counterpart: the program raises `NotImplementedError` where it reaches them.",
+        "{0} 行没有对应：程序运行到那里时引发 `NotImplementedError`。",
+    ),
+    (
+        "{} measurements for {} unknowns",
+        "{0} 个测量值对 {1} 个未知量",
+    ),
+    (
+        "{} rests with a force reading: three or more with other orientations are needed",
+        "带力读数的静止段有 {0} 个：需要三个以上不同的姿态",
+    ),
+    (
+        "{} rests: three are needed (origin, on X, in the XY plane); choose them with --at",
+        "静止段有 {0} 个：需要三个（原点、X 轴上、XY 平面内）；请用 --at 选择",
+    ),
+    (
+        "{} rests: with --orientation four at the point and two beside it are needed",
+        "静止段有 {0} 个：用 --orientation 时需要在该点的四个和旁边的两个",
+    ),
+    ("{} runs {} mm into {} {}", "{0~}与{2~}重叠 {1} mm，{3~}"),
+    (
+        "{} says nothing about identify {}; it is for identify {}",
+        "{0} 与 identify {1} 无关；它用于 identify {2}",
+    ),
+    (
+        "{} says something of the ROS 2 node, which is off: give --ros2 as well",
+        "{0} 用于 ROS 2 节点，而节点没有启用：请同时给出 --ros2",
+    ),
+    ("{} takes a number", "{0} 取一个数"),
+    ("{} takes true or false", "{0} 取 true 或 false"),
+    (
+        "{} touches {} on the last {} mm, on every line to the target",
+        "在通往终点的每条直线上，{0~}在最后 {2} mm 与{1~}相碰",
+    ),
+    (
+        "{} weights for {} control points",
+        "{1} 个控制点有 {0} 个权重",
+    ),
+    ("{} {} drives this input already", "{0} {1} 已在驱动此输入"),
+    (
+        "{} {}: {} is {}, which is an output of the tool unless the program makes it an input (set_tool_digital_config): nobody reads it",
+        "{0} {1}：{2} 为 {3}，除非程序把它设为输入（set_tool_digital_config），它就是工具的输出：没有人读取它",
+    ),
+    (
+        "{} {}: {} is {}, which is wired to the safety system as {}: the program does not see it alone",
+        "{0} {1}：{2} 为 {3}，它作为 {4} 接到安全系统：不只是程序使用它",
+    ),
+    (
+        "{}, least distance {} mm: {} and {} in line {} at {} s",
+        "{0~}，最小间隙 {1} mm：{2~}与{3~}，第 {4} 行，{5} s 时",
+    ),
+    (
+        "{}, nothing that could be touched",
+        "{0~}，没有可能碰到的物体",
+    ),
+    (
+        "{}, {} rad in {} s, {}; planned in {} s",
+        "{0~}，{2} s 内转动 {1} rad，{3~}；规划用时 {4} s",
+    ),
+    ("{}: `{}` is {}; {}", "{0}：`{1}` 为 {2}；{3~}"),
+    (
+        "{}: allowed are files that end with .gcode, .nc, .ngc, .dxf or .csv",
+        "{0}：只允许以 .gcode、.nc、.ngc、.dxf 或 .csv 结尾的文件",
+    ),
+    (
+        "{}: distances are known as far as it runs: {}",
+        "{0}：只有运行到的部分才知道间隙：{1~}",
+    ),
+    (
+        "{}: it does not say which arm it is of",
+        "{0}：没有说明是哪种机械臂",
+    ),
+    ("{}: model = {}: {}", "{0}：model = {1}：{2~}"),
+    (
+        "{}: only the first {} findings are shown",
+        "{0}：只显示前 {1} 个发现",
+    ),
+    (
+        "{}: the model {} cannot be calibrated, it is not of the shape of the CS arms (axes 2, 3, 4 parallel, axes 4-5 and 5-6 crossing at right angles, flange in the frame of joint 6)",
+        "{0}：型号 {1} 不能标定，它不具有 CS 机械臂的结构（轴 2、3、4 平行，轴 4-5 和 5-6 垂直相交，法兰在关节 6 的坐标系中）",
+    ),
+    (
+        "{}: the rests are too much alike, turn the flange about two axes between them",
+        "{0~}：各静止段过于相似，请在它们之间绕两个轴转动法兰",
+    ),
+    (
+        "{}: {} and {} run {} mm into each other in line {} at {} s",
+        "{0~}：{1~}与{2~}重叠 {3} mm，第 {4} 行，{5} s 时",
+    ),
+    (
+        "{}: {} has an unknown key `{}`; the keys are {}",
+        "{0}：{1~}中有未知的键 `{2}`；可用的键为 {3~}",
+    ),
+    ("{}: {} has no `{}`; {}", "{0}：{1~}中没有 `{2}`；{3~}"),
+    ("{}: {} has {} = {}; {}", "{0}：{1} 的 {2} = {3}；{4~}"),
+    ("| line | name | what |", "| 行 | 名称 | 说明 |"),
+    ("| {} | `{}` | {} |", "| {0} | `{1}` | {2~} |"),
+];
+
+/// What stands in them, and the names of columns.
+pub(super) const WORDS: &[(&str, &str)] = &[
+    (" in line {}", "（第 {0} 行）"),
+    (" on the layer {}", "（图层 {0}）"),
+    ("',' or ')'", "',' 或 ')'"),
+    ("',' or ']'", "',' 或 ']'"),
+    (", parts joined by /", "，各部分以 / 连接"),
+    ("0 or 1", "0 或 1"),
+    ("0 s to 60 s", "0 s 到 60 s"),
+    ("0 to 1", "0 到 1"),
+    ("0 to 1e6", "0 到 1e6"),
+    ("0 up to the stroke", "0 到行程"),
+    ("0.0001 kg to 10000 kg", "0.0001 kg 到 10000 kg"),
+    ("0.0001 m to 0.1 m", "0.0001 m 到 0.1 m"),
+    ("0.0001 s up to the control cycle", "0.0001 s 到控制周期"),
+    ("0.0005 s to 0.02 s", "0.0005 s 到 0.02 s"),
+    ("0.001 m to 0.5 m", "0.001 m 到 0.5 m"),
+    ("0.001 m to 1 m", "0.001 m 到 1 m"),
+    ("0.001 m to 10 m", "0.001 m 到 10 m"),
+    ("0.001 rad to 3.1 rad", "0.001 rad 到 3.1 rad"),
+    ("0.01 s to 600 s", "0.01 s 到 600 s"),
+    ("1 kg/m³ to 100000 kg/m³", "1 kg/m³ 到 100000 kg/m³"),
+    ("1 motion", "1 个运动"),
+    ("1 to 50 cups", "1 到 50 个吸盘"),
+    (
+        ": {} comes within {} mm of {}",
+        "：{0~}与{2~}相距不到 {1} mm",
+    ),
+    ("; --time gives it longer", "；--time 可给更长时间"),
+    (
+        "; a looks like the standard layout, in the modified one it stands one place later",
+        "；a 看来是标准 DH 的排列，在改进 DH 中要后移一位",
+    ),
+    (
+        "; a position in --via or a smaller --margin may help",
+        "；在 --via 中给出一个位置或减小 --margin 也许有用",
+    ),
+    (
+        "; alpha looks like the standard layout, in the modified one it stands one place later",
+        "；alpha 看来是标准 DH 的排列，在改进 DH 中要后移一位",
+    ),
+    (
+        "; this looks like degrees, rad are needed",
+        "；看来是度，需要 rad",
+    ),
+    ("; this looks like mm, m are needed", "；看来是 mm，需要 m"),
+    ("Changed", "改动"),
+    (
+        "Conversions and functions that were added",
+        "添加的换算和函数",
+    ),
+    ("Modbus signals", "个 Modbus 信号"),
+    ("Renamed", "改名"),
+    ("TCPs have no names", "TCP 没有名称"),
+    ("Without a counterpart", "没有对应"),
+    ("a [[gripper]]", "某个 [[gripper]]"),
+    ("a [[part]]", "某个 [[part]]"),
+    (
+        "a and v have no effect there either",
+        "a 和 v 在那里也不起作用",
+    ),
+    (
+        "a digital point or a boolean register",
+        "数字点或布尔寄存器",
+    ),
+    ("a direction, not zero", "不为零的方向"),
+    ("a label ($)", "标签（$）"),
+    (
+        "a mass of {} kg, it must not be negative",
+        "质量 {0} kg，不能为负",
+    ),
+    ("a name", "名称"),
+    (
+        "a name without '#', '[' and ']', not empty",
+        "不含 '#'、'[' 和 ']' 的非空名称",
+    ),
+    (
+        "a part, obstacle, gripper or conveyor, or \"floor\"",
+        "工件、障碍物、夹爪或传送带，或 \"floor\"",
+    ),
+    ("a pose becomes joint positions", "位姿换算为关节位置"),
+    (
+        "a pose is written with its rotation vector",
+        "位姿以旋转向量写出",
+    ),
+    (
+        "a pose that knows its rotation vector",
+        "带有旋转向量的位姿",
+    ),
+    (
+        "a program cannot raise a protective stop",
+        "程序不能触发保护性停止",
+    ),
+    ("a range of an older control box", "旧控制柜的范围"),
+    (
+        "a simulated arm cannot be put somewhere",
+        "仿真机械臂不能直接放到某处",
+    ),
+    ("a statement", "语句"),
+    ("a text", "字符串"),
+    (
+        "a time, not negative, periods not 0",
+        "不小于 0 的时间，周期不为 0",
+    ),
+    ("a value", "值"),
+    (
+        "a vector of finite length above 0",
+        "长度有限且大于 0 的向量",
+    ),
+    ("a via position", "中间位置"),
+    ("a whole number of metres", "整米数"),
+    (
+        "a, d, alpha and optionally theta",
+        "a、d、alpha 和可选的 theta",
+    ),
+    ("accelerations are not read", "不读取加速度"),
+    ("actuator or conveyor", "执行机构或传送带"),
+    ("actuators", "个执行机构"),
+    ("after {} s and {} tries", "{0} s、{1} 次尝试后"),
+    (
+        "an [[actuator]] or [[conveyor]]",
+        "某个 [[actuator]] 或 [[conveyor]]",
+    ),
+    ("an [[obstacle]]", "某个 [[obstacle]]"),
+    ("an analog point", "模拟点"),
+    (
+        "an inertia that no rigid body has: its principal moments are {} kg m²",
+        "不属于任何刚体的惯量：主惯量为 {0} kg m²",
+    ),
+    (
+        "an inertia with a number that is not finite",
+        "惯量，其中有不是有限的数",
+    ),
+    (
+        "an inertial origin with a number that is not finite",
+        "惯性原点，其中有不是有限的数",
+    ),
+    (
+        "an output in close, open or both",
+        "close、open 或两者中的输出",
+    ),
+    ("another point than from", "与 from 不同的点"),
+    (
+        "at least {} mm from everything",
+        "与所有物体至少相距 {0} mm",
+    ),
+    (
+        "at {} s, with the TCP at {}, {}, {} m",
+        "{0} s 时，TCP 位于 {1}、{2}、{3} m",
+    ),
+    ("bias", "零偏"),
+    ("box, cylinder or sphere", "box、cylinder 或 sphere"),
+    ("centre of gravity", "重心"),
+    ("changed", "改动"),
+    ("commands and changes of registers", "命令和寄存器变化"),
+    (
+        "compare get_tcp_force with a limit instead",
+        "请改用 get_tcp_force 与限值比较",
+    ),
+    (
+        "continuous (give it limits and the type revolute)",
+        "continuous（请给出限值，类型改为 revolute）",
+    ),
+    (
+        "controller_timestamp() gives seconds",
+        "controller_timestamp() 以秒为单位",
+    ),
+    ("conveyors", "个传送带"),
+    ("detectors", "个检测器"),
+    ("dry friction", "干摩擦"),
+    ("fault {}", "故障 {0}"),
+    ("faults", "个故障"),
+    ("feature is called frame", "feature 称为 frame"),
+    (
+        "follow the screw with force_mode",
+        "请用 force_mode 跟随螺钉",
+    ),
+    ("gripper with fingers of number", "带手指的夹爪，号码"),
+    ("grippers", "个夹爪"),
+    (
+        "hangs from itself: there is no root link",
+        "挂在自身上：没有根连杆",
+    ),
+    (
+        "has `{}=\"{}\"`, it must be a positive number",
+        "有 `{0}=\"{1}\"`，必须是正数",
+    ),
+    (
+        "has `{}=\"{}\"`, which is not a number",
+        "有 `{0}=\"{1}\"`，它不是数",
+    ),
+    (
+        "has a {} limit of {}, it must be a positive number",
+        "的 {0} 限值为 {1}，必须是正数",
+    ),
+    (
+        "has a {} of {} m, it must be positive",
+        "的 {0} 为 {1} m，必须为正",
+    ),
+    (
+        "has an origin with a number that is not finite",
+        "的原点有不是有限的数",
+    ),
+    (
+        "has an unreadable attribute `{}`: {}",
+        "的属性 `{0}` 无法读取：{1~}",
+    ),
+    ("has malformed attributes: {}", "的属性格式错误：{0~}"),
+    (
+        "has position limits from {} to {} rad, it needs a lower one below an upper one",
+        "的位置范围为 {0} 到 {1} rad，下限应小于上限",
+    ),
+    (
+        "has the axis {}, which has no direction",
+        "的轴线为 {0}，没有方向",
+    ),
+    ("helper", "添加"),
+    (
+        "in axes of the base, as there",
+        "以基座坐标轴表示，与那里相同",
+    ),
+    ("in {} tries", "{0} 次尝试中"),
+    ("inertia", "惯量"),
+    ("is called {} here", "这里称为 {0}"),
+    (
+        "is called {}, because {} means something else here",
+        "称为 {0}，因为 {1} 在这里另有含义",
+    ),
+    ("is left out: {}", "已略去：{0~}"),
+    ("is not connected to the rest", "没有与其余部分相连"),
+    (
+        "is not known inside <elite_robot>; known are <joint_acceleration> and <never_collide>",
+        "在 <elite_robot> 中没有定义；可用的是 <joint_acceleration> 和 <never_collide>",
+    ),
+    ("is the child of two joints", "是两个关节的子连杆"),
+    ("is {} here", "这里是 {0}"),
+    ("is {} here; {}", "这里是 {0}；{1~}"),
+    ("is {} here{}", "这里是 {0}{1~}"),
+    ("is {} of the program's head", "是程序头部的 {0}"),
+    ("is {} of the program's head; {}", "是程序头部的 {0}；{1~}"),
+    ("is {} of the program's head{}", "是程序头部的 {0}{1~}"),
+    ("it has no counterpart", "它没有对应"),
+    ("its default {} is written out", "写出了它的默认值 {0}"),
+    ("joint positions become a pose", "关节位置换算为位姿"),
+    ("joint {}", "关节 {0}"),
+    ("joints", "关节"),
+    (
+        "joints have no counter of turns to be set",
+        "关节没有可设置的圈数计数",
+    ),
+    ("largest residual", "最大残差"),
+    (
+        "lengths of more than 0.0001 m, up to 1000 m",
+        "大于 0.0001 m、不超过 1000 m 的长度",
+    ),
+    (
+        "line  motion      distance  between                       at       joint range  singular value",
+        "行    运动            间隙  之间                              时刻     关节余量      奇异值",
+    ),
+    ("link {}", "连杆 {0}"),
+    ("links", "连杆"),
+    ("lists are combined number by number", "列表逐个数运算"),
+    ("lists grow without a capacity", "列表自动增长，没有容量"),
+    ("loads", "个载荷"),
+    ("mass", "质量"),
+    (
+        "messages of /external, in number or bytes,",
+        "/external 消息（个数或字节）",
+    ),
+    ("missing", "缺失"),
+    ("missing field", "缺少键"),
+    ("modbus signal {}", "Modbus 信号 {0}"),
+    ("model and [modified_dh]", "model 和 [modified_dh]"),
+    (
+        "modes of orientation have the other numbers: 1 turns evenly, 0 keeps to the arc",
+        "姿态模式的编号相反：1 均匀转动，0 随圆弧",
+    ),
+    (
+        "more than 0 Pa, up to 101325 Pa",
+        "大于 0 Pa、不超过 101325 Pa",
+    ),
+    ("more than 0 m/s, up to 2 m/s", "大于 0 m/s、不超过 2 m/s"),
+    ("more than 0 s, up to 1e6 s", "大于 0 s、不超过 1e6 s"),
+    ("more than 0, up to 1", "大于 0、不超过 1"),
+    ("more than 0, up to 1e6", "大于 0、不超过 1e6"),
+    (
+        "more than 0, up to the gripper's force",
+        "大于 0、不超过夹爪的力",
+    ),
+    (
+        "more than 0, up to the gripper's speed",
+        "大于 0、不超过夹爪的速度",
+    ),
+    (
+        "movep moves like it, at one speed through blends",
+        "movep 的运动与它相同，以同一速度通过交融",
+    ),
+    ("moves nothing that has a mass", "没有带动任何有质量的物体"),
+    (
+        "names the joint `{}`, which is not one of the six",
+        "指向关节 `{0}`，它不是六个关节之一",
+    ),
+    (
+        "names the link `{}`, which does not exist; there are {}",
+        "指向不存在的连杆 `{0}`；现有 {1}",
+    ),
+    ("namespace", "命名空间"),
+    ("needs the attribute `{}`", "需要属性 `{0}`"),
+    (
+        "neither this text nor the manual of Universal Robots defines it",
+        "此文本和 Universal Robots 的手册都没有定义它",
+    ),
+    ("no output of the tool is used", "没有使用工具的输出"),
+    (
+        "no thread of this text is called so",
+        "此文本中没有这个名称的线程",
+    ),
+    (
+        "nobody is asked; popup shows a message",
+        "不询问任何人；popup 显示消息",
+    ),
+    ("not told by this motion", "此运动无法判断"),
+    (
+        "nothing in this text gives it a value",
+        "此文本中没有给它赋值",
+    ),
+    (
+        "nothing tells how near a joint is to its limit",
+        "没有函数给出关节离限位有多近",
+    ),
+    ("nothing to keep a distance from", "没有需要保持间隙的物体"),
+    ("numbers between -1000 and 1000", "-1000 到 1000 之间的数"),
+    ("obstacles", "个障碍物"),
+    ("obstacles that are no planes", "不是平面的障碍物"),
+    (
+        "obstacles that no actuator moves yet",
+        "尚无执行机构移动的障碍物",
+    ),
+    (
+        "one number: the error of the device or, without one, of the connection",
+        "一个数：设备的错误，没有时为连接的错误",
+    ),
+    ("orientation", "姿态"),
+    ("parts", "个工件"),
+    (
+        "past positions are not kept for programs",
+        "不为程序保存过去的位置",
+    ),
+    (
+        "pins of the tool are configured one by one",
+        "工具的引脚逐个配置",
+    ),
+    ("position", "位置"),
+    ("prefix of frames", "坐标系前缀"),
+    ("renamed", "改名"),
+    ("residual (rms)", "残差（均方根）"),
+    ("rests", "静止段"),
+    ("safety planes", "个安全平面"),
+    ("samples", "样本数"),
+    (
+        "sequential_mode is called is_sequential",
+        "sequential_mode 称为 is_sequential",
+    ),
+    ("serial lines", "个串口"),
+    ("serial port {}", "串口 {0}"),
+    ("sinks", "个工件出口"),
+    ("six angles in rad", "六个角度（rad）"),
+    ("six lengths in m", "六个长度（m）"),
+    ("six numbers, not negative", "六个不小于 0 的数"),
+    ("sources", "个工件源"),
+    (
+        "speeds as shares of what the arm can do",
+        "速度为机械臂能力的比例",
+    ),
+    (
+        "taken as joint positions: the text does not tell whether it is a pose",
+        "按关节位置处理：文本看不出是否为位姿",
+    ),
+    (
+        "takes an index there and is pop here",
+        "在那里用下标，这里是 pop",
+    ),
+    ("the TCP", "TCP"),
+    (
+        "the argument {} is left out: {} has none of that name or number",
+        "略去参数 {0}：{1} 没有此名称或序号的参数",
+    ),
+    ("the arm brakes by its own law", "机械臂按自身规律减速"),
+    ("the bias of the force in x", "x 方向力的零偏"),
+    ("the bias of the force in y", "y 方向力的零偏"),
+    ("the bias of the force in z", "z 方向力的零偏"),
+    ("the bias of the moment about x", "绕 x 轴力矩的零偏"),
+    ("the bias of the moment about y", "绕 y 轴力矩的零偏"),
+    ("the bias of the moment about z", "绕 z 轴力矩的零偏"),
+    ("the cell", "单元"),
+    ("the centre of gravity in x", "x 方向的重心"),
+    ("the centre of gravity in y", "y 方向的重心"),
+    ("the centre of gravity in z", "z 方向的重心"),
+    ("the change is at once", "立即改变"),
+    (
+        "the current of the tool is not measured",
+        "不测量工具的电流",
+    ),
+    ("the dry friction of joint {}", "关节 {0} 的干摩擦"),
+    ("the elbow", "肘部"),
+    ("the end of the text", "文本结尾"),
+    ("the fast inputs are 16 and 17", "高速输入为 16 和 17"),
+    ("the file", "文件"),
+    ("the file ends inside an element", "文件在元素中间结束"),
+    ("the flange has no accelerometer", "法兰没有加速度计"),
+    (
+        "the inertia that was set is not read back",
+        "不能读回所设的惯量",
+    ),
+    ("the mass", "质量"),
+    ("the name of one obstacle or more", "一个或多个障碍物的名称"),
+    ("the owner of the controller", "控制器的所有者"),
+    (
+        "the pauses between bytes cannot be set",
+        "不能设置字节之间的停顿",
+    ),
+    (
+        "the pins of the tool are inputs or outputs",
+        "工具的引脚为输入或输出",
+    ),
+    ("the planned path", "规划的路径"),
+    ("the program", "程序"),
+    ("the recorded calibration", "记录的标定"),
+    ("the recorded cell file", "记录的单元文件"),
+    (
+        "the rotation vector is converted while the program runs",
+        "旋转向量在程序运行时换算",
+    ),
+    (
+        "the rotation vector {}, {}, {} is roll, pitch, yaw {}",
+        "旋转向量 {0}, {1}, {2} 即 roll、pitch、yaw {3}",
+    ),
+    ("the second argument is the line end", "第二个参数是行尾"),
+    ("the start", "起点"),
+    ("the target", "终点"),
+    ("the tool", "工具"),
+    ("the tool has one analog input", "工具有一个模拟输入"),
+    (
+        "the torques of the joints cannot be commanded",
+        "不能指定关节力矩",
+    ),
+    (
+        "the turning brakes together with the line",
+        "转动与直线运动一起减速",
+    ),
+    ("the viscous friction of joint {}", "关节 {0} 的粘性摩擦"),
+    ("there is no Euromap 67 board", "没有 Euromap 67 板"),
+    ("there is no such warning", "没有这种警告"),
+    ("three whole numbers from 1", "三个不小于 1 的整数"),
+    ("timed inputs", "个定时输入"),
+    ("too near", "过近"),
+    ("tool", "工具"),
+    ("touches", "相碰"),
+    ("types have other numbers", "类型的编号不同"),
+    ("up to 1000 faults in a run", "一次运行最多 1000 个故障"),
+    ("upper_arm", "上臂"),
+    ("viscous friction", "粘性摩擦"),
+    ("wires", "个接线"),
+    ("wrist_1", "手腕 1"),
+    ("wrist_2", "手腕 2"),
+    ("wrist_3", "手腕 3"),
+    ("{} (calibrated)", "{0}（已标定）"),
+    ("{} and {}", "{0~}与{1~}"),
+    ("{} cups", "{0} 个吸盘"),
+    ("{} is left out", "略去 {0}"),
+    ("{} is left out; {}", "略去 {0}；{1~}"),
+    ("{} is left out{}", "略去 {0}{1~}"),
+    ("{} motions", "{0} 个运动"),
+    ("{} touches {}", "{0~}与{1~}相碰"),
+    ("{}, {}", "{0~}、{1~}"),
+    ("{}; {}", "{0~}；{1~}"),
+];
