@@ -58,7 +58,7 @@ pub enum IdentifyTarget {
 }
 
 impl IdentifyTarget {
-    /// As it is written on the command line.
+    /// The word that stands for the target on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Payload => "payload",
