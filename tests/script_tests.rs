@@ -125,6 +125,21 @@ fn a_failure_is_told_to_people_programs_and_servers_that_build() {
 }
 
 #[test]
+fn a_failed_assertion_does_not_hide_what_was_watched_and_did_not_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let test =
+        "def test_both():\n    test.never('time > 0.1')\n    sleep(0.2)\n    assert False\nend\n";
+    std::fs::write(path.join("test_both.script"), test).unwrap();
+    let output = test_in(path, &[]);
+    let out = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{out}");
+    assert!(out.contains("AssertionError"), "{out}");
+    assert!(out.contains("line 2: "), "{out}");
+    assert!(out.contains("time > 0.1"), "{out}");
+}
+
+#[test]
 fn tests_are_listed_selected_and_set_up_by_their_folder() {
     let folder = project();
     let path = folder.path();

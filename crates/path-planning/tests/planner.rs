@@ -78,6 +78,22 @@ fn the_same_seed_gives_the_same_path_and_another_one_another() {
 }
 
 #[test]
+fn a_way_around_to_a_near_goal_is_taken_before_a_long_line_to_a_far_one() {
+    let scene = posts();
+    let mut turned = LEFT;
+    turned[5] += 6.2;
+    let path = |goals: &[JointPositions]| {
+        path_planning::plan(&request(&scene, goals), &mut || false).unwrap()
+    };
+    assert_eq!(path(&[turned]).corners, [LEFT, turned]);
+    for goals in [[RIGHT, turned], [turned, RIGHT]] {
+        let path = path(&goals);
+        assert_eq!(path.corners.last(), Some(&RIGHT));
+        assert!(path.length < 6.2, "{}", path.length);
+    }
+}
+
+#[test]
 fn via_positions_are_corners() {
     let scene = posts();
     let goals = [RIGHT];

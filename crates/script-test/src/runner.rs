@@ -301,7 +301,15 @@ fn error_of_program(bench: &TestContext, report: &str) -> Option<String> {
     let line = last
         .line
         .map_or_else(String::new, |line| format!(" in line {line}"));
-    let mut text = format!("the program under test {}{line}: {error}\n", last.outcome);
+    let end = match last.outcome {
+        ProgramOutcome::Ended => "ended",
+        ProgramOutcome::Failed => "failed",
+        ProgramOutcome::Stopped => "was stopped",
+        ProgramOutcome::ProtectiveStop => "ended by a protective stop",
+        ProgramOutcome::EmergencyStop => "ended by an emergency stop",
+        ProgramOutcome::Timeout => "did not end in its time",
+    };
+    let mut text = format!("the program under test {end}{line}: {error}\n");
     for part in last.report.unwrap_or_default().lines() {
         text.push_str(&format!("  {part}\n"));
     }
@@ -335,6 +343,12 @@ fn conclude(
             Some(help) => format!("{error} ({help})"),
             None => error,
         };
+        // What was watched and did not hold is often why an assertion at the end fails.
+        if let Some((line, sentence)) = broken {
+            result
+                .report
+                .push_str(&format!("line {line}: {sentence}\n"));
+        }
     } else if let Some((line, sentence)) = broken {
         result.line = line;
         result.message = format!("AssertionError: {sentence}");

@@ -207,18 +207,27 @@ impl LegSearch<'_, '_> {
         let apart = |goal: &JointPositions| start.distance_squared(goal);
         let mut nearest: Vec<JointPositions> = goals.to_vec();
         nearest.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
-        if let Some(goal) = nearest.iter().find(|goal| self.check.is_clear(start, goal)) {
-            return Ok(vec![*start, *goal]);
+        let mut shortest = None::<Vec<JointPositions>>;
+        let straight = nearest
+            .iter()
+            .position(|goal| self.check.is_clear(start, goal));
+        if let Some(number) = straight {
+            shortest = Some(vec![*start, nearest[number]]);
+            // A way around something to a nearer goal may be shorter than the line to this one.
+            nearest.truncate(number);
         }
-        let bounds = self.search_bounds(start, goals);
-        let (mut shortest, mut tries) = (None::<Vec<JointPositions>>, 0);
+        if let Some(line) = shortest.take_if(|_| nearest.is_empty()) {
+            return Ok(line);
+        }
+        let bounds = self.search_bounds(start, &nearest);
+        let mut tries = 0;
         let mut was_stopped = false;
         for _ in 0..PATHS {
             let most = match shortest {
                 None => TRIES - tries,
                 Some(_) => TRIES_FOR_BETTER.min(TRIES - tries),
             };
-            let grown = self.grow(start, goals, &bounds, most, &mut tries);
+            let grown = self.grow(start, &nearest, &bounds, most, &mut tries);
             was_stopped = (self.should_stop)();
             if let Some(mut path) = grown {
                 let limits = self.request.limits;
