@@ -6,8 +6,6 @@
 //! whoever starts a controller, through one [`Observer`](elite_runtime::message::Observer). Knows no port and no
 //! command line.
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
     not(test),

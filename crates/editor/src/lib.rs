@@ -3,8 +3,6 @@
 //! Owns the loops of both protocols, the analysis on top of `elite-lang`'s trees, and the repeated runs behind a step
 //! back. Knows no port and no command line; both speak over a reader and a writer that they are given.
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
     not(test),

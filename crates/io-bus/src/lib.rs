@@ -4,8 +4,6 @@
 //! reads the controller's own Modbus map ([`modbus_server::map`]) for `read_port_*` and `write_port_*`; the server
 //! hands connections to [`modbus_server::serve`].
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
     not(test),

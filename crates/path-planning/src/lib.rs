@@ -37,8 +37,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
 // Results are the same on every machine (see `kinematics::elementary`).
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -6,9 +6,6 @@
 //! a sentence that says so, where safety would (docs/platforms.md has the table). Knows nothing of robots, programs or
 //! ports.
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
-
 pub mod beneath;
 pub mod clock;
 pub mod files;

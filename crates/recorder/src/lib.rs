@@ -8,8 +8,6 @@
 //!
 //! Times are simulated seconds since start; time stamps in the file are [`Setup::epoch_ns`] plus that time.
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
     not(test),

@@ -4,8 +4,6 @@
 //! simulated arm and no command line. Whatever a peer sends is bounded and checked (crate `wire`); a peer that is gone,
 //! slow or something else is an error with its address, never a hang.
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
     not(test),

@@ -14,8 +14,6 @@
 //!
 //! Knows no command line and no configuration file: whoever calls says which settings belong to which test.
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
     not(test),

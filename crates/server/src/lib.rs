@@ -3,8 +3,6 @@
 //! Wires the other crates together and owns what users meet: command line, configuration, ports. No other crate
 //! imports this one but `dev`, which tries the decoders, and `pybind`, whose wheel has the same program as a command.
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
     not(test),

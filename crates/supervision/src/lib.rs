@@ -6,8 +6,6 @@
 //! decided by the owner of the thread, by the rule of its [`ThreadRole`]. Knows no robot. A panic in here would be one
 //! that nobody catches, so nothing here can.
 
-// A module of several files is a folder with a mod.rs, here and in the other crates.
-#![warn(clippy::self_named_module_files)]
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
     not(test),

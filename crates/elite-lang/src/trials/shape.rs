@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const WITH_CELLS: &[(&str, &str)] = &[
     ("value/held.rs", "the cell itself"),
     (
-        "value/dict.rs",
+        "value/dict/mod.rs",
         "private to the table, whose methods give back what leaves",
     ),
     (
