@@ -76,6 +76,8 @@ mod _elitescript {
     #[pymodule_export]
     use super::row::row_fields;
     #[pymodule_export]
+    use super::settings::option_names;
+    #[pymodule_export]
     use super::{ControllerClosed, PlanningError, ScriptError};
 
     #[pymodule_export]

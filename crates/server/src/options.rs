@@ -7,7 +7,61 @@
 use core::fmt;
 use core::str::FromStr;
 
+use controller::options::{OptionSlot, OptionValue, RefusedValue};
 use io_bus::ControlMode;
+use serde_json::Value as Json;
+
+use crate::cli::{RosMiddleware, TextLanguage};
+
+/// Values that read themselves, as options.
+macro_rules! option_values {
+    ($($value:ty),*) => {
+        $(impl OptionValue for $value {
+            fn from_option(text: &str) -> Result<Self, String> {
+                text.parse()
+            }
+        })*
+    };
+}
+
+option_values!(
+    ControlChoice,
+    LogFormat,
+    PortSetting,
+    RosFactor,
+    RosMiddleware,
+    RosName,
+    RosPrefix,
+    RosRate,
+    TextLanguage,
+    TrustedHost
+);
+
+/// Sets an option from JSON: `[0, -1.57, …]` is as good as `"0,-1.57,…"`, and `null` is an option that is not given.
+///
+/// # Errors
+/// [`RefusedValue`]
+pub fn fill_from_json(slot: &mut dyn OptionSlot, value: &Json) -> Result<(), RefusedValue> {
+    let texts: Vec<String> = match value {
+        Json::Null => return Ok(()),
+        Json::Array(items) if slot.is_list() => items.iter().map(plain_text).collect(),
+        Json::Array(items) => vec![items.iter().map(plain_text).collect::<Vec<_>>().join(",")],
+        single => vec![plain_text(single)],
+    };
+    slot.fill(&texts)
+}
+
+/// A value of JSON as it would be typed.
+pub fn plain_text(value: &Json) -> String {
+    match value {
+        Json::String(text) => text.clone(),
+        // Without the ".0" that JSON gives whole numbers.
+        Json::Number(number) if number.is_f64() => {
+            number.as_f64().map_or_else(String::new, |x| x.to_string())
+        }
+        other => other.to_string(),
+    }
+}
 
 /// The port that a service listens on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,7 +7,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use controller::options::PlantChoice;
+use controller::options::{ControllerOptions, PlantChoice};
 use elite_runtime::builtins::all;
 use elite_runtime::builtins::declare::{
     Builtin, ParameterDefault as Omitted, ParameterType, Range,
@@ -241,7 +241,10 @@ fn fitting(kind: ParameterType, material: &mut Unstructured<'_>) -> String {
 )]
 fn judge(data: &[u8]) {
     let shared = ControllerArgs {
-        plant: Some(PlantChoice::Ideal),
+        options: ControllerOptions {
+            plant: Some(PlantChoice::Ideal),
+            ..ControllerOptions::default()
+        },
         ..ControllerArgs::default()
     };
     let file = PathBuf::from("case.script");

@@ -12,23 +12,10 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from ._elitescript import preset
+from ._elitescript import option_names, preset
 
-#: Options of a controller and the option of the command line that each of them is.
-NAMES = {
-    "model": "--model",
-    "cell": "--cell",
-    "plant": "--plant",
-    "step_ms": "--step-ms",
-    "seed": "--seed",
-    "home": "--home",
-    "tcp": "--tcp",
-    "payload": "--payload",
-    "calibration": "--calibration",
-    "task_dir": "--task-dir",
-    "record": "--record",
-    "allow": "--allow",
-}
+#: Options of a controller; on the command line with dashes.
+NAMES = tuple(option_names())
 
 #: Longest program, bytes; as `eliteserver run`.
 PROGRAM_BYTES_MAX = 8 << 20
@@ -58,7 +45,7 @@ def _path(name: str, given: Any) -> str:
     return os.fspath(given)
 
 
-def _payload(given: Any) -> Dict[str, str]:
+def _payload(given: Any) -> str:
     if isinstance(given, numbers.Real):
         mass, cog, inertia = given, None, None
     else:
@@ -71,10 +58,10 @@ def _payload(given: Any) -> Dict[str, str]:
     text = repr(float(mass))
     if cog is not None:
         text += "," + _vector("payload cog", cog, 3)
-    options = {"payload": text}
     if inertia is not None:
-        options["inertia"] = _vector("payload inertia", inertia, 6)
-    return options
+        text += "" if cog is not None else ",0,0,0"
+        text += "," + _vector("payload inertia", inertia, 6)
+    return text
 
 
 def kept_text(text: str, suffix: str, folder: Optional[Union[str, Path]] = None) -> str:
@@ -106,7 +93,7 @@ def option_texts(given: Mapping[str, Any], folder: Optional[Union[str, Path]] = 
         elif name == "tcp":
             texts[name] = _vector(name, value, 6)
         elif name == "payload":
-            texts.update(_payload(value))
+            texts[name] = _payload(value)
         elif name in ("step_ms", "seed"):
             texts[name] = _whole(name, value)
         elif name == "allow":
@@ -126,13 +113,11 @@ def option_texts(given: Mapping[str, Any], folder: Optional[Union[str, Path]] = 
 
 
 def command_options(texts: Mapping[str, str]) -> List[str]:
-    """The same on the command line. It cannot say an inertia, which is left out."""
+    """The same on the command line."""
     words: List[str] = []
     for name, text in texts.items():
-        if name not in NAMES:
-            continue
         for word in text.split("\n") if name == "allow" else [text]:
-            words.append(f"{NAMES[name]}={word}")
+            words.append(f"--{name.replace('_', '-')}={word}")
     return words
 
 

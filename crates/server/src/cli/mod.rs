@@ -12,6 +12,7 @@ mod paths;
 mod replay;
 mod robot;
 mod ros2;
+mod slots;
 mod test;
 
 use std::net::IpAddr;
@@ -19,10 +20,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use controller::options::{
-    ByteSize, ClockChoice, HomeJoints, ModelChoice, PayloadChoice, Permission, PlantChoice,
-    RecordTarget, RotationLimit, StepMillis, Tcp,
-};
+use controller::options::{ControllerOptions, HomeJoints, ModelChoice, Tcp};
 use elite_runtime::Preset;
 
 use crate::config::PRIMARY_PORT;
@@ -269,7 +267,7 @@ impl std::str::FromStr for TextLanguage {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        ValueEnum::from_str(text, false)
+        ValueEnum::from_str(text, false).map_err(|_| "allowed are en and zh".to_owned())
     }
 }
 
@@ -280,59 +278,9 @@ pub struct ControllerArgs {
     /// A TOML file whose keys are the names of these options; options given here come first
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
-    /// The arm: cs63, cs66, cs612, cs616, cs620, cs625, or the path of a URDF file [default: cs66]
-    #[arg(long)]
-    pub model: Option<ModelChoice>,
-    /// A TOML file with the lengths and twists measured of this very arm; without --model its own counts
-    /// [default: as the model]
-    #[arg(long, value_name = "FILE")]
-    pub calibration: Option<PathBuf>,
-    /// A TOML file that says what stands around the arm [default: nothing]
-    #[arg(long, value_name = "FILE")]
-    pub cell: Option<PathBuf>,
-    /// Wall time, or simulated time as fast as the machine can [default: realtime for serve, virtual for run]
-    #[arg(long, value_name = "realtime|virtual")]
-    pub clock: Option<ClockChoice>,
-    /// Length of a control cycle, 1 to 8 ms [default: 4]
-    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
-    pub step_ms: Option<StepMillis>,
-    /// Rigid bodies with contact, the same in the rapier engine, or an arm that is always where it should be
-    /// [default: rigid]
-    #[arg(long, value_name = "rigid|rapier|ideal")]
-    pub plant: Option<PlantChoice>,
-    /// Folder of the task files; names in scripts and commands cannot leave it [default: ./tasks]
-    #[arg(long, value_name = "PATH")]
-    pub task_dir: Option<PathBuf>,
-    /// The recording of every cycle [default: a new file in ./recordings for serve, off for run]
-    #[arg(long, value_name = "PATH|off")]
-    pub record: Option<RecordTarget>,
-    /// Begin a new file of the recording at this size or after this time: 500MB, 8h [default: one file]
-    #[arg(long, value_name = "SIZE|TIME")]
-    pub record_rotate: Option<RotationLimit>,
-    /// Keep this much of finished recordings, remove the oldest: files of this run, and with a new file in ./recordings
-    /// those of earlier runs [default: all]
-    #[arg(long, value_name = "SIZE")]
-    pub record_budget: Option<ByteSize>,
-    /// Tool centre point from the flange, m and rad [default: 0,0,0,0,0,0]
-    #[arg(long, value_name = "x,y,z,rx,ry,rz", allow_hyphen_values = true)]
-    pub tcp: Option<Tcp>,
-    /// Payload and its centre of gravity, kg and m [default: 0]
-    #[arg(long, value_name = "kg[,cx,cy,cz]", allow_hyphen_values = true)]
-    pub payload: Option<PayloadChoice>,
-    /// Joint positions at start, rad [default: 0,-1.5708,1.5708,-1.5708,-1.5708,0]
-    #[arg(long, value_name = "q1,…,q6", allow_hyphen_values = true)]
-    pub home: Option<HomeJoints>,
-    /// Seed of random() and of every simulated noise [default: 0]
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
-    /// What scripts may reach beyond the robot; repeat it for more, the list replaces the default [default: net]
-    ///
-    /// net: connections to and from anywhere. net=played: to machines that a test plays, and no others. fs: every file
-    /// that this user may read or write, nothing is held back. fs=DIR: the files beneath that folder only, no link
-    /// leads out of it; relative paths count from it. process: programs of this user, which reach files and network
-    /// themselves. env: environment variables.
-    #[arg(long, value_name = "fs|fs=DIR|process|env|net|net=played")]
-    pub allow: Option<Vec<Permission>>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub options: ControllerOptions,
     /// Folder for the log files that the vendor's controller writes [default: not written]
     #[arg(long, value_name = "PATH")]
     pub log_dir: Option<PathBuf>,

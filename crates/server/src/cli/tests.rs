@@ -2,6 +2,7 @@
 
 use super::*;
 use clap::CommandFactory;
+use controller::options::Permission;
 
 fn parse(line: &str) -> Result<CliCommand, clap::Error> {
     Cli::try_parse_from(line.split_whitespace()).map(Cli::into_command)
@@ -45,7 +46,10 @@ fn no_command_means_serve_with_the_same_options() {
         "eliteserver serve --model cs63 --primary-port 0 --powered-off",
     ] {
         let args = serve_args(line);
-        assert_eq!(args.shared.model, Some(ModelChoice::BuiltIn("cs63")));
+        assert_eq!(
+            args.shared.options.model,
+            Some(ModelChoice::BuiltIn("cs63"))
+        );
         assert_eq!(args.primary_port, Some(PortSetting::Any));
         assert_eq!(args.powered_off, Some(true));
         assert_eq!(args.local, None);
@@ -62,12 +66,16 @@ fn options_take_negative_numbers_both_ways() {
         let CliCommand::Run(args) = parse(line).unwrap() else {
             panic!("{line}")
         };
-        assert_eq!(args.run.shared.home.unwrap().0.0, expected, "{line}");
+        assert_eq!(
+            args.run.shared.options.home.unwrap().0.0,
+            expected,
+            "{line}"
+        );
         assert_eq!(args.run.file, PathBuf::from("x.script"));
     }
     let args = serve_args("eliteserver --tcp -0.1,0,0,0,0,-3 --payload 1,-0.1,0,0");
-    assert_eq!(args.shared.tcp.unwrap().0.xyz[0], -0.1);
-    assert_eq!(args.shared.payload.unwrap().0.cog[0], -0.1);
+    assert_eq!(args.shared.options.tcp.unwrap().0.xyz[0], -0.1);
+    assert_eq!(args.shared.options.payload.unwrap().0.cog[0], -0.1);
 }
 
 #[test]
@@ -82,7 +90,7 @@ fn a_script_can_come_from_stdin() {
 fn allow_is_repeatable() {
     let args = serve_args("eliteserver --allow fs --allow net");
     assert_eq!(
-        args.shared.allow,
+        args.shared.options.allow,
         Some(vec![Permission::Fs, Permission::Net])
     );
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use controller::clearance::{ClearanceRun, LeastDistance, MeasureOptions, MeasuredEnd, measure};
-use controller::options::ModelChoice;
+use controller::options::{ControllerOptions, ModelChoice};
 use elite_runtime::ProgramText;
 use elite_runtime::builtins::TOOL_LENGTH_MAX;
 use elite_runtime::task_folder::is_xml;
@@ -83,10 +83,13 @@ fn findings_of_run(
 ) -> Result<Vec<Diagnostic>, CommandError> {
     let run = RunArgs {
         shared: ControllerArgs {
-            cell: Some(cell.to_owned()),
-            model: args.model.clone(),
-            tcp: args.tcp,
-            home: args.home,
+            options: ControllerOptions {
+                cell: Some(cell.to_owned()),
+                model: args.model.clone(),
+                tcp: args.tcp,
+                home: args.home,
+                ..ControllerOptions::default()
+            },
             ..ControllerArgs::default()
         },
         ..RunArgs::default()

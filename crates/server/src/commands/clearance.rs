@@ -74,19 +74,16 @@ fn status(run: &ClearanceRun, margin: f64) -> CommandStatus {
 /// A sentence that names the option.
 pub(crate) fn refuse_ignored(args: &RunArgs, command: &str) -> Result<(), CommandError> {
     use controller::options::{ClockChoice, PlantChoice};
-    let shared = &args.shared;
+    let given = &args.shared.options;
     let wrong = match () {
-        () if shared
-            .plant
-            .is_some_and(|plant| plant != PlantChoice::Ideal) =>
-        {
+        () if given.plant.is_some_and(|plant| plant != PlantChoice::Ideal) => {
             Some("--plant: the arm is always ideal here, so that the path is measured")
         }
-        () if shared.clock == Some(ClockChoice::Realtime) => {
+        () if given.clock == Some(ClockChoice::Realtime) => {
             Some("--clock: time is always simulated here")
         }
-        () if shared.record.is_some() => Some("--record: nothing is recorded; run --record does"),
-        () if shared.log_dir.is_some() => Some("--log-dir: no log files are written"),
+        () if given.record.is_some() => Some("--record: nothing is recorded; run --record does"),
+        () if args.shared.log_dir.is_some() => Some("--log-dir: no log files are written"),
         () => None,
     };
     match wrong {

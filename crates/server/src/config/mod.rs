@@ -1,29 +1,28 @@
 //! The settings of a run: options over the configuration file over the defaults.
 //!
-//! Owns the defaults, the TOML keys and the sentences about what is wrong. Reads the configuration file and the
-//! calibration file; opens nothing else. Relative paths, in the file as on the command line, count from the current
+//! Owns what differs from the defaults of a controller, and the sentences about what is wrong. Reads the configuration
+//! file and the calibration file; opens nothing else. Relative paths, in the file as on the command line, count from the current
 //! directory.
 
+mod file;
 mod ros2;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::time::Duration;
 
 use elite_runtime::{Preset, SandboxRoots};
-use kinematics::{Calibration, CalibrationError};
 use motion_api::Seconds;
 use script_test::TestSettings;
 use thiserror::Error;
 
 use controller::ControllerConfig;
-use controller::cell::line_of;
 use controller::options::{
-    ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
+    ClockChoice, ControllerOptions, ModelChoice, OptionsError, RecordTarget,
 };
 
+use self::file::{TestTimes, merge_file, with_file, with_file_and};
 pub use self::ros2::{Ros2Config, RosNetwork};
 use crate::cli::{ControllerArgs, RunArgs, ServeArgs, TextLanguage};
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
@@ -82,7 +81,7 @@ pub enum ConfigError {
         /// The key.
         key: String,
         /// Every key there is.
-        allowed: Vec<&'static str>,
+        allowed: Vec<String>,
     },
     /// A key that is given twice, as `step-ms` and `step_ms`.
     #[error("{} gives `{key}` twice", path.display())]
@@ -104,9 +103,9 @@ pub enum ConfigError {
         /// What is allowed.
         allowed: String,
     },
-    /// The calibration file is not usable, or for another model.
+    /// The options make no robot: the calibration file is not usable, or for another model.
     #[error(transparent)]
-    Calibration(Box<CalibrationError>),
+    Robot(Box<OptionsError>),
     /// A detail of a node that is not asked for.
     #[error("{option} says something of the ROS 2 node, which is off: give --ros2 as well")]
     Ros2Missing {
@@ -141,9 +140,9 @@ pub enum ConfigError {
     },
 }
 
-impl From<CalibrationError> for ConfigError {
-    fn from(error: CalibrationError) -> Self {
-        Self::Calibration(Box::new(error))
+impl From<OptionsError> for ConfigError {
+    fn from(error: OptionsError) -> Self {
+        Self::Robot(Box::new(error))
     }
 }
 
@@ -312,14 +311,16 @@ impl ServeConfig {
             tool_serial: args.tool_serial_port.unwrap_or(PortSetting::Off),
         };
         check_distinct_ports(&ports)?;
-        let recordings = RecordTarget::NewFileIn("recordings".into());
+        let defaults = ControllerConfig {
+            clock: ClockChoice::Realtime,
+            record: RecordTarget::NewFileIn("recordings".into()),
+            cycle_phase: args
+                .cycle_phase_us
+                .map(|us| Duration::from_micros(us.into())),
+            ..ControllerConfig::default()
+        };
         Ok(Self {
-            robot: ControllerConfig {
-                cycle_phase: args
-                    .cycle_phase_us
-                    .map(|us| Duration::from_micros(us.into())),
-                ..robot_config(args.shared, ClockChoice::Realtime, recordings, None)?
-            },
+            robot: args.shared.options.resolve(defaults, None)?,
             until_stdin_closes: args.until_stdin_closes,
             log,
             bind: args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST)),
@@ -354,7 +355,7 @@ impl RunConfig {
         let mut shared = with_file(args_of_serve, within)?.shared;
         Ok(Self {
             log: LogConfig::from_args(&mut shared),
-            robot: robot_config(shared, ClockChoice::Virtual, RecordTarget::Off, within)?,
+            robot: robot_of(shared.options, within)?,
             file: args.file,
             presets: args.set,
         })
@@ -379,96 +380,36 @@ pub fn robot_for_tests(
         ..ServeArgs::default()
     };
     let mut times = TestTimes::default();
-    let mut shared = with_file_and(only_the_file, within, Some(&mut times))?.shared;
+    let read = with_file_and(only_the_file, within, Some(&mut times))?;
+    let mut options = read.shared.options;
     let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
     let paths = [
-        &mut shared.cell,
-        &mut shared.calibration,
-        &mut shared.task_dir,
+        &mut options.cell,
+        &mut options.calibration,
+        &mut options.task_dir,
     ];
     for path in paths.into_iter().flatten() {
         *path = folder.join(&*path);
     }
-    if let Some(ModelChoice::Urdf(path)) = &mut shared.model {
+    if let Some(ModelChoice::Urdf(path)) = &mut options.model {
         *path = folder.join(&*path);
     }
-    shared.seed = seed.or(shared.seed);
+    options.seed = seed.or(options.seed);
     Ok(TestSettings {
-        robot: robot_config(shared, ClockChoice::Virtual, RecordTarget::Off, within)?,
-        timeout: times.timeout.and_then(Seconds::new),
-        wall_timeout: times.wall_timeout.map(Duration::from_secs_f64),
+        robot: robot_of(options, within)?,
+        timeout: times.timeout.and_then(|time| Seconds::new(time.0)),
+        wall_timeout: times
+            .wall_timeout
+            .map(|time| Duration::from_secs_f64(time.0)),
     })
 }
 
-/// Times of a `test.toml`, s.
-#[derive(Default)]
-struct TestTimes {
-    timeout: Option<f64>,
-    wall_timeout: Option<f64>,
-}
-
-/// Keys that only a `test.toml` has.
-const TEST_KEYS: [&str; 2] = ["timeout", "wall-timeout"];
-
-fn robot_config(
-    args: ControllerArgs,
-    clock: ClockChoice,
-    record: RecordTarget,
+/// The robot of `run` and of tests: under the virtual clock, and nothing is recorded unless asked for.
+fn robot_of(
+    options: ControllerOptions,
     within: Option<&SandboxRoots>,
 ) -> Result<ControllerConfig, ConfigError> {
-    let calibration = args.calibration.as_deref().map(|path| {
-        let Some(folders) = within else {
-            return Calibration::load(path);
-        };
-        let text = folders
-            .read_text(path)
-            .map_err(|source| CalibrationError::Unreadable {
-                path: path.to_owned(),
-                source,
-            })?;
-        Calibration::from_text(&text, path)
-    });
-    let calibration = calibration.transpose()?;
-    let model = match (&calibration, args.model) {
-        (Some(calibration), asked) => model_of(calibration, asked.as_ref())?,
-        (None, asked) => asked.unwrap_or(ModelChoice::BuiltIn("cs66")),
-    };
-    Ok(ControllerConfig {
-        model,
-        calibration,
-        cell: args.cell,
-        clock: args.clock.unwrap_or(clock),
-        step: args.step_ms.unwrap_or(StepMillis::DEFAULT),
-        plant: args.plant.unwrap_or(PlantChoice::Rigid),
-        task_dir: args.task_dir.unwrap_or_else(|| "tasks".into()),
-        record: args.record.unwrap_or(record),
-        record_rotate: args.record_rotate,
-        record_budget: args.record_budget,
-        tcp: args.tcp.unwrap_or_default().0,
-        payload: args.payload.unwrap_or_default().0,
-        home: args.home.unwrap_or_default().0,
-        seed: args.seed.unwrap_or(0),
-        allow: args
-            .allow
-            .map_or(BTreeSet::from([Permission::Net]), BTreeSet::from_iter),
-        sandbox: within.cloned(),
-        cycle_phase: None,
-    })
-}
-
-/// The model of a calibration, which must be the one that was asked for.
-fn model_of(
-    calibration: &Calibration,
-    asked: Option<&ModelChoice>,
-) -> Result<ModelChoice, ConfigError> {
-    let asked = asked.map(ToString::to_string);
-    let name = calibration.model_for(asked.as_deref())?;
-    name.parse().map_err(|allowed| ConfigError::BadValue {
-        path: calibration.path().to_owned(),
-        key: "model".to_owned(),
-        given: format!("{name:?}"),
-        allowed,
-    })
+    Ok(options.resolve(ControllerConfig::default(), within)?)
 }
 
 /// Who controls at start: `--local` is short for one of the modes.
@@ -503,236 +444,6 @@ pub(crate) fn check_distinct_ports(ports: &PortSettings) -> Result<(), ConfigErr
         }
     }
     Ok(())
-}
-
-/// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 37] = [
-    "allow",
-    "attachable",
-    "bind",
-    "calibration",
-    "cell",
-    "clock",
-    "control",
-    "cycle-phase-us",
-    "dashboard-port",
-    "foxglove-port",
-    "home",
-    "http-port",
-    "interpreter-port",
-    "language",
-    "local",
-    "log-dir",
-    "log-format",
-    "modbus-port",
-    "model",
-    "payload",
-    "plant",
-    "powered-off",
-    "primary-port",
-    "query-port",
-    "ready-file",
-    "record",
-    "record-budget",
-    "record-rotate",
-    "ros2",
-    "rtsi-port",
-    "seed",
-    "state-port",
-    "step-ms",
-    "task-dir",
-    "tcp",
-    "tool-serial-port",
-    "trust-host",
-];
-
-/// Fills what was not typed from the configuration file, if one is named.
-fn with_file(args: ServeArgs, within: Option<&SandboxRoots>) -> Result<ServeArgs, ConfigError> {
-    with_file_and(args, within, None)
-}
-
-fn with_file_and(
-    mut args: ServeArgs,
-    within: Option<&SandboxRoots>,
-    times: Option<&mut TestTimes>,
-) -> Result<ServeArgs, ConfigError> {
-    let Some(path) = args.shared.config.take() else {
-        return Ok(args);
-    };
-    let read = match within {
-        Some(folders) => folders.read_text(&path),
-        None => kinematics::text_file::read_text_file(&path),
-    };
-    let text = match read {
-        Ok(text) => text,
-        Err(source) => return Err(ConfigError::Unreadable { path, source }),
-    };
-    merge_file(&mut args, &path, &text, times)?;
-    Ok(args)
-}
-
-/// `times`: the file is a `test.toml`.
-fn merge_file(
-    args: &mut ServeArgs,
-    path: &Path,
-    text: &str,
-    mut times: Option<&mut TestTimes>,
-) -> Result<(), ConfigError> {
-    let table: toml::Table = text
-        .parse()
-        .map_err(|e: toml::de::Error| ConfigError::Syntax {
-            path: path.to_owned(),
-            line: e.span().map_or(1, |span| line_of(text, span.start)),
-            message: e.message().replace('\n', ", "),
-        })?;
-    let mut seen = BTreeSet::new();
-    for (written, value) in &table {
-        // `step_ms` is as good as `step-ms`: both spellings are common in TOML.
-        let key = written.replace('_', "-");
-        if !seen.insert(key.clone()) {
-            return Err(ConfigError::Twice {
-                path: path.to_owned(),
-                key,
-            });
-        }
-        let entry = FileEntry {
-            path,
-            key: written,
-            value,
-        };
-        let shared = &mut args.shared;
-        match key.as_str() {
-            "allow" => entry.list(&mut shared.allow),
-            "attachable" => entry.named(&mut args.attachable, "allowed are true and false"),
-            "bind" => entry.named(&mut args.bind, "allowed is an IP address"),
-            "calibration" => entry.one(&mut shared.calibration),
-            "cell" => entry.one(&mut shared.cell),
-            "clock" => entry.one(&mut shared.clock),
-            "control" => entry.one(&mut args.control),
-            "cycle-phase-us" => entry.named(
-                &mut args.cycle_phase_us,
-                "allowed are whole microseconds from 0",
-            ),
-            "dashboard-port" => entry.one(&mut args.dashboard_port),
-            "foxglove-port" => entry.one(&mut args.foxglove_port),
-            "home" => entry.one(&mut shared.home),
-            "http-port" => entry.one(&mut args.http_port),
-            "interpreter-port" => entry.one(&mut args.interpreter_port),
-            "language" => entry.named(&mut shared.log.language, "allowed are \"en\" and \"zh\""),
-            "local" => entry.named(&mut args.local, "allowed are true and false"),
-            "log-dir" => entry.one(&mut shared.log_dir),
-            "log-format" => entry.one(&mut shared.log.log_format),
-            "modbus-port" => entry.one(&mut args.modbus_port),
-            "model" => entry.one(&mut shared.model),
-            "payload" => entry.one(&mut shared.payload),
-            "plant" => entry.one(&mut shared.plant),
-            "powered-off" => entry.named(&mut args.powered_off, "allowed are true and false"),
-            "primary-port" => entry.one(&mut args.primary_port),
-            "query-port" => entry.one(&mut args.query_port),
-            "ready-file" => entry.one(&mut args.ready_file),
-            "record" => entry.one(&mut shared.record),
-            "record-budget" => entry.one(&mut shared.record_budget),
-            "record-rotate" => entry.one(&mut shared.record_rotate),
-            "ros2" => ros2::merge_ros2(&mut args.ros2, path, &entry),
-            "rtsi-port" => entry.one(&mut args.rtsi_port),
-            "seed" => entry.named(&mut shared.seed, "allowed are whole numbers from 0"),
-            "state-port" => entry.one(&mut args.state_port),
-            "step-ms" => entry.one(&mut shared.step_ms),
-            "task-dir" => entry.one(&mut shared.task_dir),
-            "tcp" => entry.one(&mut shared.tcp),
-            "tool-serial-port" => entry.one(&mut args.tool_serial_port),
-            "trust-host" => entry.list(&mut args.trust_host),
-            "timeout" if let Some(times) = &mut times => entry.seconds(&mut times.timeout),
-            "wall-timeout" if let Some(times) = &mut times => {
-                entry.seconds(&mut times.wall_timeout)
-            }
-            _ => Err(ConfigError::UnknownKey {
-                path: path.to_owned(),
-                key: written.clone(),
-                allowed: match times {
-                    Some(_) => KEYS.into_iter().chain(TEST_KEYS).collect(),
-                    None => KEYS.to_vec(),
-                },
-            }),
-        }?;
-    }
-    Ok(())
-}
-
-/// One `key = value` of the file.
-struct FileEntry<'a> {
-    path: &'a Path,
-    key: &'a str,
-    value: &'a toml::Value,
-}
-
-impl FileEntry<'_> {
-    /// Reads the value even where an option was typed: a mistake in the file is reported either way.
-    fn one<T: FromStr<Err: ToString>>(&self, slot: &mut Option<T>) -> Result<(), ConfigError> {
-        let value = self.parse(self.value)?;
-        slot.get_or_insert(value);
-        Ok(())
-    }
-
-    /// Reads a value of a type whose own error does not say what is allowed; `allowed` does.
-    fn named<T: FromStr>(&self, slot: &mut Option<T>, allowed: &str) -> Result<(), ConfigError> {
-        let text = text_of(self.value).ok_or_else(|| self.bad(self.value, allowed))?;
-        let value = text.parse().map_err(|_| self.bad(self.value, allowed))?;
-        slot.get_or_insert(value);
-        Ok(())
-    }
-
-    /// A time above 0, s.
-    fn seconds(&self, slot: &mut Option<f64>) -> Result<(), ConfigError> {
-        let text = text_of(self.value).unwrap_or_default();
-        let time = crate::cli::seconds_of_test(&text);
-        slot.get_or_insert(time.map_err(|allowed| self.bad(self.value, &allowed))?);
-        Ok(())
-    }
-
-    /// A list, or one value without brackets. An empty list is a list: nothing is allowed then.
-    fn list<T: FromStr<Err: ToString>>(
-        &self,
-        slot: &mut Option<Vec<T>>,
-    ) -> Result<(), ConfigError> {
-        let values = match self.value {
-            toml::Value::Array(items) => items.iter().map(|item| self.parse(item)).collect(),
-            single => self.parse(single).map(|value| vec![value]),
-        }?;
-        slot.get_or_insert(values);
-        Ok(())
-    }
-
-    fn parse<T: FromStr<Err: ToString>>(&self, value: &toml::Value) -> Result<T, ConfigError> {
-        let text = text_of(value)
-            .ok_or_else(|| self.bad(value, "a text, a number or a list of them is needed"))?;
-        text.parse()
-            .map_err(|e: T::Err| self.bad(value, &e.to_string()))
-    }
-
-    fn bad(&self, value: &toml::Value, allowed: &str) -> ConfigError {
-        ConfigError::BadValue {
-            path: self.path.to_owned(),
-            key: self.key.to_owned(),
-            given: value.to_string().replace('\n', " "),
-            allowed: allowed.to_owned(),
-        }
-    }
-}
-
-/// A value as it would be typed: lists are joined by commas.
-fn text_of(value: &toml::Value) -> Option<String> {
-    match value {
-        toml::Value::String(text) => Some(text.clone()),
-        toml::Value::Integer(number) => Some(number.to_string()),
-        toml::Value::Float(number) => Some(number.to_string()),
-        toml::Value::Boolean(flag) => Some(flag.to_string()),
-        toml::Value::Array(items) if !items.is_empty() => {
-            let parts: Option<Vec<_>> = items.iter().map(text_of).collect();
-            parts.map(|parts| parts.join(","))
-        }
-        _ => None,
-    }
 }
 
 #[cfg(test)]

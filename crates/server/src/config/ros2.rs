@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::Path;
 
-use super::{ConfigError, FileEntry};
+use super::ConfigError;
+use super::file::FileEntry;
 use crate::cli::{Ros2Args, RosMiddleware};
 
 /// Who the node speaks with.
@@ -144,7 +145,7 @@ pub(super) fn merge_ros2(
     entry: &FileEntry<'_>,
 ) -> Result<(), ConfigError> {
     let toml::Value::Table(table) = entry.value else {
-        return entry.named(&mut args.ros2, "allowed are true, false and a table [ros2]");
+        return entry.fill(&mut args.ros2);
     };
     let mut seen = BTreeSet::new();
     let mut enabled = None;
@@ -161,20 +162,20 @@ pub(super) fn merge_ros2(
             value,
         };
         match key.as_str() {
-            "domain" => entry.named(&mut args.ros_domain, "allowed are whole numbers 0 to 232")?,
-            "enabled" => entry.named(&mut enabled, "allowed are true and false")?,
-            "namespace" => entry.one(&mut args.ros_namespace)?,
-            "network" => entry.named(&mut args.ros_network, "allowed is an IP address")?,
-            "peers" => entry.list(&mut args.ros_peers)?,
-            "rate" => entry.one(&mut args.ros_rate)?,
-            "rmw" => entry.one(&mut args.ros_rmw)?,
-            "tf-prefix" => entry.one(&mut args.ros_tf_prefix)?,
-            "time-factor" => entry.one(&mut args.ros_time_factor)?,
+            "domain" => entry.fill(&mut args.ros_domain)?,
+            "enabled" => entry.fill(&mut enabled)?,
+            "namespace" => entry.fill(&mut args.ros_namespace)?,
+            "network" => entry.fill(&mut args.ros_network)?,
+            "peers" => entry.fill(&mut args.ros_peers)?,
+            "rate" => entry.fill(&mut args.ros_rate)?,
+            "rmw" => entry.fill(&mut args.ros_rmw)?,
+            "tf-prefix" => entry.fill(&mut args.ros_tf_prefix)?,
+            "time-factor" => entry.fill(&mut args.ros_time_factor)?,
             _ => {
                 return Err(ConfigError::UnknownKey {
                     path: path.to_owned(),
                     key: full,
-                    allowed: ROS2_KEYS.to_vec(),
+                    allowed: ROS2_KEYS.map(str::to_owned).to_vec(),
                 });
             }
         }

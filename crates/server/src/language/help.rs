@@ -170,10 +170,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "放置厂家控制器所写日志文件的文件夹 [默认：不写]",
     ),
     (
-        "Folder of the task files [default: ./tasks]",
-        "任务文件夹 [默认：./tasks]",
-    ),
-    (
         "Folder of the task files; names in scripts and commands cannot leave it [default: ./tasks]",
         "任务文件夹；脚本和命令中的名称不能越出它 [默认：./tasks]",
     ),
@@ -216,10 +212,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
     (
         "How services are mapped onto DDS: as by rmw_fastrtps or as by rmw_cyclonedds [default: fastdds]",
         "服务如何映射到 DDS：按 rmw_fastrtps 或按 rmw_cyclonedds [默认：fastdds]",
-    ),
-    (
-        "How the arm is simulated [default: rigid]",
-        "如何仿真机械臂 [默认：rigid]",
     ),
     (
         "In its place, run this script here with the recording's arm, tool, payload and start position",
@@ -359,8 +351,8 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "只解析和检查脚本，不运行。退出状态：0 没有问题，1 有发现，2 无法读取",
     ),
     (
-        "Payload and its centre of gravity, kg and m [default: 0]",
-        "负载及其重心，kg 和 m [默认：0]",
+        "Payload, its centre of gravity, and its inertia about that as Ixx,Iyy,Izz,Ixy,Ixz,Iyz: kg, m, kg m² [default: 0]",
+        "负载、其重心及绕重心的惯量 Ixx,Iyy,Izz,Ixy,Ixz,Iyz：kg、m、kg m² [默认：0]",
     ),
     (
         "Payload: from the torques of the joints instead of the force reading",
@@ -560,7 +552,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "The address of the interface whose whole network the node speaks with [default: this machine alone]",
         "网络接口的地址，节点与其整个网络通信 [默认：仅本机]",
     ),
-    ("The arm [default: cs66]", "机械臂 [默认：cs66]"),
     (
         "The arm that --check asks, and whose rapid moves may go through joint space [default: cs66]",
         "--check 所用的机械臂，快速移动也可按它在关节空间中进行 [默认：cs66]",
@@ -621,10 +612,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "最后一段是沿工具 z 轴的直线，长度为此值，m",
     ),
     (
-        "The lengths and twists of this very arm [default: as the model]",
-        "这台机械臂自身的长度和扭角 [默认：同型号值]",
-    ),
-    (
         "The line of the program that switches the tool on (M3, M7, M8; begin of a contour)",
         "打开工具的程序行（M3、M7、M8；轮廓开始）",
     ),
@@ -645,10 +632,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
     (
         "The recording of every cycle [default: a new file in ./recordings for serve, off for run]",
         "每个周期的记录 [默认：serve 为 ./recordings 中的新文件，run 为 off]",
-    ),
-    (
-        "The recording of the first run [default: off]",
-        "首次运行的记录 [默认：off]",
     ),
     (
         "The recording; an existing file is replaced",
@@ -740,10 +723,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "What scripts may reach beyond the robot; repeat it for more, the list replaces the default [default: net]\n\nnet: connections to and from anywhere. net=played: to machines that a test plays, and no others. fs: every file that this user may read or write, nothing is held back. fs=DIR: the files beneath that folder only, no link leads out of it; relative paths count from it. process: programs of this user, which reach files and network themselves. env: environment variables.",
         "脚本除机器人之外可以使用什么；可重复给出，所给的列表取代默认值 [默认：net]\n\nnet：与任何地方建立连接。net=played：只与测试所扮演的机器连接。fs：此用户可以读写的所有文件，不作限制。fs=DIR：只限该文件夹之内的文件，链接也不能越出；相对路径从它算起。process：以此用户运行的程序，它们自己可以使用文件和网络。env：环境变量。",
     ),
-    (
-        "What stands around the arm [default: nothing]",
-        "机械臂周围有什么 [默认：无]",
-    ),
     ("What the motion shall tell", "运动要用来辨识什么"),
     (
         "What the names of joints and frames begin with [default: nothing]",
@@ -752,10 +731,6 @@ pub(super) const HELP: &[(&str, &str)] = &[
     (
         "What the names of topics, services and the action begin with [default: /]",
         "主题、服务和动作的名称以什么开头 [默认：/]",
-    ),
-    (
-        "What the program may reach beyond the robot; repeat it for more [default: net]",
-        "程序除机器人之外可以使用什么；可重复给出 [默认：net]",
     ),
     (
         "Where the base may stand, m [default: as far from the points as the arm reaches]",

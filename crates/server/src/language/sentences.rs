@@ -203,8 +203,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("a list of {} is needed", "需要{0~}的列表"),
     (
-        "a mass from 0 to 1000 kg is needed, then perhaps the centre of gravity in m, up to 10, as in 2.5 or 2.5,0,0,0.08",
-        "需要 0 到 1000 kg 的质量，之后可给出重心（m，不超过 10），如 2.5 或 2.5,0,0,0.08",
+        "a mass from 0 to 1000 kg is needed, then perhaps the centre of gravity in m, up to 10, as in 2.5 or 2.5,0,0,0.08, then perhaps six numbers of inertia in kg m²",
+        "需要 0 到 1000 kg 的质量，之后可给出重心（m，不超过 10），如 2.5 或 2.5,0,0,0.08，再之后可给出六个惯量（kg m²）",
     ),
     (
         "a message is of channel {}, which is not declared",
@@ -315,7 +315,6 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "all {} points are reached {} rad from the ends of the joints' ranges, in {} s from first to last",
         "全部 {0} 个点都可到达，距关节范围的边界 {1} rad，从第一点到最后一点 {2} s",
     ),
-    ("allowed are \"en\" and \"zh\"", "允许 \"en\" 和 \"zh\""),
     (
         "allowed are \"tool\", \"masterboard\" and \"tcp:PORT\" with a port from 1 to 65535",
         "允许 \"tool\"、\"masterboard\" 和 \"tcp:端口\"，端口为 1 到 65535",
@@ -347,6 +346,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "allowed are box, cylinder and sphere",
         "允许 box、cylinder 和 sphere",
     ),
+    ("allowed are en and zh", "允许 en 和 zh"),
     (
         "allowed are factors from 0.001 to 1000",
         "允许 0.001 到 1000 的系数",
@@ -404,19 +404,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("allowed are text and json", "允许 text 和 json"),
     ("allowed are true and false", "允许 true 和 false"),
     (
-        "allowed are true, false and a table [ros2]",
-        "允许 true、false 和表 [ros2]",
-    ),
-    (
-        "allowed are whole microseconds from 0",
-        "允许不小于 0 的整微秒数",
-    ),
-    (
         "allowed are whole milliseconds from 1 to 8",
         "允许 1 到 8 的整毫秒数",
     ),
-    ("allowed are whole numbers 0 to 232", "允许 0 到 232 的整数"),
     ("allowed are whole numbers from 0", "允许不小于 0 的整数"),
+    (
+        "allowed are whole numbers from 0 to 65535",
+        "允许 0 到 65535 的整数",
+    ),
     (
         "allowed are {} or the path of a URDF file (with a `/` in it, or ending in .urdf)",
         "允许 {0} 或 URDF 文件的路径（含有 `/`，或以 .urdf 结尾）",
@@ -686,6 +681,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "one conveyor turns an encoder",
         "一个编码器只由一条传送带带动",
     ),
+    ("one value is needed", "需要一个值"),
     ("out_of_reach: {}", "不可达：{0~}"),
     (
         "program {} cannot be repeated from cycle {} on: {}, which is not in the recording",
@@ -1270,6 +1266,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{}, {} rad in {} s, {}; planned in {} s",
         "{0~}，{2} s 内转动 {1} rad，{3~}；规划用时 {4} s",
     ),
+    ("{}: `model` is {}; {}", "{0}：`model` 为 {1}；{2~}"),
     ("{}: `{}` is {}; {}", "{0}：`{1}` 为 {2}；{3~}"),
     (
         "{}: allowed are files that end with .gcode, .nc, .ngc, .dxf or .csv",

@@ -59,7 +59,7 @@ pub(super) fn attach(arguments: &Json, inbox: RemoteSender) -> Result<RemoteSink
 
 fn server(arguments: &Json) -> Result<ServerAddress, String> {
     let fields = arguments.as_object();
-    let is_known = |key: &str| KEYS.contains(&key) || super::is_of_client(key);
+    let is_known = |key: &str| KEYS.contains(&key) || super::launch::is_of_client(key);
     let mut keys = fields.into_iter().flat_map(|fields| fields.keys());
     if let Some(key) = keys.find(|key| !is_known(key)) {
         let known = KEYS.join(", ");

@@ -6,9 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use controller::options::{
-    HomeJoints, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis, Tcp,
-};
+use controller::options::{ControllerOptions, Permission, RecordTarget};
 use controller::outcome::ProgramResult;
 use controller::{NullObserver, SteppedController, WallTimeout};
 use elite_runtime::{Preset, ProgramText};
@@ -25,6 +23,7 @@ use crate::cli::{ControllerArgs, RunArgs};
 use crate::commands::check::{diagnostics_of, render_text, row};
 use crate::commands::debug::literal;
 use crate::config::RunConfig;
+use crate::options::fill_from_json;
 
 /// Simulated time of a run, s: unless it is said, and at most.
 const TIME: f64 = 60.0;
@@ -291,29 +290,26 @@ pub(super) fn settings(
     workspace: &Workspace,
     arguments: RunArguments,
 ) -> Result<RunConfig, String> {
-    fn parsed<T: std::str::FromStr<Err = String>>(
-        name: &str,
-        given: Option<&str>,
-    ) -> Result<Option<T>, String> {
-        given
-            .map(|text| {
-                text.parse()
-                    .map_err(|allowed| format!("{name} is {text:?}; {allowed}"))
-            })
-            .transpose()
+    let mut options = ControllerOptions::default();
+    // Each in the form in which it is given here.
+    let given = [
+        ("model", arguments.model.map(Json::from)),
+        ("home", arguments.home.map(|q| json!(q))),
+        ("tcp", arguments.tcp.map(|pose| json!(pose))),
+        ("payload", arguments.payload.map(Json::from)),
+        ("plant", arguments.plant.map(Json::from)),
+        ("step_ms", arguments.step_ms.map(Json::from)),
+        ("seed", arguments.seed.map(Json::from)),
+    ];
+    for (name, value) in given {
+        if let (Some(value), Some(slot)) = (value, options.slot(&name.replace('_', "-"))) {
+            fill_from_json(slot, &value)
+                .map_err(|refused| format!("{name} is {:?}; {}", refused.given, refused.allowed))?;
+        }
     }
     let path = |name: &str, given: Option<String>| {
         given.map(|given| workspace.path(name, &given)).transpose()
     };
-    // As the options are written, so that the same is allowed.
-    let written = |numbers: &[f64]| {
-        let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
-        numbers.join(",")
-    };
-    let home = arguments.home.map(|q| written(&q));
-    let tcp = arguments.tcp.map(|pose| written(&pose));
-    let payload = arguments.payload.map(|numbers| written(&numbers));
-    let step = arguments.step_ms.map(|millis| millis.to_string());
     let mut presets = Vec::new();
     for (name, value) in &arguments.set {
         let preset = Preset::new(name, &literal(value));
@@ -327,17 +323,11 @@ pub(super) fn settings(
         Some(path) => RecordTarget::File(path),
         None => RecordTarget::Off,
     };
+    options.cell = path("cell", arguments.cell)?;
+    options.record = Some(record);
+    options.allow = Some(allow);
     let shared = ControllerArgs {
-        model: parsed::<ModelChoice>("model", arguments.model.as_deref())?,
-        home: parsed::<HomeJoints>("home", home.as_deref())?,
-        tcp: parsed::<Tcp>("tcp", tcp.as_deref())?,
-        payload: parsed("payload", payload.as_deref())?,
-        cell: path("cell", arguments.cell)?,
-        plant: parsed::<PlantChoice>("plant", arguments.plant.as_deref())?,
-        step_ms: parsed::<StepMillis>("step_ms", step.as_deref())?,
-        seed: arguments.seed,
-        record: Some(record),
-        allow: Some(allow),
+        options,
         ..ControllerArgs::default()
     };
     let args = RunArgs {

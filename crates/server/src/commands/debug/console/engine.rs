@@ -43,7 +43,9 @@ pub(super) struct DebugEngine {
 
 impl DebugEngine {
     /// Starts it; `launch` makes a robot and a program of the arguments of `launch`.
-    pub(super) fn start(launch: fn(&Json) -> Result<RunTarget, String>) -> io::Result<Self> {
+    pub(super) fn start(
+        launch: impl Fn(&Json) -> Result<RunTarget, String> + Send + Sync + 'static,
+    ) -> io::Result<Self> {
         let (of_console, input) = io::pipe()?;
         let (answers, mut output) = io::pipe()?;
         let faults = ThreadSupervisor::default();

@@ -9,11 +9,12 @@ mod orders;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write, stdin, stdout};
+use std::path::Path;
 use std::rc::Rc;
 
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Value as Json, json};
 
-use super::launch;
+use super::launch::LaunchRequest;
 use crate::cli::DebugArgs;
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::line_input::{CompletionNames, InputLine, LineCommands, LineSource};
@@ -29,8 +30,10 @@ const VARIABLES_MAX: usize = 200;
 
 /// Debugs a program at the terminal, or with orders from a pipe. Exit status: 0 left, 2 the program cannot be started.
 pub(super) fn console(args: &DebugArgs, file: &str) -> CommandResult {
-    let mut engine = DebugEngine::start(launch)?;
-    let started = begin(&mut engine, args, file);
+    let request = LaunchRequest::from_args(args, Path::new(file));
+    let request = request.map_err(CommandError::sentence)?;
+    let mut engine = DebugEngine::start(move |_| request.target())?;
+    let started = begin(&mut engine);
     started.map_err(CommandError::sentence)?;
     let names: BTreeSet<String> = elite_runtime::builtins::names()
         .map(str::to_owned)
@@ -69,55 +72,15 @@ pub(super) fn console(args: &DebugArgs, file: &str) -> CommandResult {
 }
 
 /// Launches the program, held before its first statement.
-fn begin(engine: &mut DebugEngine, args: &DebugArgs, file: &str) -> Result<(), String> {
+fn begin(engine: &mut DebugEngine) -> Result<(), String> {
     engine.ask("initialize", json!({"adapterID": "eliteserver"}))?;
-    let launched = engine.send("launch", Json::Object(launch_arguments(args, file)))?;
+    let stops = json!({"stopOnEntry": true, "stopAtEnd": true});
+    let launched = engine.send("launch", stops)?;
     let filters = json!({"filters": ["uncaught"]});
     // Refused where the launch was; the answer to that says why.
     let _ = engine.ask("setExceptionBreakpoints", filters);
     let _ = engine.ask("configurationDone", json!({}));
     engine.answer(launched).map(drop)
-}
-
-/// The arguments of `launch`, by the names of the options.
-fn launch_arguments(args: &DebugArgs, file: &str) -> Map<String, Json> {
-    let key = match file.ends_with(".mcap") {
-        true => "recording",
-        false => "program",
-    };
-    let mut fields = Map::new();
-    fields.insert(key.to_owned(), json!(file));
-    fields.insert("stopOnEntry".to_owned(), json!(true));
-    fields.insert("stopAtEnd".to_owned(), json!(true));
-    let robot = &args.robot;
-    let single = [
-        ("config", &robot.config),
-        ("model", &robot.model),
-        ("calibration", &robot.calibration),
-        ("cell", &robot.cell),
-        ("step-ms", &robot.step_ms),
-        ("plant", &robot.plant),
-        ("task-dir", &robot.task_dir),
-        ("record", &robot.record),
-        ("tcp", &robot.tcp),
-        ("payload", &robot.payload),
-        ("home", &robot.home),
-        ("seed", &robot.seed),
-    ];
-    for (name, value) in single {
-        if let Some(value) = value {
-            fields.insert(name.to_owned(), json!(value));
-        }
-    }
-    for (name, values) in [("allow", &robot.allow), ("set", &robot.set)] {
-        if !values.is_empty() {
-            fields.insert(name.to_owned(), json!(values));
-        }
-    }
-    if let Some(number) = robot.number {
-        fields.insert("number".to_owned(), json!(number));
-    }
-    fields
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use core::fmt;
 use core::str::FromStr;
 use std::path::PathBuf;
 
-use kinematics::{JointPositions, Payload, RpyPose};
+use kinematics::{JointPositions, Payload, PayloadError, RpyPose};
 use motion_api::CommandKind;
 use recorder::RotationTrigger;
 
@@ -289,7 +289,7 @@ impl FromStr for Tcp {
     }
 }
 
-/// The payload at start: mass, then centre of gravity. Its inertia is zero: the option cannot say it.
+/// The payload at start: mass, then centre of gravity, then inertia Ixx, Iyy, Izz, Ixy, Ixz, Iyz about it, kg m².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PayloadChoice(pub Payload);
 
@@ -298,24 +298,23 @@ impl FromStr for PayloadChoice {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let payload = match numbers(text).as_deref() {
-            Some(&[mass]) => Some((mass, [0.0; 3])),
-            Some(&[mass, x, y, z]) => Some((mass, [x, y, z])),
+            Some(&[mass]) => Some((mass, [0.0; 3], [0.0; 6])),
+            Some(&[mass, x, y, z]) => Some((mass, [x, y, z], [0.0; 6])),
+            Some(&[mass, x, y, z, xx, yy, zz, xy, xz, yz]) => {
+                Some((mass, [x, y, z], [xx, yy, zz, xy, xz, yz]))
+            }
             _ => None,
         };
-        let payload = payload.map(|(mass, cog)| Payload {
-            mass,
-            cog: cog.into(),
-            ..Payload::default()
-        });
-        match payload {
-            Some(payload) if CommandKind::SetPayload(payload).validate().is_ok() => {
-                Ok(Self(payload))
-            }
-            _ => Err(
-                "a mass from 0 to 1000 kg is needed, then perhaps the centre of gravity in m, up to 10, \
-                as in 2.5 or 2.5,0,0,0.08"
-                    .to_owned(),
-            ),
+        let allowed = "a mass from 0 to 1000 kg is needed, then perhaps the centre of gravity in m, up to 10, \
+             as in 2.5 or 2.5,0,0,0.08, then perhaps six numbers of inertia in kg m²";
+        let (mass, cog, inertia) = payload.ok_or(allowed)?;
+        let payload = Payload::new(mass, cog, inertia).map_err(|error| match error {
+            PayloadError::ImpossibleInertia { .. } => error.to_string(),
+            _ => allowed.to_owned(),
+        })?;
+        match CommandKind::SetPayload(payload).validate() {
+            Ok(()) => Ok(Self(payload)),
+            Err(_) => Err(allowed.to_owned()),
         }
     }
 }
@@ -364,6 +363,10 @@ mod tests {
         assert_eq!(payload.0.mass, 2.5);
         assert_eq!(payload.0.cog.as_slice(), [0.0, -0.01, 0.08]);
         assert_eq!("1".parse::<PayloadChoice>().unwrap().0.mass, 1.0);
+        let payload: PayloadChoice = "2,0,0,0.1,0.02,0.02,0.01,0,0,0.001".parse().unwrap();
+        assert_eq!(payload.0.inertia, [0.02, 0.02, 0.01, 0.0, 0.0, 0.001]);
+        let error = "2,0,0,0.1,1,0,0,0,0,0".parse::<PayloadChoice>();
+        assert!(error.unwrap_err().contains("no rigid body"));
         for wrong in [
             "-1",
             "1,2",
