@@ -129,7 +129,17 @@ def test_joints_in_another_order_and_positions_alone(arm):
     (lambda g: setattr(g.trajectory.points[1], "time_from_start", span(1.0)), -1, "not after"),
     (lambda g: g.trajectory.points[0].positions.__setitem__(0, 100.0), -1, "beyond its limit"),
     (lambda g: setattr(g.trajectory.points[0], "time_from_start", span(0.001)), -1, "speed"),
-    (lambda g: setattr(g.trajectory, "points", [g.trajectory.points[0]] * 20_000), -1, "20000 points"),
+    (lambda g: setattr(g.trajectory, "points", [g.trajectory.points[0]] * 100_000), -1, "100000 points"),
+    (lambda g: g.trajectory.joint_names.clear(), -2, "joint"),
+    (lambda g: (g.trajectory.joint_names.clear(), g.trajectory.points.clear()), -2, "joint"),
+    (lambda g: g.trajectory.joint_names.__setitem__(1, JOINTS[0]), -2, JOINTS[0]),
+    (lambda g: g.trajectory.joint_names.append("finger_joint"), -2, "finger_joint"),
+    (lambda g: g.trajectory.points[1].positions.pop(), -1, "5"),
+    (lambda g: setattr(g.trajectory.points[0], "velocities", [math.inf] * 6), -1, "inf"),
+    (lambda g: setattr(g.trajectory.points[0], "velocities", [0.0] * 5), -1, "5"),
+    (lambda g: setattr(g.trajectory.points[1], "time_from_start", span(0.5)), -1, "not after"),
+    (lambda g: setattr(g.trajectory.points[0], "time_from_start", Duration(sec=-1)), -1, ""),
+    (lambda g: g.path_tolerance.append(JointTolerance(name="finger_joint", position=0.1)), -1, "finger_joint"),
 ])
 def test_wrong_goals_end_with_their_code_and_a_text(arm, change, code, said):
     before = arm.now()

@@ -268,6 +268,8 @@ pub struct RunConfig {
     pub file: PathBuf,
     /// Globals that it finds set.
     pub presets: Vec<Preset>,
+    /// Write a bag of ROS 2 beside the recording.
+    pub ros2_profile: bool,
 }
 
 impl ServeConfig {
@@ -351,12 +353,15 @@ impl RunConfig {
             shared: args.shared,
             ..ServeArgs::default()
         };
-        let mut shared = with_file(args_of_serve, within)?.shared;
+        let args_of_serve = with_file(args_of_serve, within)?;
+        let ros2_profile = args_of_serve.ros2_profile.unwrap_or(false);
+        let mut shared = args_of_serve.shared;
         Ok(Self {
             log: LogConfig::from_args(&mut shared),
             robot: robot_config(shared, ClockChoice::Virtual, RecordTarget::Off, within)?,
             file: args.file,
             presets: args.set,
+            ros2_profile,
         })
     }
 }
@@ -505,8 +510,8 @@ pub(crate) fn check_distinct_ports(ports: &PortSettings) -> Result<(), ConfigErr
     Ok(())
 }
 
-/// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 37] = [
+/// Every key of the file: the long names of the options of `serve`, `config` apart, and `ros2-profile` of `run`.
+const KEYS: [&str; 38] = [
     "allow",
     "attachable",
     "bind",
@@ -536,6 +541,7 @@ const KEYS: [&str; 37] = [
     "record-budget",
     "record-rotate",
     "ros2",
+    "ros2-profile",
     "rtsi-port",
     "seed",
     "state-port",
@@ -634,6 +640,7 @@ fn merge_file(
             "record-budget" => entry.one(&mut shared.record_budget),
             "record-rotate" => entry.one(&mut shared.record_rotate),
             "ros2" => ros2::merge_ros2(&mut args.ros2, path, &entry),
+            "ros2-profile" => entry.named(&mut args.ros2_profile, "allowed are true and false"),
             "rtsi-port" => entry.one(&mut args.rtsi_port),
             "seed" => entry.named(&mut shared.seed, "allowed are whole numbers from 0"),
             "state-port" => entry.one(&mut args.state_port),
