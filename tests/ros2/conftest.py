@@ -32,7 +32,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class Controller:
     """`serve --ros2` with any free ports."""
 
-    def __init__(self, folder, domain, *options):
+    def __init__(self, folder, domain, *options, record="off"):
         self.domain = domain
         self.ready = folder / f"ready-{domain}.json"
         ports = itertools.chain.from_iterable(
@@ -40,7 +40,7 @@ class Controller:
             for name in ("primary", "interpreter", "rtsi", "dashboard", "http", "modbus")
         )
         command = [
-            os.environ["ELITESERVER"], "serve", "--record", "off", "--ros2", "--ros-domain", str(domain),
+            os.environ["ELITESERVER"], "serve", "--record", record, "--ros2", "--ros-domain", str(domain),
             "--ready-file", str(self.ready), *ports, *options,
         ]
         self.log = open(folder / f"log-{domain}.txt", "w+")
