@@ -44,10 +44,10 @@ def goal(domain, seconds):
     positions = list(states[-1][1].position)
     assert list(states[-1][1].name) == JOINTS
     positions[0] += 0.4
-    handle = peer.result(client.send_goal_async(goal_of([point(seconds, positions, [0.0] * 6)])), 30)
+    handle = peer.result(peer.ask(client.send_goal_async, goal_of([point(seconds, positions, [0.0] * 6)])), 30)
     assert handle.accepted
     say("accepted")
-    peer.result(handle.get_result_async(), seconds + 30)
+    peer.result(peer.ask(handle.get_result_async), seconds + 30)
     say("ended")
 
 

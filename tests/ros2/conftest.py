@@ -104,6 +104,11 @@ class Peer:
             assert time.monotonic() < deadline, f"{what} does not come within {seconds} s"
             time.sleep(0.01)
 
+    def ask(self, call, *arguments, **options):
+        """The future of a call of an action client, made where answers are taken: an answer that comes before the call
+        has returned on another thread is lost (ros2/rclpy issue 1123)."""
+        return self.result(self.executor.create_task(lambda: call(*arguments, **options)), 20, "a turn to ask")
+
     def result(self, future, seconds=20, what="an answer"):
         self.wait_for(future.done, seconds, what)
         return future.result()

@@ -248,9 +248,10 @@ def test_two_clients_with_goals_at_once_get_an_end_each(served, heard):
     for _ in range(20):
         goals = [
             goal_of([point(0.8, [p + draw.uniform(-0.2, 0.2) for p in start], [0.0] * 6)]) for _ in clients]
-        sent = [client.send_goal_async(goal) for client, goal in zip(clients, goals)]
+        sent = [owner.ask(client.send_goal_async, goal) for owner, client, goal in zip((peer, other), clients, goals)]
         handles = [peer.result(future, 30, "the answer to a goal") for future in sent]
-        results = [peer.result(h.get_result_async(), 30, "a result") for h in handles if h.accepted]
+        asked = [owner.ask(handle.get_result_async) for owner, handle in zip((peer, other), handles) if handle.accepted]
+        results = [peer.result(future, 30, "a result") for future in asked]
         assert results and all(result.status in ends for result in results)
         won = [result for result in results if result.status == GoalStatus.STATUS_SUCCEEDED]
         assert len(won) == 1, [(r.status, r.result.error_string) for r in results]

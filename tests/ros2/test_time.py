@@ -25,9 +25,9 @@ def test_a_minute_of_simulated_time_takes_less(tmp_path):
         start = list(states[-1][1].position)
         begun, first = time.monotonic(), clock[-1][1].clock
         goal = goal_of([point(30.0, [p + 0.5 for p in start], [0.0] * 6), point(60.0, start, [0.0] * 6)])
-        handle = peer.result(client.send_goal_async(goal), 30)
+        handle = peer.result(peer.ask(client.send_goal_async, goal), 30)
         assert handle.accepted
-        result = peer.result(handle.get_result_async(), 60, "the result")
+        result = peer.result(peer.ask(handle.get_result_async), 60, "the result")
         assert result.result.error_code == 0
         took = time.monotonic() - begun
         last = clock[-1][1].clock

@@ -52,10 +52,10 @@ class Arm:
         return list(self.states[-1][1].position)
 
     def send(self, goal, **options):
-        return self.peer.result(self.client.send_goal_async(goal, **options), 30, "the answer to a goal")
+        return self.peer.result(self.peer.ask(self.client.send_goal_async, goal, **options), 30, "the answer to a goal")
 
     def result(self, handle, seconds=60):
-        return self.peer.result(handle.get_result_async(), seconds, "the result of a goal")
+        return self.peer.result(self.peer.ask(handle.get_result_async), seconds, "the result of a goal")
 
     def go(self, goal, seconds=60):
         handle = self.send(goal)
@@ -157,14 +157,14 @@ def test_a_canceled_goal_brakes_on_its_way(arm):
     end = [p + 0.6 for p in start]
     handle = arm.send(goal_of([point(4.0, end, [0.0] * 6)]))
     time.sleep(1.5)
-    answer = arm.peer.result(handle.cancel_goal_async())
+    answer = arm.peer.result(arm.peer.ask(handle.cancel_goal_async))
     assert answer.return_code == CancelGoal.Response.ERROR_NONE and len(answer.goals_canceling) == 1
     result = arm.result(handle)
     assert result.status == GoalStatus.STATUS_CANCELED
     here = arm.now()
     by = [b - a for a, b in zip(start, here)]
     assert 0.01 < by[0] < 0.55 and max(by) - min(by) < 1e-3
-    again = arm.peer.result(handle.cancel_goal_async())
+    again = arm.peer.result(arm.peer.ask(handle.cancel_goal_async))
     assert again.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
 
 
