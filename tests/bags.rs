@@ -61,7 +61,8 @@ fn the_bag_beside_a_recording_says_what_the_recording_says() {
     assert_eq!(status, Some(0), "{text}");
     let found: serde_json::Value = serde_json::from_str(&text).unwrap();
     let number = |value: &serde_json::Value| value.as_f64().unwrap();
-    assert!(number(&found["shift"]).abs() < 1e-4, "{found}");
+    // A bag has its own beginning, the first cycle.
+    assert!((number(&found["shift"]) + 0.004).abs() < 1e-6, "{found}");
     assert!(number(&found["tcp_position"]["largest"]) < 1e-9, "{found}");
     assert!(number(&found["force"]["largest"]) < 1e-9, "{found}");
     assert!(found["tcp_speed"].is_null(), "{found}");
@@ -107,7 +108,7 @@ fn a_program_that_fails_leaves_its_bag_and_its_status() {
     let options = ["--record", "x.mcap", "--ros2-profile"];
     let (text, status) = run(at, "sleep(0.1)\n1 / 0\n", &options);
     assert_eq!(status, Some(1), "{text}");
-    let (text, status) = command(at, &["compare", "x.mcap", "x", "--within", "0"]);
+    let (text, status) = command(at, &["compare", "x.mcap", "x", "--within", "1e-12"]);
     assert_eq!(status, Some(0), "{text}");
 }
 
@@ -155,7 +156,9 @@ fn where_there_can_be_no_bag_that_is_said_before_the_program_runs() {
 fn what_is_no_bag_is_refused_with_one_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let (text, status) = run(at, MOVES, &["--record", "x.mcap", "--ros2-profile"]);
+    // Long enough for several chunks, of which the last one is lost where a file is cut off.
+    let long = format!("{MOVES}sleep(20)\n");
+    let (text, status) = run(at, &long, &["--record", "x.mcap", "--ros2-profile"]);
     assert_eq!(status, Some(0), "{text}");
     let bag = std::fs::read(at.join("x/x_0.mcap")).unwrap();
     std::fs::create_dir(at.join("empty")).unwrap();
