@@ -164,11 +164,15 @@ fn what_is_no_bag_is_refused_with_one_sentence() {
     std::fs::create_dir(at.join("empty")).unwrap();
     std::fs::create_dir(at.join("bad")).unwrap();
     let mut broken = bag.clone();
-    let middle = broken.len() / 2;
-    broken[middle..middle + 64].fill(0xff);
+    // In the first chunk, which begins as everything that zstd packs.
+    let packed = broken
+        .windows(4)
+        .position(|bytes| bytes == [0x28, 0xb5, 0x2f, 0xfd]);
+    let within = packed.unwrap() + 200;
+    broken[within..within + 64].fill(0xff);
     std::fs::write(at.join("bad/bad_0.mcap"), broken).unwrap();
     std::fs::create_dir(at.join("cut")).unwrap();
-    std::fs::write(at.join("cut/cut_0.mcap"), &bag[..middle]).unwrap();
+    std::fs::write(at.join("cut/cut_0.mcap"), &bag[..bag.len() / 2]).unwrap();
     for (side, reason) in [
         ("empty", "no file in that folder ends in .mcap"),
         ("bad", "is damaged: "),
