@@ -239,7 +239,7 @@ fn messages_that_are_none_are_named_with_their_number() {
     short.position.pop();
     // A list of names that claims four thousand million of them.
     let mut huge = good.clone();
-    huge[16..20].copy_from_slice(&u32::MAX.to_le_bytes());
+    huge[20..24].copy_from_slice(&u32::MAX.to_le_bytes());
     let many = JointState {
         name: vec!["a".to_owned(); 300],
         position: vec![0.0; 300],
