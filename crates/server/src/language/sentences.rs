@@ -558,6 +558,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "有 {0} 个关节和 {1} 个位置",
     ),
     (
+        "it has {} joints, at most {} are read",
+        "有 {0} 个关节，最多读取 {1} 个",
+    ),
+    (
         "it is a folder, a pipe or a device; recordings are files",
         "它是文件夹、管道或设备；记录是文件",
     ),

@@ -41,11 +41,6 @@ enum CompareError {
     Plot(#[from] PlotError),
     #[error(transparent)]
     Bag(#[from] BagReadError),
-    #[error(
-        "{0} is a bag, which does not say tool, payload and place of its arm: run the script with 'run --record FILE' \
-             and compare the bag with that recording"
-    )]
-    BagAndRun(String),
     #[error(transparent)]
     RunHere(#[from] RunHereError),
     #[error("the two recordings have no moment in common in which both know where the joints are")]
@@ -61,8 +56,8 @@ fn run_compare(args: &CompareArgs) -> Result<CommandStatus, CompareError> {
     let (first, recording) = read_side(&args.first)?;
     let ran = match &args.run {
         Some(script) => {
-            let recording = recording
-                .ok_or_else(|| CompareError::BagAndRun(args.first.display().to_string()))?;
+            let recording =
+                recording.ok_or_else(|| BagReadError::NoArm(args.first.display().to_string()))?;
             let setup = recording
                 .setup()
                 .ok_or_else(|| RunHereError::NoSetup(recording.name().to_owned()))?;

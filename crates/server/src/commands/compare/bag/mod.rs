@@ -66,6 +66,11 @@ pub(super) enum BagReadError {
     },
     #[error("{topic} of {name} has more than {SAMPLES_MAX} messages")]
     TooLong { name: String, topic: String },
+    #[error(
+        "{0} is a bag, which does not say tool, payload and place of its arm: run the script with 'run --record FILE' \
+         and compare the bag with that recording"
+    )]
+    NoArm(String),
 }
 
 /// Reads the bag at a path.
