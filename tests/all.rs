@@ -7,6 +7,7 @@ mod common;
 
 mod api;
 mod bad_input;
+mod bags;
 mod calibration;
 mod cell_task;
 mod chains;

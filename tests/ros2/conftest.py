@@ -32,7 +32,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class Controller:
     """`serve --ros2` with any free ports."""
 
-    def __init__(self, folder, domain, *options):
+    def __init__(self, folder, domain, *options, record="off"):
         self.domain = domain
         self.ready = folder / f"ready-{domain}.json"
         ports = itertools.chain.from_iterable(
@@ -40,7 +40,7 @@ class Controller:
             for name in ("primary", "interpreter", "rtsi", "dashboard", "http", "modbus")
         )
         command = [
-            os.environ["ELITESERVER"], "serve", "--record", "off", "--ros2", "--ros-domain", str(domain),
+            os.environ["ELITESERVER"], "serve", "--record", record, "--ros2", "--ros-domain", str(domain),
             "--ready-file", str(self.ready), *ports, *options,
         ]
         self.log = open(folder / f"log-{domain}.txt", "w+")
@@ -103,6 +103,11 @@ class Peer:
                 return value
             assert time.monotonic() < deadline, f"{what} does not come within {seconds} s"
             time.sleep(0.01)
+
+    def ask(self, call, *arguments, **options):
+        """The future of a call of an action client, made where answers are taken: an answer that comes before the call
+        has returned on another thread is lost (ros2/rclpy issue 1123)."""
+        return self.result(self.executor.create_task(lambda: call(*arguments, **options)), 20, "a turn to ask")
 
     def result(self, future, seconds=20, what="an answer"):
         self.wait_for(future.done, seconds, what)

@@ -27,15 +27,18 @@ def main(seconds):
         peer.wait_for(lambda: len(found) > 100, 60)
         node = controller.node_pid()
         found.clear()
-        before, cpu = time.monotonic(), processor_seconds(node)
+        own = controller.process.pid
+        before, cpu, own_cpu = time.monotonic(), processor_seconds(node), processor_seconds(own)
         time.sleep(seconds)
-        took, cpu = time.monotonic() - before, processor_seconds(node) - cpu
+        took, cpu, own_cpu = time.monotonic() - before, processor_seconds(node) - cpu, processor_seconds(own) - own_cpu
         messages = list(found)
         stamps = [m.header.stamp.sec + m.header.stamp.nanosec * 1e-9 for _, m in messages]
         expected = round((stamps[-1] - stamps[0]) / 0.004) + 1
         late = sorted((at - stamp) * 1e3 for (at, _), stamp in zip(messages, stamps))
         print(f"joint states: {len(messages)} of {expected} in {took:.1f} s")
         print(f"from cycle to callback: p50 {late[len(late) // 2]:.1f} ms, p99 {late[len(late) * 99 // 100]:.1f} ms")
+        gaps = sorted(abs(b - a - 0.004) * 1e3 for (a, _), (b, _) in zip(messages, messages[1:]))
+        print(f"jitter, callback to callback: p50 {gaps[len(gaps) // 2]:.2f} ms, p99 {gaps[len(gaps) * 99 // 100]:.1f} ms")
         client = peer.node.create_client(Trigger, "dashboard_client/close_safety_dialog")
         client.wait_for_service(20)
         time.sleep(1)
@@ -48,6 +51,7 @@ def main(seconds):
         status = pathlib.Path(f"/proc/{node}/status").read_text()
         memory = int(next(line for line in status.splitlines() if line.startswith("VmRSS")).split()[1])
         print(f"the node: {100 * cpu / took:.0f} % of a core, {memory / 1024:.0f} MiB")
+        print(f"the controller: {100 * own_cpu / took:.0f} % of a core")
         peer.close()
         controller.close()
 

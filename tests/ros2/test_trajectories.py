@@ -7,9 +7,10 @@ import pytest
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from builtin_interfaces.msg import Duration
-from conftest import JOINTS
+from conftest import JOINTS, LATCHED
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
+from eli_common_interface.msg import RobotMode
 from eli_common_interface.srv import SetSpeedSliderFraction
 from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
@@ -37,6 +38,10 @@ def goal_of(points, names=JOINTS):
     return goal
 
 
+def stamp_of(message):
+    return message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
+
+
 class Arm:
     """What tests do with the arm."""
 
@@ -49,13 +54,22 @@ class Arm:
         time.sleep(1.0)
 
     def now(self):
+        """Where the joints are. On a busy machine states queue up here: one that has been sent by now is waited for."""
+        asked, best = time.time(), min(at - stamp_of(message) for at, message in self.states[-500:])
+        is_simulated = stamp_of(self.states[-1][1]) < 1e9
+
+        def is_fresh():
+            at, message = self.states[-1]
+            return at > asked and (is_simulated or at - stamp_of(message) < best + 0.1)
+
+        self.peer.wait_for(is_fresh, 60, "a state of now")
         return list(self.states[-1][1].position)
 
     def send(self, goal, **options):
-        return self.peer.result(self.client.send_goal_async(goal, **options), 30, "the answer to a goal")
+        return self.peer.result(self.peer.ask(self.client.send_goal_async, goal, **options), 30, "the answer to a goal")
 
     def result(self, handle, seconds=60):
-        return self.peer.result(handle.get_result_async(), seconds, "the result of a goal")
+        return self.peer.result(self.peer.ask(handle.get_result_async), seconds, "the result of a goal")
 
     def go(self, goal, seconds=60):
         handle = self.send(goal)
@@ -97,16 +111,22 @@ def test_a_goal_with_speeds_is_followed_to_a_thousandth(arm):
     result = arm.result(handle)
     assert result.status == GoalStatus.STATUS_SUCCEEDED
     assert result.result.error_code == FollowJointTrajectory.Result.SUCCESSFUL
+    arm.now()
     states = [m for _, m in arm.states[before:]]
-    stamps = [m.header.stamp.sec + m.header.stamp.nanosec * 1e-9 for m in states]
-    begun = next(i for i, m in enumerate(states) if max(map(abs, m.velocity)) > 1e-6)
+    stamps = [stamp_of(m) for m in states]
+    begun = next(i for i, m in enumerate(states) if max(map(abs, m.velocity)) > 1e-2)
+    # When the trajectory began: the first joint only goes forward, so its place tells the time.
+    low, high = 0.0, 4.0
+    for _ in range(50):
+        middle = (low + high) / 2
+        low, high = (middle, high) if along(points, middle)[0] < states[begun].position[0] else (low, middle)
     best = math.inf
-    for shift in range(-6, 3):
-        first = stamps[begun] + shift * 0.004
-        worst = max(
-            max(abs(a - b) for a, b in zip(m.position, along(points, t - first)))
-            for t, m in zip(stamps[begun:], states[begun:]) if 0 <= t - first <= 4.0)
+    for shift in range(-6, 7):
+        first = stamps[begun] - low + shift * 0.001
+        compared = [(t - first, m) for t, m in zip(stamps[begun:], states[begun:]) if 0 <= t - first <= 4.0]
+        worst = max(max(abs(a - b) for a, b in zip(m.position, along(points, t))) for t, m in compared)
         best = min(best, worst)
+    assert len(compared) > 500, "too many states are lost on the way here"
     assert best < 1e-3, best
     assert max(abs(a - b) for a, b in zip(arm.now(), end)) < 1e-3
     assert len(feedback) > 40
@@ -129,7 +149,17 @@ def test_joints_in_another_order_and_positions_alone(arm):
     (lambda g: setattr(g.trajectory.points[1], "time_from_start", span(1.0)), -1, "not after"),
     (lambda g: g.trajectory.points[0].positions.__setitem__(0, 100.0), -1, "beyond its limit"),
     (lambda g: setattr(g.trajectory.points[0], "time_from_start", span(0.001)), -1, "speed"),
-    (lambda g: setattr(g.trajectory, "points", [g.trajectory.points[0]] * 20_000), -1, "20000 points"),
+    (lambda g: setattr(g.trajectory, "points", [g.trajectory.points[0]] * 100_000), -1, "100000 points"),
+    (lambda g: g.trajectory.joint_names.clear(), -2, "joint"),
+    (lambda g: (g.trajectory.joint_names.clear(), g.trajectory.points.clear()), -2, "joint"),
+    (lambda g: g.trajectory.joint_names.__setitem__(1, JOINTS[0]), -2, JOINTS[0]),
+    (lambda g: g.trajectory.joint_names.append("finger_joint"), -2, "finger_joint"),
+    (lambda g: g.trajectory.points[1].positions.pop(), -1, "5"),
+    (lambda g: setattr(g.trajectory.points[0], "velocities", [math.inf] * 6), -1, "inf"),
+    (lambda g: setattr(g.trajectory.points[0], "velocities", [0.0] * 5), -1, "5"),
+    (lambda g: setattr(g.trajectory.points[1], "time_from_start", span(0.5)), -1, "not after"),
+    (lambda g: setattr(g.trajectory.points[0], "time_from_start", Duration(sec=-1)), -1, ""),
+    (lambda g: g.path_tolerance.append(JointTolerance(name="finger_joint", position=0.1)), -1, "finger_joint"),
 ])
 def test_wrong_goals_end_with_their_code_and_a_text(arm, change, code, said):
     before = arm.now()
@@ -147,28 +177,28 @@ def test_a_canceled_goal_brakes_on_its_way(arm):
     end = [p + 0.6 for p in start]
     handle = arm.send(goal_of([point(4.0, end, [0.0] * 6)]))
     time.sleep(1.5)
-    answer = arm.peer.result(handle.cancel_goal_async())
+    answer = arm.peer.result(arm.peer.ask(handle.cancel_goal_async))
     assert answer.return_code == CancelGoal.Response.ERROR_NONE and len(answer.goals_canceling) == 1
     result = arm.result(handle)
     assert result.status == GoalStatus.STATUS_CANCELED
     here = arm.now()
     by = [b - a for a, b in zip(start, here)]
     assert 0.01 < by[0] < 0.55 and max(by) - min(by) < 1e-3
-    again = arm.peer.result(handle.cancel_goal_async())
+    again = arm.peer.result(arm.peer.ask(handle.cancel_goal_async))
     assert again.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
 
 
 def test_a_new_goal_replaces_the_old_one_without_a_jump(arm):
     start = arm.now()
-    first = arm.send(goal_of([point(3.0, [p - 0.5 for p in start], [0.0] * 6)]))
-    time.sleep(1.2)
+    first = arm.send(goal_of([point(8.0, [p - 1.2 for p in start], [0.0] * 6)]))
+    time.sleep(2.0)
     before = len(arm.states)
-    second = arm.send(goal_of([point(2.0, start, [0.0] * 6)]))
+    second = arm.send(goal_of([point(4.0, start, [0.0] * 6)]))
     assert arm.result(first).status in (GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED)
     assert arm.result(second).status == GoalStatus.STATUS_SUCCEEDED
     states = [m for _, m in arm.states[before - 5:]]
     for a, b in zip(states, states[1:]):
-        step = b.header.stamp.sec - a.header.stamp.sec + (b.header.stamp.nanosec - a.header.stamp.nanosec) * 1e-9
+        step = stamp_of(b) - stamp_of(a)
         for j in range(6):
             assert abs(b.velocity[j] - a.velocity[j]) < 25.0 * step + 1e-6
     assert max(abs(a - b) for a, b in zip(arm.now(), start)) < 1e-3
@@ -180,14 +210,18 @@ def test_the_slider_stretches_time_and_a_pause_holds(arm):
         SetSpeedSliderFraction, "io_and_status_controller/set_speed_slider",
         SetSpeedSliderFraction.Request(speed_slider_fraction=x)).success
     assert slider(0.5)
-    begun = time.monotonic()
+    before = len(arm.states)
     result = arm.go(goal_of([point(1.5, [p + 0.2 for p in start], [0.0] * 6)]))
     assert result.status == GoalStatus.STATUS_SUCCEEDED
-    assert 2.9 < time.monotonic() - begun < 5.0
+    arm.now()
+    # Without the slider the cubic has 0.2 rad/s in its middle. States may be missing, their times and speeds are right.
+    moving = [stamp_of(m) for _, m in arm.states[before:] if max(map(abs, m.velocity)) > 1e-6]
+    fastest = max(max(map(abs, m.velocity)) for _, m in arm.states[before:])
+    assert moving[-1] - moving[0] < 3.2 and 0.08 < fastest < 0.101
     assert slider(1.0)
     handle = arm.send(goal_of([point(6.0, start, [0.0] * 6)]))
     assert peer.call(Trigger, "dashboard_client/pause").success
-    peer.wait_for(lambda: max(map(abs, arm.states[-1][1].velocity)) == 0.0, what="rest")
+    peer.wait_for(lambda: arm.now() and max(map(abs, arm.states[-1][1].velocity)) == 0.0, what="rest")
     held = arm.now()
     time.sleep(0.5)
     assert arm.now() == held and max(abs(a - b) for a, b in zip(held, start)) > 0.01
@@ -197,12 +231,14 @@ def test_the_slider_stretches_time_and_a_pause_holds(arm):
 
 def test_a_goal_is_rejected_where_the_arm_cannot_move(arm):
     peer, start = arm.peer, arm.now()
+    modes = peer.collect(RobotMode, "io_and_status_controller/robot_mode", LATCHED)
+    mode = lambda: modes[-1][1].mode if modes else None
     assert peer.call(Trigger, "dashboard_client/power_off").success
-    time.sleep(1.0)
+    peer.wait_for(lambda: mode() == 3, what="power off")
     handle = arm.send(goal_of([point(1.0, start)]))
     assert not handle.accepted
     assert peer.call(Trigger, "dashboard_client/brake_release").success
-    time.sleep(3.0)
+    peer.wait_for(lambda: mode() == 7, what="running")
 
 
 def test_a_trajectory_of_the_topic_is_followed(arm):

@@ -47,7 +47,7 @@ pub use compare::{Difference, FieldDifference, difference, difference_ignoring};
 pub use cycle::{CycleError, CycleMessage, FieldValue};
 pub use extra::{CustomTopic, CustomTopicId};
 pub use handle::{RecorderHandle, RecorderMetrics};
-pub use reader::{FileEnd, ReadError, Recording, RecordingEntry};
+pub use reader::{FileEnd, ReadError, Recording, RecordingEntry, messages_of_file};
 pub use recorder::{CloseHandle, RecordError, Recorder, RecorderConfig};
 pub use rotation::{Rotation, RotationTrigger};
 pub use setup::{Setup, SetupError};

@@ -285,6 +285,19 @@ impl Iterator for RecordingEntries<'_> {
     }
 }
 
+/// The messages of any MCAP file, a recording or not, undecoded. Their reading is bounded as that of a recording is.
+///
+/// # Errors
+/// [`ReadError::Io`] when the file cannot be opened.
+pub fn messages_of_file(path: impl AsRef<Path>) -> Result<Messages, ReadError> {
+    let path = path.as_ref();
+    let file = open(path).map_err(|source| ReadError::Io {
+        path: path.display().to_string(),
+        source,
+    })?;
+    Ok(Messages::new(Box::new(file), Arc::default()))
+}
+
 /// Opens a file. What is none is turned down: it might keep the reader waiting, and is read more than once.
 fn open(path: &Path) -> io::Result<File> {
     if path.metadata()?.is_file() {

@@ -69,7 +69,10 @@ fn execute(command: CliCommand) -> CommandResult {
             commands::serve::serve(&config)
         }
         CliCommand::Run(args) => {
-            let config = RunConfig::load(args.run)?;
+            let mut config = RunConfig::load(args.run)?;
+            if let Some(given) = args.ros2_profile {
+                config.ros2_profile = given;
+            }
             begin_log(&config.log)?;
             commands::run::run(&config, args.timeout, !args.no_check)
         }

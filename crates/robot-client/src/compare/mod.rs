@@ -7,7 +7,7 @@ mod align;
 mod track;
 
 pub use align::{Alignment, align};
-pub use track::{RunTrace, RunTraceError};
+pub use track::{RunTrace, RunTraceError, TraceSample};
 
 use track::TraceCursor;
 

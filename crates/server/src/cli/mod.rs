@@ -361,6 +361,9 @@ pub struct ServeArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub ros2: Ros2Args,
+    /// The key `ros2-profile` of the configuration file, which is for `run`.
+    #[arg(skip)]
+    pub ros2_profile: Option<bool>,
 }
 
 /// Options of `doctor`: those of `serve`, whose set-up is looked at.
@@ -405,6 +408,9 @@ pub struct RunCommandArgs {
     /// Run the text without a word of what check finds in it
     #[arg(long)]
     pub no_check: bool,
+    /// Beside the recording x.mcap write the bag of ROS 2 x: a folder that ros2 bag, rosbags and Foxglove read
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
+    pub ros2_profile: Option<bool>,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub run: RunArgs,

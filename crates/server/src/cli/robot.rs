@@ -154,7 +154,7 @@ pub enum CompareFormat {
 /// Options of `compare`.
 #[derive(Args, Clone, Debug)]
 pub struct CompareArgs {
-    /// A recording
+    /// A recording, or a bag of ROS 2: its folder or an MCAP file
     #[arg(value_name = "A.mcap")]
     pub first: PathBuf,
     /// Another one

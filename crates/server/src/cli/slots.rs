@@ -34,6 +34,7 @@ impl ServeArgs {
             "primary-port" => &mut self.primary_port,
             "query-port" => &mut self.query_port,
             "ready-file" => &mut self.ready_file,
+            "ros2-profile" => &mut self.ros2_profile,
             "rtsi-port" => &mut self.rtsi_port,
             "state-port" => &mut self.state_port,
             "tool-serial-port" => &mut self.tool_serial_port,

@@ -115,7 +115,7 @@ pub(super) fn merge_file(
     Ok(())
 }
 
-/// Every key of the file, in alphabetical order: the long names of the options of `serve`.
+/// Every key of the file, in alphabetical order: the long names of the options of `serve`, and one of `run`.
 pub(super) fn keys() -> Vec<String> {
     let mut keys = keys_of::<ServeArgs>();
     // The file itself, what only a starting process wants, and the node's, which have a table.
@@ -123,6 +123,7 @@ pub(super) fn keys() -> Vec<String> {
         !["config", "until-stdin-closes"].contains(&key.as_str()) && !key.starts_with("ros-")
     };
     keys.retain(is_key);
+    keys.push("ros2-profile".to_owned());
     keys.sort_unstable();
     keys
 }

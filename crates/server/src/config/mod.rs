@@ -267,6 +267,8 @@ pub struct RunConfig {
     pub file: PathBuf,
     /// Globals that it finds set.
     pub presets: Vec<Preset>,
+    /// Write a bag of ROS 2 beside the recording.
+    pub ros2_profile: bool,
 }
 
 impl ServeConfig {
@@ -352,12 +354,15 @@ impl RunConfig {
             shared: args.shared,
             ..ServeArgs::default()
         };
-        let mut shared = with_file(args_of_serve, within)?.shared;
+        let args_of_serve = with_file(args_of_serve, within)?;
+        let ros2_profile = args_of_serve.ros2_profile.unwrap_or(false);
+        let mut shared = args_of_serve.shared;
         Ok(Self {
             log: LogConfig::from_args(&mut shared),
             robot: robot_of(shared.options, within)?,
             file: args.file,
             presets: args.set,
+            ros2_profile,
         })
     }
 }

@@ -67,6 +67,27 @@ fn defaults_are_those_of_the_contract() {
 }
 
 #[test]
+fn the_bag_beside_the_recording_of_a_run_is_off_unless_the_file_asks_for_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("e.toml");
+    std::fs::write(&file, "ros2-profile = true").unwrap();
+    let with = |config: Option<PathBuf>| {
+        let shared = ControllerArgs {
+            config,
+            ..ControllerArgs::default()
+        };
+        let args = RunArgs {
+            file: "x".into(),
+            shared,
+            ..RunArgs::default()
+        };
+        RunConfig::load(args).unwrap().ros2_profile
+    };
+    assert!(!with(None));
+    assert!(with(Some(file)));
+}
+
+#[test]
 fn a_flag_comes_before_the_file_and_the_file_before_the_default() {
     let config = serve(
         "eliteserver --model cs63 --primary-port off --allow fs --local=false",
@@ -101,6 +122,7 @@ fn every_key_is_read() {
         calibration = "arm.toml"
         cell = "cell.toml"
         clock = "virtual"
+        ros2_profile = true
         step_ms = 8
         cycle-phase-us = 250
         plant = "ideal"
@@ -262,6 +284,7 @@ fn each_mistake_has_one_sentence_with_key_value_and_what_is_allowed() {
             "allow = ['all']",
             "seed = -1",
             "powered-off = 'yes'",
+            "ros2-profile = 1",
             "bind = 'localhost'",
             "http-port = 30001",
             "foxglove-port = 8080",

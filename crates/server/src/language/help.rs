@@ -42,7 +42,10 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "A picture of both and of what is between them",
         "画出两者及其差别",
     ),
-    ("A recording", "一个记录"),
+    (
+        "A recording, or a bag of ROS 2: its folder or an MCAP file",
+        "一个记录，或一个 ROS 2 bag：其文件夹或 MCAP 文件",
+    ),
     (
         "A script or a recording (.mcap) to debug here, at the terminal; without it an editor talks to the debugger on standard input and output",
         "在终端上调试的脚本或记录（.mcap）；不给出时，由编辑器通过标准输入输出与调试器通信",
@@ -84,6 +87,10 @@ pub(super) const HELP: &[(&str, &str)] = &[
     (
         "Begin of what --plot draws, s [default: the whole recording]",
         "--plot 所画的开始时刻，s [默认：整个记录]",
+    ),
+    (
+        "Beside the recording x.mcap write the bag of ROS 2 x: a folder that ros2 bag, rosbags and Foxglove read",
+        "在记录 x.mcap 旁写入 ROS 2 bag x：ros2 bag、rosbags 和 Foxglove 可读的文件夹",
     ),
     (
         "Bias of the force sensor, and what hangs below it, from rests",

@@ -55,12 +55,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "--ros-peers names {} machines, allowed are 1 to {}",
         "--ros-peers 给出了 {0} 台机器，允许 1 到 {1} 台",
     ),
-    ("--rosbag2: a message: {}", "--rosbag2：消息：{0~}"),
     (
-        "--rosbag2: cannot write the bag: {}",
-        "--rosbag2：无法写入 bag：{0~}",
+        "--ros2-profile makes a bag of one recording: leave --record-rotate out",
+        "--ros2-profile 由一个记录生成 bag：请去掉 --record-rotate",
     ),
-    ("--rosbag2: {}: {}", "--rosbag2：{0}：{1~}"),
+    (
+        "--ros2-profile writes a bag beside the recording: give --record FILE as well",
+        "--ros2-profile 在记录旁写入 bag：请同时给出 --record 文件",
+    ),
     ("--set {}: {}", "--set {0}：{1~}"),
     (
         "--units is for tables (.csv): G-code and drawings say their unit themselves",
@@ -210,6 +212,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "a message is of channel {}, which is not declared",
         "消息属于未声明的通道 {0}",
     ),
+    ("a message of the bag: {}", "bag 的消息：{0~}"),
     (
         "a metadata record has {} bytes; at most {} are read",
         "元数据项有 {0} 字节；最多读取 {1} 字节",
@@ -454,6 +457,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "blocks and brackets lie more than {} deep",
         "块和括号嵌套超过 {0} 层",
     ),
+    ("cannot read the bag {}: {}", "无法读取 bag {0}：{1~}"),
     (
         "cannot read the calibration file {}: {}",
         "无法读取标定文件 {0}：{1~}",
@@ -472,6 +476,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("cannot read {}: {}", "无法读取 {0}：{1~}"),
     ("cannot start a thread: {}", "无法启动线程：{0~}"),
     ("cannot use the model {}: {}", "无法使用型号 {0}：{1~}"),
+    ("cannot write the bag: {}", "无法写入 bag：{0~}"),
     (
         "cannot write the recording {}: {}",
         "无法写入记录 {0}：{1~}",
@@ -536,8 +541,20 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("it goes with copies", "它与 copies 一起使用"),
     ("it goes with protocol", "它与 protocol 一起使用"),
     (
+        "it has the joints of several arms, which begin with {} and {}",
+        "含有多台机械臂的关节，名称以 {0} 和 {1} 开头",
+    ),
+    (
         "it has {} bytes, at most {} are read",
         "有 {0} 字节，最多读取 {1} 字节",
+    ),
+    (
+        "it has {} joints and {} positions",
+        "有 {0} 个关节和 {1} 个位置",
+    ),
+    (
+        "it has {} joints, at most {} are read",
+        "有 {0} 个关节，最多读取 {1} 个",
     ),
     (
         "it is a folder, a pipe or a device; recordings are files",
@@ -607,6 +624,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "message {} of {} cannot be read: {}",
         "无法读取 {1} 的第 {0} 条消息：{2~}",
+    ),
+    (
+        "message {} of {} in {} cannot be read: {}",
+        "无法读取 {2} 中 {1} 的第 {0} 条消息：{3~}",
     ),
     (
         "model {}, with the kinematics measured in {}",
@@ -769,6 +790,19 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the arm touches something at via position {}",
         "机械臂在中间位置 {0} 碰到物体",
     ),
+    (
+        "the bag {} cannot be written: there is something else in that folder",
+        "无法写入 bag {0}：该文件夹中有别的内容",
+    ),
+    (
+        "the bag {} has more than {} files",
+        "bag {0} 的文件多于 {1} 个",
+    ),
+    (
+        "the bag {} keeps its messages in {}; only MCAP is read: ros2 bag convert makes it of other bags",
+        "bag {0} 的消息保存在 {1} 中；只读取 MCAP：可用 ros2 bag convert 转换其他 bag",
+    ),
+    ("the bag {}: {}", "bag {0}：{1~}"),
     (
         "the box of a finger is needed: {}",
         "需要手指的长方体：{0~}",
@@ -1156,14 +1190,26 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0} 中有未知的键 `{1}`；可用的键为 {2}",
     ),
     (
+        "{} has joint states of several robots, and which is meant is not known: {}",
+        "{0} 含有多台机器人的关节状态，不知道指哪一台：{1}",
+    ),
+    (
         "{} has joint {} at {} rad, allowed is {} to {} rad",
         "{0~}的关节 {1} 为 {2} rad，允许 {3} 到 {4} rad",
     ),
     ("{} has more than {} columns", "{0} 超过 {1} 列"),
     ("{} has more than {} points", "{0} 的点超过 {1} 个"),
     (
+        "{} has no joint states (sensor_msgs/msg/JointState as CDR); its topics are {}",
+        "{0} 没有关节状态（CDR 编码的 sensor_msgs/msg/JointState）；其主题为 {1}",
+    ),
+    (
         "{} has no points: six numbers a line are needed, x y z Rx Ry Rz",
         "{0} 中没有点：每行需要六个数，x y z Rx Ry Rz",
+    ),
+    (
+        "{} is a bag, which does not say tool, payload and place of its arm: run the script with 'run --record FILE' and compare the bag with that recording",
+        "{0} 是 bag，不含机械臂的工具、负载和位置：请用 'run --record 文件' 运行脚本，再与该记录比较",
     ),
     (
         "{} is a task of the pendant in XML, and {}, the program that it sends, is XML too",
@@ -1178,6 +1224,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "{} is larger than the {} MiB allowed",
         "{0} 超过允许的 {1} MiB",
+    ),
+    (
+        "{} is no bag in MCAP: no file in that folder ends in .mcap",
+        "{0} 不是 MCAP 格式的 bag：该文件夹中没有以 .mcap 结尾的文件",
     ),
     (
         "{} is no {} of ROS 2: letters, digits and single underscores, not a digit first{}",
@@ -1215,6 +1265,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0} 个测量值对 {1} 个未知量",
     ),
     (
+        "{} of {} has more than {} messages",
+        "{1} 的 {0} 多于 {2} 条消息",
+    ),
+    (
+        "{} of {} has not the joints of the arm; the first message has {}",
+        "{1} 的 {0} 没有机械臂的关节；第一条消息含有 {2}",
+    ),
+    (
         "{} rests with a force reading: three or more with other orientations are needed",
         "带力读数的静止段有 {0} 个：需要三个以上不同的姿态",
     ),
@@ -1240,6 +1298,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "{} touches {} on the last {} mm, on every line to the target",
         "在通往终点的每条直线上，{0~}在最后 {2} mm 与{1~}相碰",
+    ),
+    (
+        "{} was cut off; what it has is compared",
+        "{0} 被截断；只比较其已有内容",
     ),
     (
         "{} weights for {} control points",

@@ -2,6 +2,7 @@
 //!
 //! Owns what a person and a program read of it; the alignment and the figures are `robot-client`'s.
 
+mod bag;
 mod run_here;
 
 use std::fmt::Write as _;
@@ -21,6 +22,7 @@ use crate::command::{CommandResult, CommandStatus};
 use crate::logging;
 use crate::plot::{Curve, CurveStyle, Figure, PlotError, PlotPanel};
 use crate::ports::escape::EscapedText;
+use bag::{BagReadError, read_bag};
 use run_here::{RunHereError, run_here};
 
 /// Points of a curve at most: twice the columns of the picture.
@@ -38,6 +40,8 @@ enum CompareError {
     #[error(transparent)]
     Plot(#[from] PlotError),
     #[error(transparent)]
+    Bag(#[from] BagReadError),
+    #[error(transparent)]
     RunHere(#[from] RunHereError),
     #[error("the two recordings have no moment in common in which both know where the joints are")]
     NothingInCommon,
@@ -49,10 +53,11 @@ pub fn compare(args: &CompareArgs) -> CommandResult {
 }
 
 fn run_compare(args: &CompareArgs) -> Result<CommandStatus, CompareError> {
-    let recording = Recording::open(&args.first)?;
-    let first = RunTrace::read(&recording)?;
+    let (first, recording) = read_side(&args.first)?;
     let ran = match &args.run {
         Some(script) => {
+            let recording =
+                recording.ok_or_else(|| BagReadError::NoArm(args.first.display().to_string()))?;
             let setup = recording
                 .setup()
                 .ok_or_else(|| RunHereError::NoSetup(recording.name().to_owned()))?;
@@ -68,7 +73,7 @@ fn run_compare(args: &CompareArgs) -> Result<CommandStatus, CompareError> {
         }
         (None, Some(path)) => {
             let name = path.display().to_string();
-            (RunTrace::read(&Recording::open(path)?)?, name)
+            (read_side(path)?.0, name)
         }
         // The command line has one of the two.
         (None, None) => return Err(CompareError::NothingInCommon),
@@ -99,6 +104,23 @@ fn run_compare(args: &CompareArgs) -> Result<CommandStatus, CompareError> {
             Ok(CommandStatus::Negative)
         }
         _ => Ok(CommandStatus::Success),
+    }
+}
+
+/// A side of the comparison, and the recording it was read from, if it is no bag.
+fn read_side(path: &Path) -> Result<(RunTrace, Option<Recording>), CompareError> {
+    if path.is_dir() {
+        return Ok((read_bag(path)?, None));
+    }
+    match Recording::open(path) {
+        Ok(recording) => Ok((RunTrace::read(&recording)?, Some(recording))),
+        // Another MCAP file: a bag's.
+        Err(other @ ReadError::NotARecording { .. }) => match read_bag(path) {
+            Ok(trace) => Ok((trace, None)),
+            Err(BagReadError::NoJointStates { .. }) => Err(other.into()),
+            Err(error) => Err(error.into()),
+        },
+        Err(error) => Err(error.into()),
     }
 }
 

@@ -10,7 +10,7 @@ mod find;
 mod plot;
 mod programs;
 pub mod rerun;
-mod rosbag;
+pub(crate) mod rosbag;
 pub(crate) mod script;
 mod serve;
 mod state;
@@ -229,7 +229,7 @@ fn answer_about(
     } else if let Some(path) = &args.plot {
         plot::plot(recording, path, (args.from, args.to))?;
     } else if let Some(folder) = &args.rosbag2 {
-        let cycles = rosbag::write(recording, folder)?;
+        let cycles = rosbag::write_new(recording, folder)?;
         writeln!(
             out,
             "{}: {cycles} cycles as a bag of ROS 2",

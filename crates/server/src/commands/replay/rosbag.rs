@@ -1,4 +1,5 @@
-//! `replay --rosbag2 FOLDER`: a recording as a bag of ROS 2, with the topics that the node publishes.
+//! A recording as a bag of ROS 2, with the topics that the node publishes: `replay --rosbag2 FOLDER`, and
+//! `run --ros2-profile`.
 //!
 //! A bag is a folder with one MCAP file of profile `ros2` (messages as CDR, definitions as schemas) and `metadata.yaml`,
 //! which `ros2 bag`, rosbags and Foxglove read. One message a cycle and topic, at the time that the cycle has in the
@@ -37,19 +38,72 @@ pub enum BagError {
     #[error("a cycle of the recording: {0}")]
     Cycle(String),
     /// The folder.
-    #[error("--rosbag2: {}: {source}", path.display())]
+    #[error("the bag {}: {source}", path.display())]
     Folder {
         /// The folder as given.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
     },
+    /// There is something else where the bag belongs.
+    #[error("the bag {} cannot be written: there is something else in that folder", path.display())]
+    Occupied {
+        /// The folder.
+        path: PathBuf,
+    },
     /// The bag cannot be written.
-    #[error("--rosbag2: cannot write the bag: {0}")]
+    #[error("cannot write the bag: {0}")]
     Mcap(#[from] mcap::McapError),
     /// A message cannot be written.
-    #[error("--rosbag2: a message: {0}")]
+    #[error("a message of the bag: {0}")]
     Message(String),
+}
+
+/// The file in a bag that says what is in it.
+const METADATA: &str = "metadata.yaml";
+
+/// Where the bag of a recording belongs: the recording's path without its `.mcap`.
+pub(crate) fn folder_beside(recording: &Path) -> PathBuf {
+    match recording.extension() {
+        Some(extension) if extension == "mcap" => recording.with_extension(""),
+        _ => {
+            let mut name = recording.as_os_str().to_owned();
+            name.push("_bag");
+            name.into()
+        }
+    }
+}
+
+/// The file of messages in a bag.
+fn file_name(folder: &Path) -> String {
+    let name = folder
+        .file_name()
+        .map_or_else(|| "bag".into(), |name| name.to_string_lossy());
+    format!("{name}_0.mcap")
+}
+
+/// Makes room for the bag of a run: a new folder, or that of the bag which an earlier run of this name has left.
+///
+/// # Errors
+/// The folder cannot be made, or has other files than those of such a bag.
+pub(crate) fn prepare_folder(folder: &Path) -> Result<(), BagError> {
+    let at = |source| BagError::Folder {
+        path: folder.to_owned(),
+        source,
+    };
+    match std::fs::create_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+        other => return other.map_err(at),
+    }
+    let own = [file_name(folder), METADATA.to_owned()];
+    for entry in std::fs::read_dir(folder).map_err(at)? {
+        let name = entry.map_err(at)?.file_name();
+        if !own.iter().any(|own| name == own.as_str()) {
+            let path = folder.to_owned();
+            return Err(BagError::Occupied { path });
+        }
+    }
+    Ok(())
 }
 
 /// QoS of a topic as bags tell it: reliable, keep last.
@@ -163,7 +217,20 @@ impl Bag {
 ///
 /// # Errors
 /// [`BagError`]
-pub(super) fn write(recording: &Recording, folder: &Path) -> Result<u64, BagError> {
+pub(super) fn write_new(recording: &Recording, folder: &Path) -> Result<u64, BagError> {
+    // A bag that is there already is somebody's.
+    std::fs::create_dir(folder).map_err(|source| BagError::Folder {
+        path: folder.to_owned(),
+        source,
+    })?;
+    write_into(recording, folder)
+}
+
+/// Writes the recording as a bag into a folder that is there; the number of cycles.
+///
+/// # Errors
+/// [`BagError`]
+pub(crate) fn write_into(recording: &Recording, folder: &Path) -> Result<u64, BagError> {
     let setup = recording
         .setup()
         .ok_or_else(|| BagError::NoSetup(recording.name().to_owned()))?;
@@ -172,12 +239,7 @@ pub(super) fn write(recording: &Recording, folder: &Path) -> Result<u64, BagErro
         path: folder.to_owned(),
         source,
     };
-    // A bag that is there already is somebody's.
-    std::fs::create_dir(folder).map_err(at)?;
-    let name = folder
-        .file_name()
-        .map_or_else(|| "bag".into(), |name| name.to_string_lossy());
-    let file = format!("{name}_0.mcap");
+    let file = file_name(folder);
     let out = BufWriter::new(File::create(folder.join(&file)).map_err(at)?);
     let writer = WriteOptions::new()
         .profile("ros2")
@@ -230,6 +292,6 @@ pub(super) fn write(recording: &Recording, folder: &Path) -> Result<u64, BagErro
         cycles += 1;
     }
     bag.writer.finish()?;
-    std::fs::write(folder.join("metadata.yaml"), bag.metadata(&file)).map_err(at)?;
+    std::fs::write(folder.join(METADATA), bag.metadata(&file)).map_err(at)?;
     Ok(cycles)
 }

@@ -1,5 +1,6 @@
 //! `eliteserver run`: one script to its end, no ports. `print` goes to stdout, everything else to stderr.
 
+mod bag;
 mod patience;
 
 use std::time::{Duration, Instant};
@@ -17,6 +18,7 @@ use crate::event_broadcast::PrintTarget;
 use crate::language;
 use crate::logging;
 use crate::shutdown::Shutdown;
+use bag::BagBesideRecording;
 use controller::options::ClockChoice;
 use patience::Patience;
 
@@ -60,6 +62,7 @@ pub fn run(config: &RunConfig, timeout: Option<Duration>, is_checked: bool) -> C
     if is_checked {
         warn_of_findings(config, &program)?;
     }
+    let bag = BagBesideRecording::prepare(config)?;
     let host = ControllerHost::start(
         &config.robot,
         config.log.dir.as_ref(),
@@ -93,9 +96,11 @@ pub fn run(config: &RunConfig, timeout: Option<Duration>, is_checked: bool) -> C
     }
     // A recording that was cut short has been reported; the status is the script's.
     host.shut_down();
+    let bag_written = bag.as_ref().map_or(Ok(()), BagBesideRecording::write);
     if fault.is_some() {
         return Ok(CommandStatus::Fault);
     }
+    bag_written?;
     Ok(match end {
         Some(TaskEnd::Finished) => CommandStatus::Success,
         Some(TaskEnd::NotCompiled) => CommandStatus::NotDone,
