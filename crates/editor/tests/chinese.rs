@@ -62,6 +62,7 @@ const OF_COMMANDS: &[&str] = &[
     "server/src/commands/plan.rs",
     "server/src/commands/replay/rosbag.rs",
     "server/src/commands/ros2.rs",
+    "server/src/commands/serve_error.rs",
     "server/src/commands/translate.rs",
     "server/src/config",
     "server/src/options.rs",
