@@ -17,7 +17,7 @@ use elite_lang::{
 use elite_syntax::{KnownNames, Severity, SourceFile, check, compile, render_human};
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{MotionMode, RobotMode, SafetyMode};
-use path_planning::{ClearanceTracker, CollisionScene};
+use path_planning::{ClearanceTracker, CollisionScene, PairDistance};
 use recorder::{CycleMessage, FieldValue};
 use thiserror::Error;
 
@@ -78,6 +78,8 @@ struct FollowedScene {
     scene: CollisionScene,
     tracker: ClearanceTracker,
     cycle: u64,
+    /// What was nearest since the cycle before.
+    nearest: Option<PairDistance>,
 }
 
 impl FollowedScene {
@@ -93,8 +95,9 @@ impl FollowedScene {
             self.tracker = ClearanceTracker::default();
         }
         self.cycle = cycle.cycle;
-        let nearest = self.tracker.advance(&self.scene, &q, f64::INFINITY);
-        Some(nearest.map_or(f64::INFINITY, |place| place.nearest.distance))
+        let place = self.tracker.advance(&self.scene, &q, f64::INFINITY);
+        self.nearest = place.map(|place| place.nearest);
+        Some(self.nearest.map_or(f64::INFINITY, |pair| pair.distance))
     }
 }
 
@@ -226,7 +229,17 @@ impl Condition {
             scene,
             tracker: ClearanceTracker::default(),
             cycle: 0,
+            nearest: None,
         }));
+    }
+
+    /// The two names that the last answer of `clearance()` was about, and their distance, m; `None` for a text that does not ask for it.
+    pub fn nearest_pair(&self) -> Option<(String, String, f64)> {
+        let scene = self.scene.borrow();
+        let scene = scene.as_ref().filter(|_| self.uses_clearance)?;
+        let PairDistance { distance, pair } = scene.nearest?;
+        let (a, b) = scene.scene.names(pair);
+        Some((a.to_owned(), b.to_owned(), distance))
     }
 
     /// # Errors
@@ -415,10 +428,13 @@ mod tests {
         let below = Pose::from_translation(flange.x, flange.y, flange.z - 0.1);
         scene.add_obstacle("ball", vec![ball], ObstaclePlace::Standing(below));
         condition.set_scene(scene);
+        assert_eq!(condition.nearest_pair(), None);
         assert!(!condition.holds(&cycle, &doing).unwrap());
         // The arm passes the ball between two cycles.
         (cycle.cycle, cycle.actual_q[1]) = (2, home[1] + 0.4);
         assert!(condition.holds(&cycle, &doing).unwrap());
+        let (_, b, distance) = condition.nearest_pair().unwrap();
+        assert!(b == "ball" && distance < 0.03, "{b} {distance}");
     }
 
     #[test]

@@ -64,6 +64,7 @@ const OF_COMMANDS: &[&str] = &[
     "server/src/commands/replay/rosbag.rs",
     "server/src/commands/ros2.rs",
     "server/src/commands/run/bag.rs",
+    "server/src/commands/serve_error.rs",
     "server/src/commands/translate.rs",
     "server/src/config",
     "server/src/options.rs",

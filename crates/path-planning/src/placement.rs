@@ -195,7 +195,8 @@ impl<'a> PlacementCheck<'a> {
             };
             (0..6).map(of_joint).fold(0.0, f64::max)
         });
-        times.sum()
+        // The sum of nothing is -0, and shows as such.
+        times.sum::<f64>() + 0.0
     }
 }
 

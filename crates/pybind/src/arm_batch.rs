@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use controller::{NullObserver, SteppedController, SteppedError, WallTimeout};
 use kinematics::JointSpeeds;
-use motion_api::{CommandKind, Origin, SafetyMode};
+use motion_api::{CommandKind, IoChange, Origin, SafetyMode};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -22,6 +22,10 @@ use crate::settings;
 const PATIENCE: Duration = Duration::from_secs(30);
 /// Most arms of a fleet.
 const ARMS_MAX: usize = 4096;
+/// Numbers of a part in [`ArmBatch::part_poses`]: its pose, and whether a gripper holds it.
+const PART_NUMBERS: usize = 7;
+/// Standard digital outputs.
+const OUTPUTS: u8 = 16;
 
 /// Arms that are moved together.
 #[pyclass(frozen, name = "Fleet", module = "elitescript._elitescript")]
@@ -182,6 +186,54 @@ impl ArmBatch {
             })
         })
         .map_err(PyRuntimeError::new_err)
+    }
+
+    /// Sets a standard digital output of every arm, one level an arm; it has it in the next cycle.
+    fn set_output(&self, output: u8, levels: Vec<bool>) -> PyResult<()> {
+        self.of_this_process()?;
+        if output >= OUTPUTS || levels.len() != self.arms.len() {
+            return Err(PyValueError::new_err(format!(
+                "an output from 0 to {} with one level for each of the {} arms, got output {output} with {} levels",
+                OUTPUTS - 1,
+                self.arms.len(),
+                levels.len()
+            )));
+        }
+        for (arm, level) in self.arms.iter().zip(levels) {
+            let arm = arm.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(arm) = &*arm {
+                let change = IoChange::DigitalOut {
+                    mask: 1 << output,
+                    levels: u32::from(level) << output,
+                };
+                let robot = arm.controller().robot();
+                robot
+                    .send(Origin::default(), CommandKind::SetIo(change))
+                    .map_err(|full| PyRuntimeError::new_err(full.to_string()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Pose of a part in every arm's cell and 1 where a gripper holds it, seven numbers an arm; NaN where there is no
+    /// such part.
+    fn part_poses<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.of_this_process()?;
+        let mut numbers = Vec::with_capacity(self.arms.len() * PART_NUMBERS);
+        for arm in &self.arms {
+            let arm = arm.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut row = [f64::NAN; PART_NUMBERS];
+            if let Some(world) = arm.as_ref().and_then(|arm| arm.controller().world()) {
+                let world = world.lock();
+                let parts = &world.state().parts;
+                if let Some(part) = parts.iter().find(|part| &*part.name == name) {
+                    row[..6].copy_from_slice(&part.pose.to_rpy().to_array());
+                    row[6] = f64::from(part.held_by.is_some());
+                }
+            }
+            numbers.extend(row);
+        }
+        Ok(PyArray1::from_vec(py, numbers))
     }
 
     /// The bytes of the rows of the latest cycles, an arm each.

@@ -575,6 +575,9 @@ fn check_invariant(
                 if let Some(part) = condition.deciding_part() {
                     text.push_str(&format!("; part {part:?}"));
                 }
+                if let Some((a, b, distance)) = condition.nearest_pair() {
+                    text.push_str(&format!("; {a} was {:.1} mm from {b}", distance * 1e3));
+                }
                 return Ok(Some(text));
             }
         }

@@ -14,6 +14,7 @@ use server::cli::{ControllerArgs, ServeArgs};
 use server::commands::replay::rerun::rerun;
 use server::config::ServeConfig;
 
+use super::cell_worlds::ask_all;
 use super::{Target, as_they_are, files_of};
 use crate::mcap_file;
 
@@ -161,21 +162,18 @@ pub(super) const TARGETS: &[Target] = &[
     },
     Target {
         name: "cell",
-        about: "cell files",
+        about: "cell files, and the first cycles of their worlds",
         check: |data| {
             let text = String::from_utf8_lossy(data).into_owned();
             match Cell::from_text(text, Path::new("fuzz.toml")) {
-                Ok(cell) => {
-                    _ = (cell.io(), cell.safety_inputs(), cell.belts(), cell.loads());
-                    _ = (cell.surroundings(), cell.limits(), cell.scene_obstacles());
-                    _ = cell.fieldbus(&supervision::ThreadSupervisor::default(), None, None);
-                }
+                Ok(cell) => ask_all(&cell),
                 Err(error) => assert!(!error.to_string().is_empty()),
             }
         },
         render_input: as_they_are,
         seeds: || {
             let mut seeds = files_of(&["crates/dev/seeds/cell", "tests", "docs"], ".toml");
+            seeds.extend(files_of(&["examples/cells"], "cell.toml"));
             seeds.extend(blocks_of("docs/cell.md", "toml"));
             seeds.extend(blocks_of("docs/IO.md", "toml"));
             seeds
@@ -193,6 +191,31 @@ pub(super) const TARGETS: &[Target] = &[
             b"[limits]\n",
             b"[sensor]\n",
             b"[tool]\n",
+            b"[world]\n",
+            b"[[part]]\n",
+            b"[[gripper]]\n",
+            b"[[source]]\n",
+            b"[[sink]]\n",
+            b"[[detector]]\n",
+            b"[[actuator]]\n",
+            b"[[fault]]\n",
+            b"[[friction]]\n",
+            b"[[touch]]\n",
+            b"mass = 1e-6\n",
+            b"mass = 1e4\n",
+            b"density = 1\n",
+            b"copies = [5, 5, 8]\n",
+            b"pitch = [0, 0, 1]\n",
+            b"restitution = 1\n",
+            b"friction = 10\n",
+            b"shape = \"plane\"\n",
+            b"shape = \"cylinder\"\nsize = [0.01, 1]\n",
+            b"kind = \"fingers\"\n",
+            b"kind = \"rotary\"\n",
+            b"every = 0.004\n",
+            b"what = \"open\"\n",
+            b"duration = 0.004\n",
+            b"0.004",
             b"nan",
             b"inf",
             b"-inf",
@@ -204,7 +227,7 @@ pub(super) const TARGETS: &[Target] = &[
             b"\"",
             b"\n",
         ],
-        bytes_max: 3000,
+        bytes_max: 4000,
     },
     Target {
         name: "config",

@@ -3,6 +3,8 @@
 #[cfg(feature = "ports")]
 mod builtins;
 #[cfg(feature = "ports")]
+mod cell_worlds;
+#[cfg(feature = "ports")]
 mod editors;
 #[cfg(feature = "ports")]
 mod files;

@@ -144,7 +144,7 @@ impl ContactModel {
                     place,
                 });
             }
-            solid.distance(held.pose.translation).0 - held.bounding_radius() - MARGIN
+            held.least_gap(solid) - MARGIN
         });
     }
 }

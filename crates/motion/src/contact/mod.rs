@@ -353,7 +353,7 @@ impl ContactModel {
                     place,
                 });
             });
-            solid.distance(tool.pose.translation).0 - tool.bounding_radius() - MARGIN
+            tool.least_gap(solid) - MARGIN
         });
     }
 }

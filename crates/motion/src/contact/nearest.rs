@@ -35,6 +35,8 @@ pub(super) enum Feature {
 /// Most places at which two bodies are looked at: two boxes with their corners and edges.
 pub(super) const MAX_FEATURES: usize = 40;
 
+/// Distances of bodies are known this well, m.
+const ROUNDING: f64 = 1e-9;
 /// Steps of the golden section: an edge is narrowed down to 1e-9 of its length.
 const SECTIONS: usize = 44;
 /// Samples around a rim, and steps of the golden section between two of them.
@@ -99,7 +101,7 @@ pub(super) fn solid(
     found: &mut impl FnMut(ContactPoint, Feature),
 ) {
     let center = body.pose.translation;
-    if obstacle.distance(center).0 - body.bounding_radius() > margin {
+    if body.least_gap(obstacle) > margin + ROUNDING {
         return;
     }
     if let Shape::Sphere { radius } = body.shape {
@@ -318,6 +320,53 @@ mod tests {
         most
     }
 
+    /// A point on or in a body, by three numbers from -1 to 1.
+    fn surface_point(shape: &Shape, u: f64, v: f64, c: f64) -> Vector3<f64> {
+        match *shape {
+            Shape::Box { half } => Vector3::new(u * half[0], v * half[1], c * half[2]),
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => {
+                let angle = 3.2 * u;
+                Vector3::new(
+                    v * radius * angle.cos(),
+                    v * radius * angle.sin(),
+                    c * half_length,
+                )
+            }
+            Shape::Sphere { radius } => {
+                let p = Vector3::new(u, v, c);
+                if p.norm() > 0.0 {
+                    p * (radius / p.norm())
+                } else {
+                    p
+                }
+            }
+            Shape::Plane => Vector3::zeros(),
+        }
+    }
+
+    #[test]
+    fn bodies_beside_each_other_are_apart_by_the_gap_between_their_faces() {
+        let at = |x: f64, shape: Shape| PlacedShape {
+            pose: Pose::from_translation(x, 0.0, 0.0),
+            shape,
+        };
+        let cube = Shape::Box { half: [0.1; 3] };
+        let long = Shape::Cylinder {
+            radius: 0.05,
+            half_length: 1.0,
+        };
+        for (body, other, gap) in [
+            (at(0.0, cube), at(0.3, cube), 0.1),
+            (at(0.0, cube), at(0.3, long), 0.15),
+            (at(0.3, long), at(0.0, cube), 0.15),
+        ] {
+            assert!((body.least_gap(&other) - gap).abs() < 1e-12, "{body:?}");
+        }
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
@@ -359,6 +408,33 @@ mod tests {
             prop_assert!(touching.depth.abs() < 1e-9, "{}", touching.depth);
         }
 
+        /// Nothing of one body is nearer to the other than the least gap says.
+        #[test]
+        fn the_least_gap_is_never_too_wide(
+            body in placed(shape().prop_filter("tools have a size", |s| *s != Shape::Plane)),
+            obstacle in placed(shape()),
+            apart in 0.0..1.5_f64,
+        ) {
+            let (_, out) = obstacle.distance(body.pose.translation);
+            let mut body = body;
+            body.pose.translation += out * apart;
+            let gap = body.least_gap(&obstacle);
+            let mut nearest = f64::INFINITY;
+            for a in -12..=12_i32 {
+                for b in -12..=12_i32 {
+                    for c in [-1.0, -0.5, 0.0, 0.5, 1.0] {
+                        let local = surface_point(&body.shape, f64::from(a) / 12.0, f64::from(b) / 12.0, c);
+                        nearest = nearest.min(obstacle.distance(body.pose.transform_point(local)).0);
+                    }
+                }
+            }
+            prop_assert!(gap <= nearest + 1e-9, "{gap} {nearest}");
+            // What lies within the gap is found as it is without it.
+            if let Some(place) = deepest(&body, &obstacle, 0.1) {
+                prop_assert!(gap <= -place.depth + 1e-9, "{gap} {}", place.depth);
+            }
+        }
+
         /// Points of the surface of one body inside the other are never deeper than what is found, but for the
         /// sampling.
         #[test]
@@ -385,19 +461,7 @@ mod tests {
             for a in -10..=10_i32 {
                 for b in -10..=10_i32 {
                     for c in [-1.0, -0.5, 0.0, 0.5, 1.0] {
-                        let (u, v) = (f64::from(a) / 10.0, f64::from(b) / 10.0);
-                        let local = match tool.shape {
-                            Shape::Box { half } => Vector3::new(u * half[0], v * half[1], c * half[2]),
-                            Shape::Cylinder { radius, half_length } => {
-                                let angle = 3.2 * u;
-                                Vector3::new(v * radius * angle.cos(), v * radius * angle.sin(), c * half_length)
-                            }
-                            Shape::Sphere { radius } => {
-                                let p = Vector3::new(u, v, c);
-                                if p.norm() > 0.0 { p * (radius / p.norm()) } else { p }
-                            }
-                            Shape::Plane => continue,
-                        };
+                        let local = surface_point(&tool.shape, f64::from(a) / 10.0, f64::from(b) / 10.0, c);
                         let (distance, _) = obstacle.distance(tool.pose.transform_point(local));
                         // A step of the approach is 5 mm: that deep at most, and rims of cylinders within a tenth of
                         // it.

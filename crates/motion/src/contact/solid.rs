@@ -199,6 +199,44 @@ impl PlacedShape {
         }
     }
 
+    /// How far it is from another at least, m: by the planes along the faces of both, and by the balls around them. Negative or too small
+    /// where only an edge parts them.
+    pub(super) fn least_gap(&self, other: &Self) -> f64 {
+        let way = other.pose.translation - self.pose.translation;
+        let along = |normal: Vector3<f64>| {
+            way.dot(&normal).abs() - self.half_width(&normal) - other.half_width(&normal)
+        };
+        let by_balls = other.distance(self.pose.translation).0 - self.bounding_radius();
+        [self, other].into_iter().fold(by_balls, |gap, solid| {
+            let axes = solid.pose.rotation.matrix();
+            match solid.shape {
+                Shape::Box { .. } => axes
+                    .column_iter()
+                    .fold(gap, |gap, axis| gap.max(along(axis.into_owned()))),
+                Shape::Cylinder { .. } => gap.max(along(axes.column(2).into_owned())),
+                Shape::Plane if core::ptr::eq(solid, other) => {
+                    let normal = axes.column(2).into_owned();
+                    gap.max(-way.dot(&normal) - self.half_width(&normal))
+                }
+                Shape::Sphere { .. } | Shape::Plane => gap,
+            }
+        })
+    }
+
+    /// How far it reaches from its middle along a unit vector, m; infinite for a plane.
+    fn half_width(&self, normal: &Vector3<f64>) -> f64 {
+        let n = self.pose.rotate_back(*normal);
+        match self.shape {
+            Shape::Box { half } => (0..3).map(|k| half[k] * n[k].abs()).sum(),
+            Shape::Cylinder {
+                radius,
+                half_length,
+            } => half_length * n.z.abs() + radius * hypot(n.x, n.y),
+            Shape::Sphere { radius } => radius,
+            Shape::Plane => f64::INFINITY,
+        }
+    }
+
     /// Radius of the ball around the origin of its frame that holds it, m; infinite for a plane.
     pub(super) fn bounding_radius(&self) -> f64 {
         match self.shape {

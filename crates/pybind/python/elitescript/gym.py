@@ -1,4 +1,4 @@
-"""Environments for learning, with the gymnasium API: ``EliteReach-v0`` and ``EliteContact-v0``.
+"""Environments for learning, with the gymnasium API: ``EliteReach-v0``, ``EliteContact-v0`` and ``ElitePick-v0``.
 
 >>> import gymnasium, elitescript.gym
 >>> env = gymnasium.make("EliteReach-v0")
@@ -22,13 +22,26 @@ EliteContact-v0: press on a plate of unknown stiffness, 2 to 50 N/mm, with 20 N.
     length of the action; +1 for ending well. More than 100 N, or a protective stop, costs 5.
     Ends when the force was within 2 N for 0.4 s (terminated), above 100 N or at a protective stop (terminated), after 250
     steps of 40 ms (truncated).
+
+ElitePick-v0: pick a box from a table with a suction cup and lift it by 100 mm.
+    The box has sides of 60 to 100 mm, a height of 30 to 80 mm and a mass of 0.1 to 0.5 kg; it stands up to 100 mm aside and
+    100 to 200 mm below the cup, turned by any angle. The cup has a radius of 15 mm and 60 kPa; it seals where its whole rim lies
+    on the top of the box, and loses a box that is accelerated or pushed too hard.
+    Action (4,), -1 to 1: TCP velocity along the base axes, in parts of 250 mm/s; vacuum, on above 0. The cup keeps looking down.
+    Observation (9,): from the cup to the middle of the box's top, m; TCP velocity, m/s; how far the box was lifted, m;
+    pressure in parts of 60 kPa, 0 where the cup does not seal; 1 where the box is held.
+    Reward: minus the distance of the cup from the middle of the top, at most 1 m, minus what is left of the 0.1 m to be lifted,
+    minus 0.01 times the squared length of the action; +1 for ending well. A box that falls from the table, or a protective stop
+    (the cup was driven into something), costs 5.
+    Ends when the box is held and was lifted by 100 mm (terminated), when it falls from the table or at a protective stop
+    (terminated), after 250 steps of 40 ms (truncated).
 """
 
 from __future__ import annotations
 
 import os
 import tempfile
-from typing import Any, Callable, Dict, List, Optional, Tuple, Union
+from typing import Any, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +58,7 @@ from ._controller import CYCLE_DTYPE
 from ._elitescript import Fleet, Robot
 from ._options import option_texts
 
-__all__ = ["ContactTask", "EliteEnv", "EliteVectorEnv", "ReachTask", "make_vec"]
+__all__ = ["ContactTask", "EliteEnv", "EliteVectorEnv", "PickTask", "ReachTask", "make_vec"]
 
 #: Cycles of 4 ms in a step.
 STEP_CYCLES = 10
@@ -68,7 +81,28 @@ def _rotation(rpy: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(about_z @ about_y @ about_x)
 
 
-class ReachTask:
+def _linear_speeds(robot: Robot, rows: NDArray[np.void], twists: _Floats) -> _Floats:
+    """Joint speeds for twists of the TCP, base axes, an arm each."""
+    jacobian = np.asarray(robot.jacobian(rows["actual_q"])).reshape(-1, 6, 6)
+    # Damped: near a singularity the joints stay slow.
+    square = jacobian @ jacobian.transpose(0, 2, 1) + 1e-4 * np.eye(6)
+    return np.asarray((jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, twists[:, :, None]))[:, :, 0])
+
+
+class _Task:
+    """What environments have in common."""
+
+    #: TCP in the flange frame where the task needs one of its own.
+    tcp: Optional[List[float]] = None
+
+    def act(self, fleet: Fleet, actions: _Floats) -> None:
+        """What the actions set beside joint speeds."""
+
+    def see(self, fleet: Fleet) -> None:
+        """Takes in what is not in the rows of the cycle."""
+
+
+class ReachTask(_Task):
     """What EliteReach-v0 asks for, for any number of arms at once."""
 
     action_space = spaces.Box(-1.0, 1.0, (6,), np.float32)
@@ -113,7 +147,7 @@ class ReachTask:
         return reward, well | stopped, well
 
 
-class ContactTask:
+class ContactTask(_Task):
     """What EliteContact-v0 asks for, for any number of arms at once."""
 
     action_space = spaces.Box(-1.0, 1.0, (3,), np.float32)
@@ -151,12 +185,9 @@ class ContactTask:
 
     def speeds(self, actions: _Floats, rows: NDArray[np.void]) -> _Floats:
         """Joint speeds for the actions, rad/s."""
-        jacobian = np.asarray(self._robot.jacobian(rows["actual_q"])).reshape(-1, 6, 6)
-        twist = np.zeros((len(actions), 6, 1))
-        twist[:, :3, 0] = self.speed * actions
-        # Damped: near a singularity the joints stay slow.
-        square = jacobian @ jacobian.transpose(0, 2, 1) + 1e-4 * np.eye(6)
-        return (jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, twist))[:, :, 0]
+        twists = np.zeros((len(actions), 6))
+        twists[:, :3] = self.speed * actions
+        return _linear_speeds(self._robot, rows, twists)
 
     def _force(self, rows: NDArray[np.void]) -> _Floats:
         """Force on the tool along the base axes, N."""
@@ -186,7 +217,110 @@ class ContactTask:
         return reward, well | failed, well
 
 
-_TASKS: Dict[str, Callable[[int, Robot], Any]] = {"EliteReach-v0": ReachTask, "EliteContact-v0": ContactTask}
+class PickTask(_Task):
+    """What ElitePick-v0 asks for, for any number of arms at once."""
+
+    action_space = spaces.Box(-1.0, 1.0, (4,), np.float32)
+    observation_space = spaces.Box(
+        np.array([-5.0] * 3 + [-10.0] * 3 + [-5.0, 0.0, 0.0], np.float32),
+        np.array([5.0] * 3 + [10.0] * 3 + [5.0, 1.0, 1.0], np.float32),
+    )
+    #: The rim of the cup.
+    tcp = [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]
+    #: m/s of the action 1.
+    speed = 0.25
+    #: How far the box is to be lifted; below its place by more than that it has fallen, m.
+    lifted, fallen = 0.1, 0.02
+    #: How fast the cup turns back to looking down, 1/s.
+    upright = 2.0
+    _vacuum = 0
+    _home = np.array([0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0])
+
+    def __init__(self, arms: int, robot: Robot) -> None:
+        self._robot = robot
+        self._looking = np.zeros((arms, 3, 3))
+        self._place = np.zeros((arms, 3))
+        self._height = np.zeros(arms)
+        self._parts = np.zeros((arms, 7))
+
+    def begin(self, arm: int, random: np.random.Generator) -> Dict[str, Any]:
+        """Options of an arm that begins anew."""
+        home = self._home.copy()
+        home[0] = random.uniform(-0.5, 0.5)
+        cup = np.asarray(self._robot.get_forward_kin(home))
+        size = [float(x) for x in random.uniform([0.06, 0.06, 0.03], [0.10, 0.10, 0.08])]
+        mass = float(random.uniform(0.1, 0.5))
+        place = cup[:3] + random.uniform([-0.1, -0.1, -0.2], [0.1, 0.1, -0.1])
+        place[2] -= size[2] / 2
+        turn = float(random.uniform(-np.pi, np.pi))
+        table = [float(cup[0]), float(cup[1]), float(place[2] - size[2] / 2 - 0.025), 0.0, 0.0, 0.0]
+        self._looking[arm] = _rotation(cup[3:])
+        self._place[arm], self._height[arm] = place, size[2]
+        floor = table[2] - 0.5
+        cell = (
+            f"[world]\nfloor = {floor!r}\n"
+            '[tool]\nshape = "cylinder"\nsize = [0.02, 0.08]\npose = [0, 0, 0.04, 0, 0, 0]\n'
+            f'[[obstacle]]\nname = "table"\nshape = "box"\nsize = [0.5, 0.5, 0.05]\npose = {table!r}\n'
+            f'[[part]]\nname = "box"\nshape = "box"\nsize = {size!r}\nmass = {mass!r}\n'
+            f"pose = {[float(x) for x in place] + [0.0, 0.0, turn]!r}\n"
+            '[[gripper]]\nname = "cup"\nkind = "vacuum"\ncups = [[0, 0, 0.1]]\nradius = 0.015\n'
+            'on = "standard_digital_out[0]"\ngauge = "standard_analog_in[0]"\n'
+        )
+        return {"home": home, "cell": cell, "tcp": self.tcp}
+
+    def act(self, fleet: Fleet, actions: _Floats) -> None:
+        """Switches the vacuum."""
+        fleet.set_output(self._vacuum, [bool(on) for on in actions[:, 3] > 0])
+
+    def see(self, fleet: Fleet) -> None:
+        """Where the boxes are."""
+        self._parts = fleet.part_poses("box").reshape(-1, 7)
+
+    def speeds(self, actions: _Floats, rows: NDArray[np.void]) -> _Floats:
+        """Joint speeds for the actions, rad/s."""
+        twists = np.zeros((len(actions), 6))
+        twists[:, :3] = self.speed * actions[:, :3]
+        for twist, pose, wanted in zip(twists, rows["actual_tcp_pose"], self._looking):
+            looks = _rotation(pose[3:])
+            # Half the sum of these is the sine of the angle to go, along its axis.
+            twist[3:] = 0.5 * self.upright * np.cross(looks.T, wanted.T).sum(axis=0)
+        return _linear_speeds(self._robot, rows, twists)
+
+    def _to_top(self, rows: NDArray[np.void]) -> _Floats:
+        """From the cup to the middle of the top, base axes, m."""
+        tops = [_rotation(part[3:6])[:, 2] * height / 2 for part, height in zip(self._parts, self._height)]
+        return np.asarray(self._parts[:, :3] + np.array(tops) - rows["actual_tcp_pose"][:, :3])
+
+    def _lift(self) -> _Floats:
+        """How far the boxes are above where they stood, m."""
+        return np.asarray(self._parts[:, 2] - self._place[:, 2])
+
+    def observe(self, rows: NDArray[np.void]) -> NDArray[np.float32]:
+        """One observation an arm."""
+        low, high = self.observation_space.low, self.observation_space.high
+        parts = [
+            self._to_top(rows),
+            rows["actual_tcp_speed"][:, :3],
+            self._lift()[:, None],
+            # The gauge shows the whole pressure as 10 V.
+            rows["analog_in"][:, :1] / 10.0,
+            self._parts[:, 6:],
+        ]
+        return np.asarray(np.clip(np.concatenate(parts, axis=1), low, high), dtype=np.float32)
+
+    def judge(self, actions: _Floats, rows: NDArray[np.void]) -> Tuple[_Floats, NDArray[np.bool_], NDArray[np.bool_]]:
+        """Reward, whether it has ended, and whether well, an arm each."""
+        distance = np.minimum(np.sqrt((self._to_top(rows) ** 2).sum(axis=1)), 1.0)
+        lift = self._lift()
+        failed = (rows["safety_mode"] > MOVING_MODES_MAX) | (lift < -self.fallen)
+        well = (self._parts[:, 6] > 0) & (lift >= self.lifted) & ~failed
+        left = np.clip(self.lifted - lift, 0.0, self.lifted)
+        effort = 0.01 * (actions**2).sum(axis=1)
+        reward = -distance - left - effort + 1.0 * well - 5.0 * failed
+        return reward, well | failed, well
+
+
+_TASKS: Dict[str, Any] = {"EliteReach-v0": ReachTask, "EliteContact-v0": ContactTask, "ElitePick-v0": PickTask}
 
 
 class _Arms:
@@ -195,11 +329,14 @@ class _Arms:
     def __init__(self, env: str, arms: int, threads: int, options: Dict[str, Any]) -> None:
         if env not in _TASKS:
             raise ValueError(f"there is no environment {env!r}; allowed are {', '.join(_TASKS)}")
-        for name in ("home", "cell", "seed", "record", "step_ms"):
-            if name in options:
-                raise ValueError(f"{name} is the environment's own; allowed are model, plant, tcp, payload, calibration")
+        own_tcp = _TASKS[env].tcp
+        allowed = [name for name in ("model", "plant", "tcp", "payload", "calibration") if name != "tcp" or not own_tcp]
+        for name in ("home", "cell", "seed", "record", "step_ms", "tcp"):
+            if name in options and name not in allowed:
+                raise ValueError(f"{name} is the environment's own; allowed are {', '.join(allowed)}")
         self._options = option_texts(options)
-        robot = Robot(options.get("model") or "cs66", tcp=options.get("tcp"), calibration=options.get("calibration"))
+        tcp = own_tcp or options.get("tcp")
+        robot = Robot(options.get("model") or "cs66", tcp=tcp, calibration=options.get("calibration"))
         self.task = _TASKS[env](arms, robot)
         self.fleet = Fleet(arms, threads)
         self._rows = np.empty(0, CYCLE_DTYPE)
@@ -219,10 +356,12 @@ class _Arms:
     def rows(self) -> NDArray[np.void]:
         """The latest cycle of each arm."""
         self._rows = self.fleet.states().view(CYCLE_DTYPE)
+        self.task.see(self.fleet)
         return self._rows
 
     def step(self, actions: _Floats) -> NDArray[np.void]:
         speeds = np.asarray(self.task.speeds(actions, self._rows))
+        self.task.act(self.fleet, actions)
         self.fleet.step(np.ascontiguousarray(speeds), ACCELERATION, STEP_CYCLES)
         self.steps += 1
         return self.rows()
@@ -336,7 +475,7 @@ def make_vec(
 ) -> EliteVectorEnv:
     """n arms that are stepped together on every core (or ``threads``); the i-th has the seed ``seed + i``.
 
-    options: those of ``Controller`` for the arm: model, plant, tcp, payload, calibration.
+    options: those of ``Controller`` for the arm: model, plant, tcp, payload, calibration; ElitePick-v0 has a TCP of its own.
     """
     return EliteVectorEnv(n, env, seed, threads, options)
 

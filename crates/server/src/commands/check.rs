@@ -111,6 +111,9 @@ fn findings_of_run(
     Ok(clearance_findings(&run, file, args.margin.unwrap_or(0.0)))
 }
 
+/// Surfaces so near to each other touch, m: a part that lies on something sinks in by some micrometres.
+const TOUCHING: f64 = 5e-5;
+
 /// What is to be said about the distances of a run: at each line the nearest of its motions.
 pub(crate) fn clearance_findings(
     run: &ClearanceRun,
@@ -138,18 +141,22 @@ pub(crate) fn clearance_findings(
             "at {:.3} s, with the TCP at {x:.3}, {y:.3}, {z:.3} m",
             least.time
         );
-        match least.distance < 0.0 {
-            true => Diagnostic::error(
+        if least.distance < -TOUCHING {
+            Diagnostic::error(
                 "collision",
                 span,
                 format!("{a} runs {:.1} mm into {b} {place}", -least.distance * 1e3),
             )
-            .with_help("`eliteserver plan` finds a way around; what may touch is named by [[touch]] in the cell file"),
-            false => Diagnostic::warning(
+            .with_help("`eliteserver plan` finds a way around; what may touch is named by [[touch]] in the cell file")
+        } else if least.distance <= TOUCHING {
+            Diagnostic::warning("near", span, format!("{a} touches {b} {place}"))
+                .with_help(format!("where it may, the cell file says so: [[touch]], a = {a:?}, b = {b:?}"))
+        } else {
+            Diagnostic::warning(
                 "near",
                 span,
                 format!("{a} comes within {:.1} mm of {b} {place}", least.distance * 1e3),
-            ),
+            )
         }
     });
     findings.collect()

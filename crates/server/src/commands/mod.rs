@@ -28,6 +28,7 @@ pub mod ros2;
 pub mod run;
 pub mod send;
 pub mod serve;
+mod serve_error;
 pub mod shell;
 pub mod test;
 pub mod translate;

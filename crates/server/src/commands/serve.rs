@@ -8,16 +8,17 @@ use std::time::Duration;
 use controller::cell_world::CellWorld;
 use editor::dap::DebugHub;
 
+pub use super::serve_error::ServeError;
 use crate::backend::{Lifetime, PortBackend, forward_messages};
 use crate::command::{CommandResult, CommandStatus};
 use crate::config::{PortSettings, Ros2Config, ServeConfig};
-use crate::controller_host::{ControllerHost, HostError};
+use crate::controller_host::ControllerHost;
 use crate::event_broadcast::PrintTarget;
 use crate::options::PortSetting;
 use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::http::HttpService;
 use crate::ports::http::page::Page;
-use crate::ports::listen::{BindError, PortMeter, bind, start_port};
+use crate::ports::listen::{PortMeter, bind, start_port};
 use crate::ports::ros2::keep_node;
 use crate::ports::{
     dashboard, foxglove, gripper, http, interpreter, modbus, primary, query, rtsi, state,
@@ -28,66 +29,10 @@ use crate::shutdown::Shutdown;
 use controller::options::{ClockChoice, RecordTarget};
 use platform::priority::favour;
 use supervision::{ThreadRole, ThreadSupervisor};
-use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
-
-/// What kept the server from starting.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ServeError {
-    /// The controller.
-    #[error(transparent)]
-    Start(#[from] HostError),
-    /// A port.
-    #[error(transparent)]
-    Bind(#[from] BindError),
-    /// The port of grippers.
-    #[error("cannot open port {port} for the grippers of the cell file: {source}")]
-    Grippers {
-        /// The port.
-        port: u16,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
-    /// The ready file.
-    #[error("cannot write the ready file {}: {source}", path.display())]
-    ReadyFile {
-        /// The file as it was given.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
-    /// A ready file of an earlier server.
-    #[error("cannot remove the old ready file {}: {source}", path.display())]
-    StaleReadyFile {
-        /// The file as it was given.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
-    /// A node that this program does not have.
-    #[error("--ros2: {}", super::ros2::WITHOUT_NODE)]
-    NoRos2,
-    /// The way to the node's peers, or what the node tells of the arm.
-    #[error("--ros2: {0}")]
-    Ros2(std::io::Error),
-    /// Threads or signals.
-    #[error("the operating system refused what a server needs: {0}")]
-    System(#[from] std::io::Error),
-}
-
-impl ServeError {
-    /// The old ready file at `path` cannot be removed.
-    pub(crate) fn stale(path: &Path, source: std::io::Error) -> Self {
-        Self::StaleReadyFile {
-            path: path.to_owned(),
-            source,
-        }
-    }
-}
 
 /// A program that was told to stop has so long, the arm's way to rest included.
 const PROGRAM_ENDS: Duration = Duration::from_secs(6);

@@ -55,6 +55,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "--ros-peers names {} machines, allowed are 1 to {}",
         "--ros-peers 给出了 {0} 台机器，允许 1 到 {1} 台",
     ),
+    ("--ros2: {}", "--ros2：{0~}"),
     (
         "--ros2-profile makes a bag of one recording: leave --record-rotate out",
         "--ros2-profile 由一个记录生成 bag：请去掉 --record-rotate",
@@ -194,6 +195,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "a feed of {}: allowed is more than 0",
         "进给为 {0}：必须大于 0",
     ),
+    ("a floor", "地面"),
     ("a function has one pair of inputs", "一个功能只有一对输入"),
     (
         "a gripper with protocol has no points",
@@ -298,6 +300,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "a text, a number or a list of them is needed",
         "需要文本、数或它们的列表",
     ),
+    ("a tool on the flange", "法兰上的工具"),
     (
         "a value is an expression such as 0.25, [1, 2] or \"text\", the quotes included",
         "值是表达式，如 0.25、[1, 2] 或 \"text\"（包括引号）",
@@ -459,6 +462,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("cannot read the bag {}: {}", "无法读取 bag {0}：{1~}"),
     (
+        "cannot open port {} for the grippers of the cell file: {}",
+        "无法为单元文件的夹爪打开端口 {0}：{1~}",
+    ),
+    (
         "cannot read the calibration file {}: {}",
         "无法读取标定文件 {0}：{1~}",
     ),
@@ -474,9 +481,17 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("cannot read the points {}: {}", "无法读取点文件 {0}：{1~}"),
     ("cannot read the script {}: {}", "无法读取脚本 {0}：{1~}"),
     ("cannot read {}: {}", "无法读取 {0}：{1~}"),
+    (
+        "cannot remove the old ready file {}: {}",
+        "无法删除旧的就绪文件 {0}：{1~}",
+    ),
     ("cannot start a thread: {}", "无法启动线程：{0~}"),
     ("cannot use the model {}: {}", "无法使用型号 {0}：{1~}"),
     ("cannot write the bag: {}", "无法写入 bag：{0~}"),
+    (
+        "cannot write the ready file {}: {}",
+        "无法写入就绪文件 {0}：{1~}",
+    ),
     (
         "cannot write the recording {}: {}",
         "无法写入记录 {0}：{1~}",
@@ -866,6 +881,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("the opening in m is needed", "需要开口宽度，m"),
     (
+        "the operating system refused what a server needs: {}",
+        "操作系统拒绝了服务器所需的资源：{0~}",
+    ),
+    (
         "the payload has a component that is not a finite number",
         "负载有分量不是有限的数",
     ),
@@ -1130,6 +1149,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "= 之前的不是变量名",
     ),
     (
+        "where it may, the cell file says so: [[touch]], a = {}, b = {}",
+        "允许接触时，请在单元文件中写明：[[touch]]，a = {0}，b = {1}",
+    ),
+    (
         "with alpha[{}] = {} it puts the axis of joint {} {} m aside, and a measured arm is within {} m",
         "与 alpha[{0}] = {1} 一起使关节 {2} 的轴线偏离 {3} m，实测的机械臂不超过 {4} m",
     ),
@@ -1299,6 +1322,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{} touches {} on the last {} mm, on every line to the target",
         "在通往终点的每条直线上，{0~}在最后 {2} mm 与{1~}相碰",
     ),
+    ("{} touches {} {}", "{0~}与{1~}接触，{2~}"),
     (
         "{} was cut off; what it has is compared",
         "{0} 被截断；只比较其已有内容",

@@ -76,6 +76,38 @@ fn counts(cell: &Cell) -> Vec<(&'static str, usize)> {
     counts.into_iter().filter(|(_, count)| *count > 0).collect()
 }
 
+/// What there is once or not at all: its word, and how it is told.
+fn single_things(cell: &Cell) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let tables = cell.tables();
+    let has_floor = tables.world.is_some_and(|world| world.floor.is_some());
+    let things = [
+        (has_floor, ("floor", "a floor")),
+        (tables.tool.is_some(), ("tool", "a tool on the flange")),
+    ];
+    things
+        .into_iter()
+        .filter_map(|(is_there, thing)| is_there.then_some(thing))
+}
+
+/// A gripper with a Modbus map, and where it is reached.
+struct BusGripper<'a> {
+    name: &'a str,
+    protocol: &'static str,
+    bus: &'a str,
+    slave: u8,
+}
+
+fn bus_grippers(cell: &Cell) -> impl Iterator<Item = BusGripper<'_>> {
+    cell.tables().gripper.iter().filter_map(|gripper| {
+        Some(BusGripper {
+            name: &gripper.name,
+            protocol: gripper.protocol?.word(),
+            bus: gripper.bus.as_deref()?,
+            slave: gripper.slave_number(),
+        })
+    })
+}
+
 fn findings(cell: &Cell, connections: &[Connection]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for connection in connections.iter().filter(|connection| connection.drives()) {
@@ -124,7 +156,11 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
     let mut text = String::new();
     let counts: Vec<String> = counts(cell)
         .iter()
-        .map(|(word, count)| format!("{count} {}", told(word)))
+        .map(|(words, count)| match (count, words.strip_suffix('s')) {
+            (1, Some(word)) => format!("1 {}", pick(word, &told(words))),
+            _ => format!("{count} {}", told(words)),
+        })
+        .chain(single_things(cell).map(|(_, words)| told(words).into_owned()))
         .collect();
     match counts.is_empty() {
         true => text.push_str(&told("nothing stands in the cell\n")),
@@ -141,9 +177,11 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
         .iter()
         .map(|c| format!("{}{}", c.point, name_of(c)))
         .collect();
+    let buses = bus_grippers(cell).map(|gripper| gripper.bus.chars().count());
     let width = points
         .iter()
         .map(|point| point.chars().count())
+        .chain(buses)
         .max()
         .unwrap_or(0);
     for (connection, point) in connections.iter().zip(&points) {
@@ -152,6 +190,17 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
             table, entry, key, ..
         } = connection;
         let line = format!("  {point:width$}  {arrow} {table} {entry}, {key}");
+        text.push_str(&format!("{}\n", EscapedLines(&line)));
+    }
+    for gripper in bus_grippers(cell) {
+        let BusGripper {
+            name,
+            protocol,
+            bus,
+            slave,
+        } = gripper;
+        let (table, key) = ("gripper", "slave");
+        let line = format!("  {bus:width$}  <> {table} {name}, {key} {slave}, {protocol}");
         text.push_str(&format!("{}\n", EscapedLines(&line)));
     }
     for finding in findings {
@@ -164,7 +213,18 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
 fn to_json(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> Json {
     let counts: serde_json::Map<String, Json> = counts(cell)
         .into_iter()
+        .chain(single_things(cell).map(|(word, _)| (word, 1)))
         .map(|(word, count)| (word.replace(' ', "_").to_lowercase(), json!(count)))
+        .collect();
+    let buses: Vec<Json> = bus_grippers(cell)
+        .map(|gripper| {
+            json!({
+                "gripper": gripper.name,
+                "protocol": gripper.protocol,
+                "bus": gripper.bus,
+                "slave": gripper.slave,
+            })
+        })
         .collect();
     let connections: Vec<Json> = connections
         .iter()
@@ -182,5 +242,5 @@ fn to_json(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> Jso
         .iter()
         .map(|finding| json!({"severity": "warning", "message": finding.message}))
         .collect();
-    json!({"counts": counts, "connections": connections, "findings": findings})
+    json!({"counts": counts, "connections": connections, "buses": buses, "findings": findings})
 }

@@ -1,14 +1,27 @@
 //! A cell drawn from two sides: outlines of everything that has a shape, from above and from the front.
 
 use controller::cell::Cell;
-use controller::cell_world::{BodyShape, Surface, WorldDescription};
+use controller::cell_world::{BodyShape, DetectorKind, GripperKind, Surface, WorldDescription};
 use kinematics::{Pose, RpyPose};
 use motion::CycleConfig;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::plot::{Curve, Figure, PlotPanel};
 
 /// Corners of a circle as it is drawn.
 const CIRCLE_CORNERS: usize = 24;
+/// How far a cup is drawn behind its rim, m.
+const CUP_DEPTH: f64 = 0.015;
+/// Half the width of a line of light as it is drawn, m.
+const BEAM_HALF: f64 = 0.002;
+
+/// Numbers of colours by kind.
+const STANDS: usize = 0;
+const MOVES: usize = 1;
+const PART: usize = 2;
+const SINK: usize = 3;
+const DETECTOR: usize = 4;
+const ON_FLANGE: usize = 5;
 
 /// A name, the colour of its kind, and the corners of a solid, base frame.
 struct Solid {
@@ -23,8 +36,14 @@ pub(super) fn figure(
     world: Option<&WorldDescription>,
     config: &CycleConfig,
 ) -> Figure {
-    let solids = solids(cell, world);
-    let from = |title: &str, y: &str, view: fn(&[f64; 3]) -> (f64, f64)| {
+    let flange = config.model.forward(&config.home).base_from_flange;
+    let mut solids = solids(cell, world);
+    if let Some(world) = world {
+        add_detectors(&mut solids, world);
+    }
+    add_flange(&mut solids, cell, world, &flange);
+    let floor = world.and_then(|world| world.settings.floor);
+    let from = |title: &str, y: &str, view: fn(&[f64; 3]) -> (f64, f64), floor: Option<f64>| {
         let mut panel = PlotPanel::plane(title, "x in mm", y);
         for solid in &solids {
             let outline = hull(
@@ -38,6 +57,11 @@ pub(super) fn figure(
             panel = panel.curve(Curve::new(&solid.name, outline).color_of(solid.color));
         }
         let frames = config.model.forward(&config.home);
+        if let Some(height) = floor {
+            let (left, right) = span(&solids, view);
+            let ends = [left, right].map(|x| (x * 1e3, height * 1e3));
+            panel = panel.curve(Curve::new("floor", ends).color_of(STANDS));
+        }
         let mut joints = vec![[0.0; 3]];
         let places = frames.base_from_joint.iter();
         joints.extend(places.map(|frame| <[f64; 3]>::from(frame.translation)));
@@ -46,8 +70,8 @@ pub(super) fn figure(
         panel.curve(Curve::new("arm", arm))
     };
     Figure::new("The cell")
-        .panel(from("From above", "y in mm", |p| (p[0], p[1])))
-        .panel(from("From the front", "z in mm", |p| (p[0], p[2])))
+        .panel(from("From above", "y in mm", |p| (p[0], p[1]), None))
+        .panel(from("From the front", "z in mm", |p| (p[0], p[2]), floor))
         .size(1400, 700)
 }
 
@@ -55,23 +79,10 @@ fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
     let mut solids = Vec::new();
     let obstacles = cell.surroundings().obstacles;
     for obstacle in &obstacles {
-        let shape = match obstacle.solid.shape {
-            motion::contact::Shape::Box { half } => BodyShape::Box {
-                size: half.map(|half| 2.0 * half),
-            },
-            motion::contact::Shape::Cylinder {
-                radius,
-                half_length,
-            } => BodyShape::Cylinder {
-                radius,
-                length: 2.0 * half_length,
-            },
-            motion::contact::Shape::Sphere { radius } => BodyShape::Sphere { radius },
-            motion::contact::Shape::Plane => continue,
-        };
+        let shape = body_shape(&obstacle.solid.shape);
         solids.push(Solid {
             name: obstacle.name.clone(),
-            color: 0,
+            color: STANDS,
             corners: corners(&shape, &obstacle.solid.pose),
         });
     }
@@ -84,7 +95,7 @@ fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
     {
         solids.push(Solid {
             name: moved.name.clone(),
-            color: 1,
+            color: MOVES,
             corners: corners(&moved.shape, &moved.pose),
         });
     }
@@ -96,7 +107,7 @@ fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
             };
             solids.push(Solid {
                 name: conveyor.name.clone(),
-                color: 0,
+                color: STANDS,
                 corners: corners(&disc, &center),
             });
         }
@@ -115,18 +126,121 @@ fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
         };
         solids.extend(places.into_iter().map(|(name, pose)| Solid {
             name,
-            color: 2,
+            color: PART,
             corners: corners(&part.shape, &pose),
         }));
     }
     for sink in &world.sinks {
         solids.push(Solid {
             name: sink.name.clone(),
-            color: 3,
+            color: SINK,
             corners: corners(&BodyShape::Box { size: sink.size }, &sink.pose),
         });
     }
     solids
+}
+
+/// A shape of an obstacle or the tool; a plane has no outline.
+fn body_shape(shape: &motion::contact::Shape) -> BodyShape {
+    match *shape {
+        motion::contact::Shape::Box { half } => BodyShape::Box {
+            size: half.map(|half| 2.0 * half),
+        },
+        motion::contact::Shape::Cylinder {
+            radius,
+            half_length,
+        } => BodyShape::Cylinder {
+            radius,
+            length: 2.0 * half_length,
+        },
+        motion::contact::Shape::Sphere { radius } => BodyShape::Sphere { radius },
+        motion::contact::Shape::Plane => BodyShape::Plane,
+    }
+}
+
+/// What looks: beams and lines of sight, regions.
+fn add_detectors(solids: &mut Vec<Solid>, world: &WorldDescription) {
+    for detector in &world.detectors {
+        let line = |from: [f64; 3], until: [f64; 3]| {
+            [from, until]
+                .iter()
+                .flat_map(|end| [-BEAM_HALF, BEAM_HALF].map(|d| end.map(|x| x + d)))
+                .collect()
+        };
+        let corners = match detector.kind {
+            DetectorKind::Beam { from, until } => line(from, until),
+            DetectorKind::Presence { pose, size } => corners(&BodyShape::Box { size }, &pose),
+            DetectorKind::Distance { pose, range } => {
+                let end = pose * Pose::from_translation(0.0, 0.0, range);
+                line(pose.translation.into(), end.translation.into())
+            }
+        };
+        solids.push(Solid {
+            name: detector.name.clone(),
+            color: DETECTOR,
+            corners,
+        });
+    }
+}
+
+/// What hangs on the flange: the tool, cups, open fingers.
+fn add_flange(
+    solids: &mut Vec<Solid>,
+    cell: &Cell,
+    world: Option<&WorldDescription>,
+    flange: &Pose,
+) {
+    let mut add = |name: &str, shape: &BodyShape, pose: Pose| {
+        solids.push(Solid {
+            name: name.to_owned(),
+            color: ON_FLANGE,
+            corners: corners(shape, &(*flange * pose)),
+        });
+    };
+    if let Some(tool) = cell.surroundings().tool {
+        add("tool", &body_shape(&tool.shape), tool.pose);
+    }
+    for gripper in world.iter().flat_map(|world| &world.grippers) {
+        match &gripper.kind {
+            GripperKind::Vacuum(vacuum) => {
+                let direction = Vector3::from(vacuum.direction).normalize();
+                // Any turn of z to the direction will do: a cup is round.
+                let turn =
+                    Rotation3::rotation_between(&Vector3::z(), &direction).unwrap_or_else(|| {
+                        Rotation3::from_axis_angle(&Vector3::x_axis(), core::f64::consts::PI)
+                    });
+                let cup = BodyShape::Cylinder {
+                    radius: vacuum.radius,
+                    length: CUP_DEPTH,
+                };
+                for rim in &vacuum.cups {
+                    let middle = Vector3::from(*rim) - direction * (CUP_DEPTH / 2.0);
+                    add(&gripper.name, &cup, Pose::new(turn, middle));
+                }
+            }
+            GripperKind::Fingers(fingers) => {
+                let axis = Vector3::from(fingers.axis).normalize();
+                let (size, closed) = fingers.finger;
+                let mirror = Matrix3::identity() - axis * axis.transpose() * 2.0;
+                let opened = closed.translation + axis * (fingers.stroke / 2.0);
+                // A box is its own mirror image, so its mirrored frame may be turned into a right-handed one.
+                let turned = -(mirror * closed.rotation.matrix());
+                let shape = BodyShape::Box { size };
+                add(&gripper.name, &shape, Pose::new(closed.rotation, opened));
+                let other = Rotation3::from_matrix_unchecked(turned);
+                add(&gripper.name, &shape, Pose::new(other, mirror * opened));
+            }
+        }
+    }
+}
+
+/// From the leftmost to the rightmost corner of all solids, and of the arm's foot, m.
+fn span(solids: &[Solid], view: fn(&[f64; 3]) -> (f64, f64)) -> (f64, f64) {
+    let across = solids
+        .iter()
+        .flat_map(|solid| &solid.corners)
+        .map(|corner| view(corner).0);
+    across.fold((0.0, 0.0), |(least, most), x| (x.min(least), x.max(most)))
 }
 
 fn copies(part: &controller::cell_world::PartDescription) -> Vec<(String, Pose)> {

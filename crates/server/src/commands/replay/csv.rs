@@ -35,12 +35,17 @@ fn print_world(recording: &Recording, out: &mut impl Write) -> Result<(), Replay
         let (cycle, time) = (message.cycle.to_string(), message.cycle as f64 * period);
         for part in &message.parts {
             let mut cells = vec![cycle.clone(), time.to_string(), part.name.clone()];
-            cells.extend(part.pose.iter().map(ToString::to_string));
+            cells.extend(part.pose.iter().map(|number| rounded(*number).to_string()));
             cells.push(part.held_by.clone().unwrap_or_default());
             line(cells.iter().map(String::as_str), out)?;
         }
     }
     Ok(())
+}
+
+/// To a picometre: what rounding leaves of a rotation's zeros says nothing.
+fn rounded(number: f64) -> f64 {
+    (number * 1e12).round() / 1e12 + 0.0
 }
 
 fn line<'a>(cells: impl Iterator<Item = &'a str>, out: &mut impl Write) -> io::Result<()> {
@@ -55,4 +60,23 @@ fn line<'a>(cells: impl Iterator<Item = &'a str>, out: &mut impl Write) -> io::R
         }
     }
     out.write_all(b"\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded;
+
+    #[test]
+    fn what_rounding_leaves_of_zero_is_zero() {
+        for (number, text) in [
+            (4.336e-17, "0"),
+            (-4.336e-17, "0"),
+            (-0.0, "0"),
+            (0.1, "0.1"),
+            (-0.123_456_789_012_345, "-0.123456789012"),
+            (-10.000_000_000_001, "-10.000000000001"),
+        ] {
+            assert_eq!(rounded(number).to_string(), text);
+        }
+    }
 }
