@@ -199,8 +199,8 @@ impl PlacedShape {
         }
     }
 
-    /// How far it is from another at least, m: by the planes along the faces of both, and by the balls around them. Negative or too small
-    /// where only an edge parts them.
+    /// A lower bound of the distance to another solid, m: by the planes along the faces of both, and by the balls
+    /// around them. Negative or too small where only an edge parts them.
     pub(super) fn least_gap(&self, other: &Self) -> f64 {
         let way = other.pose.translation - self.pose.translation;
         let along = |normal: Vector3<f64>| {
