@@ -92,8 +92,9 @@ export class Paths {
       const line = this.planned?.places[0]?.line ?? 0;
       if (line > 0) this.programs.goTo(line);
     });
-    onLanguage(() => this.tell());
-    onUnits(() => this.tell());
+    const retell = (): void => (this.tell(), this.drawPlanned());
+    onLanguage(retell);
+    onUnits(retell);
     this.buttons();
   }
 
@@ -171,10 +172,11 @@ export class Paths {
   private forget(): void {
     this.asking?.abort();
     this.asking = null;
+    const isShown = this.pieces.length > 0 || this.planned !== null;
     this.planned = null;
     this.plannedFor = null;
     this.pieces = [];
-    this.drawPlanned();
+    if (isShown) this.drawPlanned();
     this.tell();
   }
 
@@ -197,7 +199,7 @@ export class Paths {
     this.tell();
     try {
       await this.link.ready();
-      const body = { name: this.programs.name.slice(0, 100), text, start };
+      const body = { name: this.programs.name.slice(0, 60), text, start };
       const planned = await api<Planned>("/api/v1/path", { body, token: this.link.token, signal: asking.signal });
       if (this.asking !== asking) return;
       this.planned = planned;
@@ -206,6 +208,7 @@ export class Paths {
     } catch (error) {
       if (asking.signal.aborted) return;
       this.planned = null;
+      this.pieces = [];
       toast((error as Error).message, "error");
     }
     if (this.asking === asking) this.asking = null;
@@ -253,7 +256,6 @@ export class Paths {
     const text = isShown ? this.noteText() : "";
     note.hidden = text === "";
     setText(note, text);
-    this.drawPlanned();
   }
 
   private noteText(): string {
