@@ -41,6 +41,14 @@ const PICK = `def palletise():
   end
 end
 `;
+/** Around the place of a post, and then through it. */
+const THROUGH = `def around():
+  movej([0.8, -1.4, 1.4, -1.57, -1.57, 0], a=2, v=1)
+  movel(pose_add(get_target_tcp_pose(), [0, 0, -0.2, 0, 0, 0]), a=1, v=0.3)
+  movej([0.5, -1.9, 1.9, -1.57, -1.57, 0], a=2, v=1)
+  movej([-0.9, -1.5, 1.6, -1.67, -1.57, 0], a=2, v=1)
+end
+`;
 /** Comes down too far. */
 const LOWER = `def lower():
   movej([0, -1.5708, 1.5708, -1.5708, -1.5708, 0], a=2, v=1.5)
@@ -110,6 +118,36 @@ const views = {
     await page.id("move-to").click();
     await shot(page, "ghost");
     return page;
+  },
+  /** What was driven, and a program that would run into a post: both sizes, colours and languages. */
+  async paths() {
+    const server = await Server.start(["--cell", path.join(here, "post.toml")]);
+    let page;
+    for (const [colorScheme, locale, viewport, name] of [
+      ["dark", "en-US", { width: 1280, height: 720 }, "paths"],
+      ["light", "zh-CN", { width: 1280, height: 720 }, "paths-light"],
+      ["light", "en-US", { width: 820, height: 1180 }, "paths-tablet"],
+      ["dark", "zh-CN", { width: 820, height: 1180 }, "paths-tablet-dark"],
+    ]) {
+      page = await open(browser, server, { colorScheme, locale, viewport });
+      await take(page);
+      await page.id("program-name").fill("around.script");
+      await page.id("window").selectOption("60");
+      await page.id("path-planned").click();
+      await edit(page, THROUGH.replace(/-0\.9,.*/, "0.35, -1.9, 1.3, -0.97, -1.57, 0], a=2, v=1)"));
+      await until(() => page.evaluate(() => globalThis.eliteserver.paths().planned > 5), "the first path");
+      await page.id("run").click();
+      await until(async () => (await server.state()).program_state !== "stopped", "the run");
+      await until(async () => (await server.state()).program_state === "stopped", "its end");
+      await edit(page, THROUGH);
+      await until(async () => /post/.test(await page.text("path-place")), "the post");
+      await panel(page, "code");
+      await sleep(800);
+      await shot(page, name);
+      await page.context().close();
+    }
+    await server.end();
+    return null;
   },
   async editor(server) {
     const page = await open(browser, server, { colorScheme: "light" });
@@ -290,7 +328,7 @@ async function breakpoint(page, line) {
 
 for (const [name, view] of Object.entries(views)) {
   if (!new RegExp(wanted).test(name)) continue;
-  const server = name === "recording" || name === "cell" ? null : await Server.start(["--cell", path.join(here, "table.toml")]);
+  const server = ["recording", "cell", "paths"].includes(name) ? null : await Server.start(["--cell", path.join(here, "table.toml")]);
   try {
     const page = await view(server);
     for (const complaint of page?.complaints ?? []) console.log(`      ${name}: ${complaint}`);

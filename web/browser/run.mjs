@@ -8,6 +8,7 @@ import { scenarios as living } from "./cell.mjs";
 import { BINARY, CHROMIUM, Server, belonging, check, launch, open } from "./harness.mjs";
 import { scenarios as moving } from "./moving.mjs";
 import { scenarios as operating, special } from "./operating.mjs";
+import { scenarios as paths } from "./paths.mjs";
 import { scenarios as running } from "./running.mjs";
 import { scenarios as working } from "./working.mjs";
 
@@ -17,7 +18,7 @@ if (!CHROMIUM || !existsSync(BINARY)) {
 }
 /** A table that can be run into, soft enough to be felt. */
 const CELL = path.join(path.dirname(new URL(import.meta.url).pathname), "cell.toml");
-const alone = { ...withServers, ...living, ...special };
+const alone = { ...withServers, ...living, ...special, ...paths };
 const LANES = Number(process.env.LANES ?? 3);
 const wanted = new RegExp(process.argv[2] ?? "");
 const begin = Date.now();

@@ -67,6 +67,11 @@ export class Link {
     return this.ask({ control: take });
   }
 
+  /** When the token is there, if it comes at all. */
+  async ready(): Promise<void> {
+    await this.introduced;
+  }
+
   /** Begins something that goes on while signs of life come; ends with the answer. */
   async hold(order: Record<string, unknown>): Promise<unknown> {
     const number = ++this.holding;

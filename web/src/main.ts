@@ -11,6 +11,7 @@ import { Jog } from "./jog";
 import { forward } from "./kinematics";
 import { api, Link, type ServerEvent } from "./link";
 import { Notices, type Panel, setChip } from "./notices";
+import { Paths } from "./paths";
 import { Points, type Registers } from "./points";
 import { Programs, type RunningProgram } from "./program";
 import { TimeLine } from "./timeline";
@@ -55,11 +56,13 @@ async function openView(): Promise<void> {
     view.showWorld(world);
     if (scene) view.setScene(scene);
     if (shown) view.show(shown, true);
+    paths.setView(view);
   } catch {
     byId("no-webgl").hidden = false;
   }
 }
 const programs = new Programs(link);
+const paths = new Paths(link, programs);
 const jog = new Jog(link, (q) => {
   view?.setGhost(q);
   byId("view").dataset["ghost"] = String(q !== null);
@@ -71,6 +74,7 @@ const names = new Map<number, RunningProgram>();
 const notices = new Notices(link, (number, line) => void goToPlace(number, line), (number) => names.get(number) ?? null, () => programs.markAlarms(notices.places));
 programs.onText = () => {
   programs.markAlarms(notices.places);
+  paths.textChanged();
   enable();
 };
 const waypoints = new Waypoints({ position: () => shown?.actualQ ?? null, go: (q) => void jog.propose(q), insert: (point) => programs.teach(point.q, point.name) });
@@ -342,6 +346,7 @@ link.onFrame = (frame) => {
   framesSeen += 1;
   if (framesSeen === 1) performance.mark("first-frame");
   timeline.push(frame);
+  if (link.readOnly === null) paths.take(frame);
   if (before && frame.program !== before.program) notices.clearAlarms((event) => event["kind"] === "script" && Number(event["program"]) < frame.program);
   if (before && SAFETY[before.safetyMode] === "PROTECTIVE_STOP" && SAFETY[frame.safetyMode] !== "PROTECTIVE_STOP") notices.clearAlarms((event) => Number(event["code"]) === 100);
   if (before && (before.safetyMode === 6 || before.safetyMode === 7) && frame.safetyMode === 1) notices.clearAlarms((event) => Number(event["code"]) === 101);
@@ -424,6 +429,7 @@ async function welcome(): Promise<void> {
     jog.setLimits(data.position_min, data.position_max);
     points.setWords(data);
     cell.setScene(data.world ?? null);
+    paths.begin();
     await timeline.begin(link.readOnly !== null);
     notices.clearLog();
     const events = await api<ServerEvent[]>("/api/v1/events");
@@ -455,6 +461,7 @@ timeline.onMoment = (moment) => {
   points.showRegisters(moment.registers);
   showWorld(moment.world ?? null);
 };
+timeline.onSpan = (frames, at) => paths.showSpan(frames, at);
 timeline.onLive = () => {
   if (latest) show(latest, true);
   if (livePanel) showPanel(livePanel);
@@ -618,4 +625,4 @@ link.start();
 void openView();
 
 // For measurements: how often the page and the arm were drawn, and how late frames came.
-Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest, cell: () => view?.figures() ?? null, pixelOf: (part: string) => view?.pixelOf(part) ?? null } });
+Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest, cell: () => view?.figures() ?? null, paths: () => view?.pathFigures() ?? null, pixelOf: (part: string) => view?.pixelOf(part) ?? null } });

@@ -74,6 +74,9 @@ export class TimeLine {
   onFrame: (frame: Frame, jumped: boolean) => void = () => undefined;
   onMoment: (moment: Moment) => void = () => undefined;
   onLive: () => void = () => undefined;
+  /** Other frames are plotted, or another moment of them is shown. */
+  onSpan: (frames: readonly Frame[], at: number) => void = () => undefined;
+  private spanShown = "";
 
   constructor() {
     const choice = byId("plot-choice");
@@ -497,9 +500,20 @@ export class TimeLine {
     let frames = isRecent ? this.recent : this.past;
     const [from, to] = isRecent || this.zoom ? this.wanted() : this.span;
     if (isRecent) frames = frames.slice(indexAt(frames, from));
+    this.tellSpan(frames);
     const data: number[][] = [frames.map((frame) => frame.time), ...plot.names.map((_, k) => frames.map((frame) => plot.values(frame)[k] ?? 0))];
     this.plot.setData(data as unknown as uPlot.AlignedData, true);
     if (to > from) this.plot.setScale("x", { min: from, max: to });
+  }
+
+  /** Tells which frames are plotted, with those that have come since a longer span was asked for. */
+  private tellSpan(frames: readonly Frame[]): void {
+    const end = frames.at(-1)?.time ?? -Infinity;
+    const since = this.isLive ? this.recent.slice(this.recent.findLastIndex((frame) => frame.time <= end) + 1) : [];
+    const key = [frames.length + since.length, frames[0]?.time, since.at(-1)?.time ?? end, this.isLive ? "" : this.at].join();
+    if (key === this.spanShown) return;
+    this.spanShown = key;
+    this.onSpan([...frames, ...since], this.isLive ? Infinity : this.at);
   }
 
   /** Colours have changed. */

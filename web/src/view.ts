@@ -2,14 +2,16 @@
 // Draws only when something has changed, and coarser where drawing is slow (software rendering).
 
 import {
-  AmbientLight, ArrowHelper, AxesHelper, BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry,
-  CylinderGeometry, DirectionalLight, DoubleSide, EdgesGeometry, GridHelper, Group, HemisphereLight, Line, LineBasicMaterial,
+  AmbientLight, ArrowHelper, AxesHelper, BackSide, BoxGeometry, BufferGeometry, CapsuleGeometry,
+  CylinderGeometry, DirectionalLight, DoubleSide, EdgesGeometry, GridHelper, Group, HemisphereLight, LineBasicMaterial,
   LineSegments, NotEqualStencilFunc, ReplaceStencilOp, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, PerspectiveCamera, PlaneGeometry, Quaternion, Scene,
   SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { type CellFigures, CellView, type Pointed } from "./cellview";
 import { forward, fromPose, type Matrix } from "./kinematics";
+import type { Piece } from "./path";
+import { PathView } from "./pathview";
 import type { WorldMoment, WorldScene } from "./world";
 
 export interface SceneData {
@@ -38,8 +40,8 @@ export interface Shown {
   time: number;
 }
 
-const TRACE_POINTS = 600;
-const TRACE_SECS = 12;
+/** Marks on a path that have a text: more of them would cover what they are about. */
+const MARK_TEXTS = 3;
 /** Joints that are nearer to each other have one ring, m. */
 const RING_APART = 0.03;
 /** Where the light for the shadow on the ground stands: far above, a little aside. */
@@ -48,8 +50,8 @@ const NEWTON_LENGTH = 0.004;
 const ARROW_MAX = 0.6;
 
 const themes = {
-  dark: { ground: 0x2a313b, ground2: 0x20262e, light: 0xdfe4ea, dark: 0x6a7688, accent: 0xff7a2f, outline: 0x0b0e12, trace: [0.25, 0.7, 1], ghost: 0x37d0a0, shadow: 0.42 },
-  light: { ground: 0xb8c0ca, ground2: 0xd4dae1, light: 0xf4f6f8, dark: 0x7f8c9e, accent: 0xe8590c, outline: 0x39424e, trace: [0.05, 0.4, 0.85], ghost: 0x0c9b6f, shadow: 0.16 },
+  dark: { ground: 0x2a313b, ground2: 0x20262e, light: 0xdfe4ea, dark: 0x6a7688, accent: 0xff7a2f, outline: 0x0b0e12, driven: 0x46b1ff, old: 0x28506e, planned: 0xf2c14e, touch: 0xff5a60, ghost: 0x37d0a0, shadow: 0.42 },
+  light: { ground: 0xb8c0ca, ground2: 0xd4dae1, light: 0xf4f6f8, dark: 0x7f8c9e, accent: 0xe8590c, outline: 0x39424e, driven: 0x0b62d6, old: 0x9dbbdc, planned: 0xa86e00, touch: 0xc81e2a, ghost: 0x0c9b6f, shadow: 0.16 },
 };
 
 function matrix4(m: Matrix): Matrix4 {
@@ -154,8 +156,8 @@ export class View {
   private readonly tcpAxes = new AxesHelper(0.12);
   private readonly targetAxes = new AxesHelper(0.06);
   private readonly force = new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 0.1, 0xe5484d, 0.04, 0.024);
-  private readonly trace: Line<BufferGeometry, LineBasicMaterial>;
-  private tracePoints: { time: number; x: number; y: number; z: number }[] = [];
+  private readonly paths = new PathView(themes.dark);
+  private marks: Label[] = [];
   private data: SceneData | null = null;
   private labels: Label[] = [];
   private cell: CellView | null = null;
@@ -190,20 +192,13 @@ export class View {
     this.controls.addEventListener("change", () => (this.dirty = true));
     this.controls.maxDistance = 12;
     this.controls.minDistance = 0.25;
-    this.trace = new Line(
-      new BufferGeometry()
-        .setAttribute("position", new BufferAttribute(new Float32Array(TRACE_POINTS * 3), 3))
-        .setAttribute("color", new BufferAttribute(new Float32Array(TRACE_POINTS * 4), 4)),
-      new LineBasicMaterial({ vertexColors: true, transparent: true }),
-    );
-    this.trace.frustumCulled = false;
     const sun = new DirectionalLight(0xffffff, 2.1);
     sun.position.set(2.5, -2, 4);
     const fill = new DirectionalLight(0xffffff, 0.6);
     fill.position.set(-3, 2, 1.5);
     this.force.visible = false;
     this.scene.add(new HemisphereLight(0xffffff, 0x667788, 0.9), new AmbientLight(0xffffff, 0.35), sun, fill);
-    this.scene.add(this.world, this.trace, this.tcpAxes, this.targetAxes, this.force);
+    this.scene.add(this.world, this.paths.root, this.tcpAxes, this.targetAxes, this.force);
     this.resetCamera();
     new ResizeObserver(() => this.resize()).observe(host);
     this.resize();
@@ -220,6 +215,7 @@ export class View {
 
   setTheme(name: "dark" | "light"): void {
     this.theme = themes[name];
+    this.paths.setColors(this.theme);
     if (this.data) this.setScene(this.data);
     this.dirty = true;
   }
@@ -243,8 +239,8 @@ export class View {
     this.ghost = new Arm(data, this.theme.ghost, this.theme);
     this.ghost.root.visible = this.ghostQ !== null;
     this.world.add(grid, base, this.arm.shadow, this.arm.root, this.ghost.root);
-    for (const { element } of this.labels) element.remove();
-    this.labels = [];
+    for (const label of this.labels) if (!this.marks.includes(label)) label.element.remove();
+    this.labels = [...this.marks];
     this.pointed = null;
     this.obstacles.clear();
     this.moved.clear();
@@ -301,10 +297,10 @@ export class View {
     return group;
   }
 
-  private label(text: string, at: Vector3): Label {
+  private label(text: string, at: Vector3, most = 40): Label {
     const element = document.createElement("span");
     element.className = "label";
-    element.textContent = text.slice(0, 40);
+    element.textContent = text.slice(0, most);
     document.getElementById("labels")?.append(element);
     const label = { element, at };
     this.labels.push(label);
@@ -430,8 +426,7 @@ export class View {
     const isSame = !jumped && before !== null && before.actualQ.every((q, k) => Math.abs(q - (shown.actualQ[k] ?? 0)) < 1e-6);
     const forceChanged = before === null || before.tcpForce.some((f, k) => Math.abs(f - (shown.tcpForce[k] ?? 0)) > 0.5);
     const targetChanged = before === null || before.targetQ.some((q, k) => Math.abs(q - (shown.targetQ[k] ?? 0)) > 1e-6);
-    const isAging = this.tracePoints.length > 1 && shown.time - (before?.time ?? 0) > 0;
-    if (isSame && !forceChanged && !targetChanged && !isAging) return;
+    if (isSame && !forceChanged && !targetChanged) return;
     const frames = forward(this.data.joints, this.data.flange, shown.actualQ, shown.tcpOffset);
     this.arm.show(frames);
     this.flange = frames[7] ?? this.flange;
@@ -441,7 +436,7 @@ export class View {
     const target = forward(this.data.joints, this.data.flange, shown.targetQ, shown.tcpOffset)[8] ?? [];
     place(this.targetAxes, target);
     this.showForce(tcp, shown.tcpForce);
-    this.showTrace(tcp, shown.time, jumped);
+    this.paths.setTip(jumped ? null : [tcp[3] ?? 0, tcp[7] ?? 0, tcp[11] ?? 0]);
     this.dirty = true;
   }
 
@@ -459,24 +454,31 @@ export class View {
     this.force.setLength(Math.max(length, 0.02), Math.min(0.05, length * 0.4), 0.03);
   }
 
-  private showTrace(tcp: Matrix, time: number, jumped: boolean): void {
-    const points = this.tracePoints;
-    const last = points.at(-1);
-    if (jumped || (last && time < last.time)) points.length = 0;
-    const [x = 0, y = 0, z = 0] = [tcp[3], tcp[7], tcp[11]];
-    const end = points.at(-1);
-    if (!end || Math.hypot(end.x - x, end.y - y, end.z - z) > 0.001) points.push({ time, x, y, z });
-    while (points.length > TRACE_POINTS || (points[0] && time - points[0].time > TRACE_SECS)) points.shift();
-    const position = this.trace.geometry.getAttribute("position") as BufferAttribute;
-    const color = this.trace.geometry.getAttribute("color") as BufferAttribute;
-    const [r = 0, g = 0, b = 0] = this.theme.trace;
-    points.forEach((point, k) => {
-      position.setXYZ(k, point.x, point.y, point.z);
-      color.setXYZW(k, r, g, b, Math.max(0.05, 1 - (time - point.time) / TRACE_SECS));
+  /** The path that the TCP has driven; none hides it. */
+  setDriven(pieces: Piece[], now: number, isLive: boolean): void {
+    this.paths.setDriven(pieces, now, isLive);
+    this.dirty = true;
+  }
+
+  /** The path that a program would drive, and where it comes near to something, the nearest first. */
+  setPlanned(pieces: Piece[], places: readonly { at: readonly number[]; touches: boolean; text: string }[]): void {
+    this.paths.setPlanned(pieces);
+    this.paths.setMarks(places.map(({ at, touches }) => ({ at, touches })));
+    for (const { element } of this.marks) element.remove();
+    this.labels = this.labels.filter((label) => !this.marks.includes(label));
+    this.marks = places.slice(0, MARK_TEXTS).map(({ at, touches, text }) => {
+      const label = this.label(text, new Vector3(at[0], at[1], at[2]), 80);
+      label.element.classList.add("mark");
+      label.element.classList.toggle("touch", touches);
+      label.element.setAttribute("data-testid", "path-mark");
+      return label;
     });
-    position.needsUpdate = true;
-    color.needsUpdate = true;
-    this.trace.geometry.setDrawRange(0, points.length);
+    this.dirty = true;
+  }
+
+  /** For tests: what is drawn of the paths. */
+  pathFigures(): ReturnType<PathView["figures"]> {
+    return this.paths.figures();
   }
 
   /** Where the arm would go; null hides it. */

@@ -11,7 +11,9 @@
 use std::io::Write;
 use std::time::Duration;
 
-use controller::clearance::{MeasureOptions, MeasuredEnd, collision_scene, measure};
+use controller::clearance::{
+    MeasureOptions, MeasuredEnd, collision_scene, measure, measure_with_path,
+};
 use controller::planned_path::{NoPathReason, PathTarget, PlanError, PlanOptions, plan_path};
 
 use controller::{ControllerConfig, SteppedController};
@@ -61,6 +63,44 @@ fn measured(config: &ControllerConfig, text: &str) -> controller::clearance::Cle
         ..MeasureOptions::default()
     };
     measure(config, program(text), &options, &mut || true).unwrap()
+}
+
+#[test]
+fn the_way_of_the_tcp_is_followed_from_where_the_arm_stands() {
+    let (_file, config) = cell(POST);
+    // A straight line, then a longer tool, which is a jump and no way.
+    let text = "movel(pose_add(get_target_tcp_pose(), [0, 0, 0.1, 0, 0, 0]))\n\
+                set_tcp([0, 0, 0.3, 0, 0, 0])\nmovej([0.6, -1.57, 1.57, -1.57, -1.57, 0.0])\n";
+    let options = MeasureOptions::default();
+    let ran = measure_with_path(&config, program(text), &options, &mut || true).unwrap();
+    let path = ran.path;
+    assert_eq!(ran.run.end, MeasuredEnd::Finished, "{:?}", ran.run);
+    assert!(ran.has_obstacles);
+    let scene = collision_scene(&config).unwrap();
+    let start = scene
+        .model()
+        .tcp_pose(&config.home, scene.flange_from_tcp())
+        .to_rpy()
+        .xyz;
+    let [first, second] = &path.pieces[..] else {
+        panic!("{path:?}");
+    };
+    let (begin, end) = (first[0], first[first.len() - 1]);
+    for axis in 0..3 {
+        let up = if axis == 2 { 0.1 } else { 0.0 };
+        assert!(
+            (begin[axis] - start[axis]).abs() < 1e-3,
+            "{begin:?} {start:?}"
+        );
+        assert!((end[axis] - start[axis] - up).abs() < 1e-3, "{end:?}");
+    }
+    assert!(
+        first.len() <= 5,
+        "a straight line has few points: {first:?}"
+    );
+    let jump = end[2] - second[0][2];
+    assert!((jump - 0.18).abs() < 1e-3, "the tool is longer by {jump} m");
+    assert!(path.tolerance < 1e-3);
 }
 
 #[test]

@@ -18,6 +18,7 @@ pub mod history;
 pub mod jog;
 pub mod living_cell;
 pub mod orders;
+pub mod planned_path;
 pub mod programs;
 pub mod scene;
 

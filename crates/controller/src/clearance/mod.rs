@@ -5,6 +5,7 @@
 
 mod motion_row;
 mod observer;
+mod tcp_path;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -29,6 +30,7 @@ use crate::stepped::{SteppedController, SteppedError, WallTimeout};
 
 pub use motion_row::{LeastDistance, MotionClearance, joint_margin, least_singular_value};
 pub use observer::ClearanceObserver;
+pub use tcp_path::TcpPath;
 
 /// A program whose arm stands for so long waits for something that nobody here gives, s of simulated time.
 const STANDS_MAX: f64 = 300.0;
@@ -49,6 +51,17 @@ pub struct ClearanceRun {
     pub result: ProgramResult,
     /// Where asked for: the least distance, m, at the end of every cycle, by its simulated time, s.
     pub history: Vec<(f64, f64)>,
+}
+
+/// A program, measured, with the way of its TCP.
+#[derive(Clone, Debug)]
+pub struct PathRun {
+    /// What was measured.
+    pub run: ClearanceRun,
+    /// The way of the TCP while the program ran.
+    pub path: TcpPath,
+    /// Whether there is anything to touch but the arm itself.
+    pub has_obstacles: bool,
 }
 
 /// How a program is measured.
@@ -218,6 +231,28 @@ pub fn measure_in(
 ) -> Result<ClearanceRun, ClearanceError> {
     let next = Arc::new(NullObserver);
     measure_and_tell(scene, next, config, program, options, keep_going)
+}
+
+/// [`measure`] that follows the TCP as well.
+///
+/// # Errors
+/// The errors of [`measure`].
+pub fn measure_with_path(
+    config: &ControllerConfig,
+    program: ProgramText,
+    options: &MeasureOptions,
+    keep_going: &mut dyn FnMut() -> bool,
+) -> Result<PathRun, ClearanceError> {
+    let scene = collision_scene(config)?;
+    let has_obstacles = scene.obstacle_names().next().is_some();
+    let followed = Arc::new(tcp_path::TcpPathObserver::default());
+    let next = Arc::clone(&followed);
+    let run = measure_and_tell(scene, next, config, program, options, keep_going)?;
+    Ok(PathRun {
+        run,
+        path: followed.path(),
+        has_obstacles,
+    })
 }
 
 /// [`measure_in`] that tells an observer of everything as well.

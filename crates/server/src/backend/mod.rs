@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use controller::LogLines;
 use controller::cell::Cell;
 use controller::cell_world::CellWorld;
+use controller::{ControllerConfig, LogLines};
 use elite_runtime::interpreter::{DiscardReason, SubmitResult, SubmittedStatement};
 use elite_runtime::message::{Message, RECORDING_ALARM_CODE, REPLACED, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
@@ -81,6 +81,8 @@ pub struct PortBackend {
     world: Option<(CellWorld, Mutex<WorldWatch>)>,
     /// Positions of the joints at the start, rad.
     home: [f64; 6],
+    /// Settings of the robot, for others like it.
+    settings: ControllerConfig,
     log_lines: LogLines,
     start_configuration: Configuration,
     loaded: Mutex<LoadedFiles>,
@@ -119,6 +121,7 @@ impl PortBackend {
                 .world()
                 .map(|world| (world.clone(), Mutex::new(WorldWatch::new(world)))),
             home: robot.home.0,
+            settings: robot.clone(),
             log_lines: controller.log_lines(),
             start_configuration: Configuration {
                 tcp: Some(robot.tcp.to_array()),

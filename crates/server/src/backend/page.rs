@@ -1,10 +1,13 @@
 //! What the pendant page asks of the controller: its orders go the way of every other port's.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use controller::ControllerConfig;
 use controller::cell_world::WorldOrder;
+use controller::options::Permission;
 use elite_runtime::message::Message;
 use elite_runtime::panel::PopupId;
 use elite_runtime::task_folder::TaskFolder;
@@ -243,6 +246,17 @@ impl PageBackend for PortBackend {
             );
         };
         Recording::open(path).map_err(|error| error.to_string())
+    }
+
+    fn rehearsal(&self) -> Result<ControllerConfig, String> {
+        let state = self.robot.state();
+        Ok(ControllerConfig {
+            home: state.target_q,
+            tcp: state.tcp_offset,
+            payload: state.payload,
+            allow: BTreeSet::from([Permission::NetPlayed]),
+            ..self.settings.clone()
+        })
     }
 
     fn compile_pool(&self) -> &CompilePool {

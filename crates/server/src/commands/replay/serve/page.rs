@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use controller::LogLine;
+use controller::{ControllerConfig, LogLine};
 use elite_runtime::CompilePool;
 use elite_runtime::message::Message;
 use elite_runtime::task_folder::TaskFolder;
@@ -111,6 +111,10 @@ impl PageBackend for Playback {
             .recording
             .clone()
             .ok_or_else(|| none.to_owned())
+    }
+
+    fn rehearsal(&self) -> Result<ControllerConfig, String> {
+        Err(READ_ONLY.to_owned())
     }
 
     fn compile_pool(&self) -> &CompilePool {

@@ -8,6 +8,7 @@ mod debug;
 mod files;
 mod live;
 mod page_broadcast;
+mod planned;
 mod routes;
 mod search;
 pub(super) mod sentences;
@@ -15,6 +16,7 @@ pub(super) mod sentences;
 use std::path::Path;
 use std::sync::Arc;
 
+use controller::ControllerConfig;
 use elite_runtime::CompilePool;
 use elite_runtime::message::Message;
 use elite_runtime::task_folder::TaskFolder;
@@ -110,6 +112,11 @@ pub trait PageBackend: HttpBackend {
     fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], String>;
     /// The programs, and where they are.
     fn tasks(&self) -> Option<(&TaskFolder, &Path)>;
+    /// Settings of an arm that stands as this one does, for a program that is run beside it and reaches nothing outside.
+    ///
+    /// # Errors
+    /// A sentence: nothing can be run here.
+    fn rehearsal(&self) -> Result<ControllerConfig, String>;
     /// The pool that compiles texts, shared with the ports.
     fn compile_pool(&self) -> &CompilePool;
     /// The recording that is shown, or being made.
@@ -133,6 +140,8 @@ pub struct Page<C> {
     stage: Arc<PageBroadcast>,
     /// One search through a recording at a time.
     searching: tokio::sync::Semaphore,
+    /// One program beside the robot at a time.
+    planning: tokio::sync::Semaphore,
     /// Bounds the texts of pages in the compile pool, which leaves room there for those of programs.
     reading: tokio::sync::Semaphore,
 }
@@ -151,6 +160,7 @@ impl<C: PageBackend> Page<C> {
             token_is_public: is_given,
             desk: Mutex::default(),
             searching: tokio::sync::Semaphore::new(1),
+            planning: tokio::sync::Semaphore::new(1),
             reading: tokio::sync::Semaphore::new(TEXTS_MAX),
         })
     }

@@ -12,6 +12,7 @@ use base64::engine::general_purpose::STANDARD;
 use pendant::editor_queries::{self, TextQuery};
 use pendant::history::{EVENTS_GIVEN_MAX, EventQuery};
 use pendant::orders::OrderBody;
+use pendant::planned_path::PathQuery;
 use pendant::programs::{self, SaveError};
 use pendant::{ControlError, FRAME_BYTES, FRAME_VERSION};
 use serde::Deserialize;
@@ -19,7 +20,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::super::{BODY_TIMEOUT, answer, cross_site, refuse};
-use super::{Page, PageBackend, files, search};
+use super::{Page, PageBackend, files, planned, search};
 
 /// Largest body of a request here, bytes: a program with every character escaped.
 const BODY_BYTES_MAX: usize = 8 << 20;
@@ -42,6 +43,7 @@ pub fn router<C: PageBackend>(page: Arc<Page<C>>) -> Router {
         .route("/api/v1/hover", post(hover::<C>))
         .route("/api/v1/call", post(call::<C>))
         .route("/api/v1/reach", post(reach::<C>))
+        .route("/api/v1/path", post(path::<C>))
         .route("/api/v1/orders", post(order::<C>))
         .route("/api/v1/history", get(history::<C>))
         .route("/api/v1/moment", get(moment::<C>))
@@ -278,6 +280,21 @@ async fn reach<C: PageBackend>(State(page): PageState<C>, request: Request) -> R
     };
     match found {
         Ok(joints) => answer(StatusCode::OK, &json!({"joints": joints})),
+        Err(reason) => refuse(StatusCode::UNPROCESSABLE_ENTITY, &reason),
+    }
+}
+
+/// Answers which path a program would drive. It is run, if only beside the robot, so that takes the token.
+async fn path<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
+    if let Err(refused) = may_order(&page, request.headers()) {
+        return *refused;
+    }
+    let question: PathQuery = match body(request).await {
+        Ok(question) => question,
+        Err(refused) => return refused,
+    };
+    match planned::path(&page, question).await {
+        Ok(found) => answer(StatusCode::OK, &found),
         Err(reason) => refuse(StatusCode::UNPROCESSABLE_ENTITY, &reason),
     }
 }

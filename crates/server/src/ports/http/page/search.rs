@@ -75,7 +75,7 @@ pub(super) async fn find<C: PageBackend>(
 }
 
 /// Somebody waits for the answer, until this is dropped.
-struct CancelOnDrop(Arc<AtomicBool>);
+pub(super) struct CancelOnDrop(pub(super) Arc<AtomicBool>);
 
 impl Drop for CancelOnDrop {
     fn drop(&mut self) {
