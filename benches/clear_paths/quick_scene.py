@@ -28,9 +28,10 @@ class QuickScene:
         place = flange.placement * _se3(transform(pose[:3], pose[3:]))
         bodies.append((6, "tool", self._add(flange.parentJoint, place, _shape(shape, size))))
         base = self.model.frames[self.model.getFrameId(URDF_LINKS[0], pin.BODY)].placement
-        obstacles = [
-            self._add(0, base * _se3(transform(pose[:3], pose[3:])), _shape(shape, size)) for _, shape, size, pose in boxes
-        ]
+        self.base = base
+        self.poses = [_se3(transform(pose[:3], pose[3:])) for _, _, _, pose in boxes]
+        obstacles = [self._add(0, base * pose, _shape(shape, size)) for pose, (_, shape, size, _) in zip(self.poses, boxes)]
+        self.obstacles = obstacles
         for link, name, body in bodies:
             for other_link, other_name, other in bodies:
                 counts = other_link < 4 and other_name != "tool" if name == "tool" else (
@@ -47,6 +48,12 @@ class QuickScene:
 
     def _add(self, joint, place, shape):
         return self.shapes.addGeometryObject(pin.GeometryObject(f"{self.shapes.ngeoms}", joint, place, shape))
+
+    def stand_at(self, base):
+        """Puts the base to a pose in the frame of the cell."""
+        there = self.base * _se3(np.linalg.inv(base))
+        for body, pose in zip(self.obstacles, self.poses):
+            self.shapes.geometryObjects[body].placement = there * pose
 
     def nearest(self, q):
         """The least distance."""
