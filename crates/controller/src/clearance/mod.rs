@@ -27,7 +27,9 @@ use crate::start::{StartError, StartOptions};
 use crate::start_configuration::cycle_config;
 use crate::stepped::{SteppedController, SteppedError, WallTimeout};
 
-pub use motion_row::{LeastDistance, MotionClearance, joint_margin, least_singular_value};
+pub use motion_row::{
+    GripChange, LeastDistance, MotionClearance, joint_margin, least_singular_value,
+};
 pub use observer::ClearanceObserver;
 
 /// A program whose arm stands for so long waits for something that nobody here gives, s of simulated time.
@@ -49,6 +51,8 @@ pub struct ClearanceRun {
     pub result: ProgramResult,
     /// Where asked for: the least distance, m, at the end of every cycle, by its simulated time, s.
     pub history: Vec<(f64, f64)>,
+    /// What grippers took and let go, in this order.
+    pub grips: Vec<GripChange>,
 }
 
 /// How a program is measured.
@@ -295,6 +299,7 @@ pub(crate) fn measure_and_tell(
     Ok(ClearanceRun {
         rows: observer.rows(),
         history: observer.history(),
+        grips: observer.grips(),
         end,
         result,
     })

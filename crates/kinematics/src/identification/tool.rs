@@ -105,8 +105,8 @@ fn is_vague(poses: &[Pose]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::RandomSequence;
     use crate::pose::RpyPose;
+    use crate::random::RandomSequence;
 
     /// Nearly normal: twelve numbers of a uniform distribution.
     fn normal(random: &mut RandomSequence) -> f64 {
@@ -114,7 +114,12 @@ mod tests {
     }
 
     /// Poses of a flange whose tip is put to a point with an error of `noise` in each axis.
-    fn rests(random: &mut RandomSequence, count: usize, tool: Vector3<f64>, noise: f64) -> Vec<Pose> {
+    fn rests(
+        random: &mut RandomSequence,
+        count: usize,
+        tool: Vector3<f64>,
+        noise: f64,
+    ) -> Vec<Pose> {
         let point = Vector3::new(-0.5, 0.1, 0.2);
         let mut rest = || {
             let rpy = core::array::from_fn(|_| random.between(-0.6, 0.6));
@@ -141,7 +146,9 @@ mod tests {
                     continue;
                 };
                 let error = fit.position - tool;
-                covered += (0..3).filter(|axis| error[*axis].abs() <= 2.0 * fit.sigma[*axis]).count();
+                covered += (0..3)
+                    .filter(|axis| error[*axis].abs() <= 2.0 * fit.sigma[*axis])
+                    .count();
                 all += 3;
             }
             let share = f64::from(covered as u32) / f64::from(all as u32);
