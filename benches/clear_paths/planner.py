@@ -4,7 +4,7 @@
 
 A scene has a start and a goal between which the straight way is not free, one of them near an obstacle. OMPL has 5 s for the search and 2 s for its
 shortcutting; its program has the same speeds and stops at every corner, because nothing tells how large a blend may be. Rows of single scenes go to
-the file, if one is named.
+the file, if one is named; Ctrl-C ends with what has been measured.
 """
 
 import json
@@ -159,10 +159,13 @@ def main(eliteserver, count, rows_file):
     ou.RNG.setSeed(47)
     eliteserver = str(Path(eliteserver).resolve())
     with tempfile.TemporaryDirectory() as folder, open(rows_file or "/dev/null", "w") as out:
-        for number in range(count):
-            rows.append(of_scene(eliteserver, Path(folder), number, arm))
-            out.write(json.dumps(rows[-1]) + "\n")
-            out.flush()
+        try:
+            for number in range(count):
+                rows.append(of_scene(eliteserver, Path(folder), number, arm))
+                out.write(json.dumps(rows[-1]) + "\n")
+                out.flush()
+        except KeyboardInterrupt:
+            pass
     for kind in KINDS:
         tell([row for row in rows if row["kind"] == kind], kind)
     tell(rows, "all")

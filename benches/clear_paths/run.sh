@@ -1,9 +1,10 @@
 #!/bin/sh
-# Compares distances with coal and planned paths with OMPL, both from PyPI, and base poses with a grid, in a virtual environment of
+# Compares distances with coal and planned paths with OMPL, both from PyPI, base poses with a grid, and makes programs faster, in a virtual environment of
 # their own. Pinocchio moves the arm.
 #     benches/clear_paths/run.sh distances [COUNT]
 #     benches/clear_paths/run.sh planner [COUNT] [ROWS.jsonl]
 #     benches/clear_paths/run.sh place [COUNT]
+#     benches/clear_paths/run.sh optimize
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -18,11 +19,11 @@ distances)
     cargo build --quiet --release --package path-planning --example distances
     exec "$venv/bin/python" "$here/distances.py" "$target/release/examples/distances" "$@"
     ;;
-planner | place)
+planner | place | optimize)
     exec "$venv/bin/python" "$here/$what.py" "${ELITESERVER:-$target/release/eliteserver}" "$@"
     ;;
 *)
-    echo "run.sh: there is no comparison $what; allowed are distances, planner and place" >&2
+    echo "run.sh: there is no comparison $what; allowed are distances, planner, place and optimize" >&2
     exit 2
     ;;
 esac
