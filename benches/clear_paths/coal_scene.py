@@ -20,6 +20,10 @@ def _shape(shape, size):
     return coal.Sphere(size if isinstance(size, float) else size[0])
 
 
+def capsule(radius, length):
+    return coal.Capsule(radius, length) if length > 0 else coal.Sphere(radius)
+
+
 def _cut_capsule(place, radius, length, normal, height):
     """A capsule without what lies beyond a plane, as the hull of many points of its surface."""
     points = []
@@ -61,8 +65,7 @@ class Scene:
                     shape = _cut_capsule(place, radius, length, np.array([0.0, 0.0, 1.0]), 0.0)
                     self.bodies.append((link, LINKS[link], shape, np.eye(4)))
                 else:
-                    shape = coal.Capsule(radius, length) if length > 0 else coal.Sphere(radius)
-                    self.bodies.append((link, LINKS[link], shape, place))
+                    self.bodies.append((link, LINKS[link], capsule(radius, length), place))
         shape, size, pose = TOOL
         self.bodies.append((6, "tool", _shape(shape, size), transform(pose[:3], pose[3:])))
         self.obstacles = [(name, _shape(shape, size), _placed(transform(pose[:3], pose[3:]))) for name, shape, size, pose in boxes]

@@ -1,9 +1,14 @@
 """Planned paths of the product against RRT-Connect of OMPL (PyPI) with the collision checks of coal, on generated scenes.
 
-    benches/clear_paths/run.sh planner [COUNT]
+    benches/clear_paths/run.sh planner [COUNT] [ROWS.jsonl]
+
+A scene has a start and a goal between which the straight way is not free, one of them near an obstacle. OMPL has 5 s for the search and 2 s for its
+shortcutting; its program has the same speeds and stops at every corner, because nothing tells how large a blend may be. Rows of single scenes go to
+the file, if one is named; Ctrl-C ends with what has been measured.
 """
 
 import json
+import resource
 import statistics
 import subprocess
 import sys
@@ -14,47 +19,53 @@ from pathlib import Path
 import numpy as np
 from ompl import base as ob
 from ompl import geometric as og
+from ompl import util as ou
 
 from arm import KINDS, Arm, cell_text, scene
-from coal_scene import Scene
+from quick_scene import QuickScene, check_alike
 
 MARGIN = 0.01
 TIME = 5.0
+SIMPLIFY_TIME = 2.0
+#: Steps in which OMPL looks along a line, rad.
+STEP = 0.02
+#: A start and a goal are looked for this often in one cell; then another one is made.
+SAMPLES = 4000
 
 
 def problem(kind, rng, arm):
     """A cell with a start and a goal that keep the margin, on different sides of something."""
-    low, high = arm.limits()
     while True:
         boxes = scene(kind, rng)
-        known = Scene(arm, boxes, with_cut=False)
-        ends = []
-        for _ in range(4000):
-            q = np.array([rng.uniform(-2.5, 2.5), rng.uniform(-2.6, -0.4), rng.uniform(0.3, 2.4), rng.uniform(-2.8, 0.2), rng.uniform(-2.0, 0.5), 0.0])
+        check_alike(arm, boxes, rng)
+        known = QuickScene(arm, boxes)
+        near = None
+        for _ in range(SAMPLES):
+            q = rng.uniform([-2.5, -2.6, 0.3, -2.8, -2.0, 0.0], [2.5, -0.4, 2.4, 0.2, 0.5, 0.0])
             if not known.is_clear(q, MARGIN + 0.005):
                 continue
             # One end in the obstacle's neighbourhood, the other anywhere.
-            if not ends and known.nearest(q)[0] > 0.06:
-                continue
-            ends.append(q)
-            if len(ends) == 2 and np.linalg.norm(ends[0] - ends[1]) > 1.0:
-                straight = [ends[0] + (ends[1] - ends[0]) * k / 60 for k in range(61)]
-                if not all(known.is_clear(q, MARGIN) for q in straight):
-                    return boxes, known, ends
-            if len(ends) == 2:
-                ends.pop()
+            if near is None:
+                near = q if known.nearest(q) <= 0.06 else None
+            elif np.linalg.norm(near - q) > 1.0 and not is_straight_clear(known, near, q):
+                return boxes, known, [near, q]
 
 
-def with_ompl(known, ends, seed):
+def is_straight_clear(known, start, goal):
+    return all(known.is_clear(start + (goal - start) * k / 60, MARGIN) for k in range(61))
+
+
+def with_ompl(known, ends, seed, limits):
+    """The points of OMPL's path and how long it took to find and to shorten, s."""
     space = ob.RealVectorStateSpace(6)
     bounds = ob.RealVectorBounds(6)
     for joint in range(6):
-        bounds.setLow(joint, min(ends[0][joint], ends[1][joint]) - np.pi)
-        bounds.setHigh(joint, max(ends[0][joint], ends[1][joint]) + np.pi)
+        bounds.setLow(joint, float(max(min(end[joint] for end in ends) - np.pi, limits[0][joint])))
+        bounds.setHigh(joint, float(min(max(end[joint] for end in ends) + np.pi, limits[1][joint])))
     space.setBounds(bounds)
     setup = og.SimpleSetup(space)
-    setup.setStateValidityChecker(lambda state: known.is_clear(np.array([state[k] for k in range(6)]), MARGIN))
-    setup.getSpaceInformation().setStateValidityCheckingResolution(0.01)
+    setup.setStateValidityChecker(lambda state: known.is_clear([state[k] for k in range(6)], MARGIN))
+    setup.getSpaceInformation().setStateValidityCheckingResolution(STEP / space.getMaximumExtent())
     places = []
     for end in ends:
         place = space.allocState()
@@ -65,63 +76,101 @@ def with_ompl(known, ends, seed):
     setup.setPlanner(og.RRTConnect(setup.getSpaceInformation()))
     begun = time.process_time()
     solved = setup.solve(TIME)
-    took = time.process_time() - begun
+    found = time.process_time()
     if not solved or not setup.haveExactSolutionPath():
         return None
-    setup.simplifySolution(2.0)
+    setup.simplifySolution(SIMPLIFY_TIME)
+    shortened = time.process_time()
     path = setup.getSolutionPath()
     points = [np.array([path.getState(i)[k] for k in range(6)]) for i in range(path.getStateCount())]
-    return points, took
+    return points, found - begun, shortened - found
 
 
-def driven(program_binary, folder, points):
-    """How long a program of these points without blends takes, and with the product's blends nothing is compared."""
-    lines = "".join(f"    movej({json.dumps([float(x) for x in q])}, a=1.4, v=1.05)\n" for q in points[1:])
-    (folder / "theirs.script").write_text(f"def theirs():\n{lines}end\n")
+def driven(eliteserver, folder, points):
+    """How long a program of these points without blends takes, simulated s."""
+    lines = "".join(f"movej({json.dumps([float(x) for x in q])}, a=1.4, v=1.05)\n" for q in points[1:])
+    (folder / "theirs.script").write_text(f"import time\nbegun = time.time()\n{lines}print(time.time() - begun)\n")
     home = ",".join(repr(float(x)) for x in points[0])
     out = subprocess.run(
-        [program_binary, "run", "theirs.script", f"--home={home}", "--plant", "ideal", "--record", "theirs.mcap"],
+        [eliteserver, "run", "theirs.script", f"--home={home}", "--plant", "ideal"], cwd=folder, capture_output=True, text=True,
+    )
+    return float(out.stdout.split()[-1]) if out.returncode == 0 else None
+
+
+def planned(eliteserver, folder, ends, seed):
+    """The answer of the product, with the processor time of the whole command, start and driving included, s."""
+    start, goal = (",".join(repr(float(x)) for x in end) for end in ends)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    answer = subprocess.run(
+        [eliteserver, "plan", f"--from={start}", f"--to={goal}", "--cell", "cell.toml", "--margin", str(MARGIN),
+         "--seed", str(seed), "--format", "json"],
         cwd=folder, capture_output=True, text=True,
     )
-    text = subprocess.run([program_binary, "replay", "theirs.mcap"], cwd=folder, capture_output=True, text=True).stdout
-    duration = next((line for line in text.splitlines() if line.startswith("duration:")), None)
-    return float(duration.split()[1]) if out.returncode == 0 and duration else None
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    row = json.loads(answer.stdout) if answer.stdout else {"ok": False, "detail": answer.stderr}
+    row["processor"] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return row
 
 
-def main(binary, count):
-    rng = np.random.default_rng(47)
-    arm = Arm()
-    binary = str(Path(binary).resolve())
-    ours, theirs = [], []
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for number in range(count):
-            boxes, known, ends = problem(KINDS[number % 4], rng, arm)
-            (folder / "cell.toml").write_text(cell_text(boxes))
-            start, goal = (",".join(repr(float(x)) for x in end) for end in ends)
-            answer = subprocess.run(
-                [binary, "plan", f"--from={start}", f"--to={goal}", "--cell", "cell.toml", "--margin", str(MARGIN),
-                 "--seed", str(number), "--format", "json"],
-                cwd=folder, capture_output=True, text=True,
-            ).stdout
-            answer = json.loads(answer or '{"ok": false}')
-            ours.append(answer if answer["ok"] else None)
-            found = with_ompl(known, ends, number)
-            if found is None:
-                theirs.append(None)
-                continue
-            points, took = found
-            length = sum(float(np.linalg.norm(b - a)) for a, b in zip(points, points[1:]))
-            theirs.append({"length": length, "planning_time": took, "time": driven(binary, folder, points)})
-    both = [(a, b) for a, b in zip(ours, theirs) if a and b]
+def of_scene(eliteserver, folder, number, arm):
+    """A row: what both say of one scene."""
+    kind = KINDS[number % len(KINDS)]
+    boxes, known, ends = problem(kind, np.random.default_rng([47, number]), arm)
+    (folder / "cell.toml").write_text(cell_text(boxes))
+    here = planned(eliteserver, folder, ends, number)
+    row = {"number": number, "kind": kind, "ends": [end.tolist() for end in ends], "cell": cell_text(boxes), "here": here, "ompl": None}
+    found = with_ompl(known, ends, number, arm.limits())
+    if found is not None:
+        points, search, shortcutting = found
+        length = sum(float(np.linalg.norm(b - a)) for a, b in zip(points, points[1:]))
+        row["ompl"] = {
+            "length": length, "search": search, "shortcutting": shortcutting, "corners": len(points) - 2,
+            "time": driven(eliteserver, folder, points),
+        }
+    return row
+
+
+def quantile(values, share):
+    return float(np.quantile(values, share)) if values else float("nan")
+
+
+def tell(rows, name):
+    """One line about these scenes."""
+    ours = [row["here"] for row in rows if row["here"]["ok"]]
+    theirs = [row["ompl"] for row in rows if row["ompl"]]
+    both = [(row["here"], row["ompl"]) for row in rows if row["here"]["ok"] and row["ompl"]]
     lengths = [a["length"] / b["length"] for a, b in both]
     times = [a["time"] / b["time"] for a, b in both if b["time"]]
-    planning = sorted(a["planning_time"] for a in ours if a)
-    print(f"{count} scenes: solved {sum(map(bool, ours))} here, {sum(map(bool, theirs))} by OMPL in {TIME} s; "
-          f"median length {statistics.median(lengths):.3f} of OMPL's, driven time {statistics.median(times):.3f}; "
-          f"planning p50 {planning[len(planning) // 2]:.2f} s, p95 {planning[int(len(planning) * 0.95)]:.2f} s")
+    planning, processor, search = ([one[key] for one in of] for key, of in (
+        ("planning_time", ours), ("processor", ours), ("search", theirs)))
+    print(
+        f"{name:6} {len(rows):4} scenes: solved {len(ours)} here, {len(theirs)} by OMPL in {TIME:.0f} s; "
+        f"length {quantile(lengths, 0.5):.3f} of OMPL's (p95 {quantile(lengths, 0.95):.2f}), "
+        f"driven time {quantile(times, 0.5):.3f} (p95 {quantile(times, 0.95):.2f}); planning p50 {quantile(planning, 0.5):.2f} s, "
+        f"p95 {quantile(planning, 0.95):.2f} s, processor time of the command p50 {quantile(processor, 0.5):.2f} s, "
+        f"p95 {quantile(processor, 0.95):.2f} s; OMPL's search p50 {quantile(search, 0.5):.2f} s, p95 {quantile(search, 0.95):.2f} s",
+        flush=True,
+    )
+
+
+def main(eliteserver, count, rows_file):
+    arm, rows = Arm(), []
+    ou.setLogLevel(ou.LOG_WARN)
+    ou.RNG.setSeed(47)
+    eliteserver = str(Path(eliteserver).resolve())
+    with tempfile.TemporaryDirectory() as folder, open(rows_file or "/dev/null", "w") as out:
+        try:
+            for number in range(count):
+                rows.append(of_scene(eliteserver, Path(folder), number, arm))
+                out.write(json.dumps(rows[-1]) + "\n")
+                out.flush()
+        except KeyboardInterrupt:
+            pass
+    for kind in KINDS:
+        tell([row for row in rows if row["kind"] == kind], kind)
+    tell(rows, "all")
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 200))
+    sys.exit(main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 200, sys.argv[3] if len(sys.argv) > 3 else None))

@@ -11,9 +11,11 @@
 use std::io::Write;
 use std::time::Duration;
 
+use controller::clearance::{MeasureOptions, MeasuredEnd, collision_scene, measure};
 use controller::clearance::{
     MeasureOptions, MeasuredEnd, collision_scene, measure, measure_with_path,
 };
+use controller::optimizer::{OptimizeOptions, optimize};
 use controller::planned_path::{NoPathReason, PathTarget, PlanError, PlanOptions, plan_path};
 
 use controller::{ControllerConfig, SteppedController};
@@ -435,4 +437,78 @@ fn what_is_held_keeps_the_margin_too() {
         }
     }
     assert!(least >= 0.01, "{least}");
+}
+
+/// A box that the cup holds when it is carried gently, and loses where the arm pulls it up hard.
+const HEAVY_BOX: &str = r#"
+[world]
+floor = 0.0
+
+[[part]]
+name = "box"
+shape = "box"
+size = [0.05, 0.05, 0.05]
+mass = 2.2
+pose = [-0.55, -0.25, 0.0252, 0, 0, 0]
+
+[[gripper]]
+name = "cup"
+kind = "vacuum"
+cups = [[0, 0, 0.12]]
+radius = 0.012
+on = "standard_digital_out[0]"
+switch = "standard_digital_in[0]"
+build_up = 0.03
+
+[[touch]]
+a = "tool"
+b = "box"
+"#;
+
+#[test]
+fn a_faster_program_does_not_lose_what_it_carries() {
+    let (_file, config) = cell(HEAVY_BOX);
+    let config = ControllerConfig {
+        home: JointPositions([0.0, -1.57, 1.57, -1.57, -1.57, 0.0]),
+        ..config
+    };
+    let down = "3.14159265, 0, 0";
+    let text = format!(
+        "movel([-0.55, -0.25, 0.15, {down}], a=1.2, v=0.25)
+movel([-0.55, -0.25, 0.05, {down}], a=1.2, v=0.1)
+set_standard_digital_out(0, True)
+sleep(0.3)
+movel([-0.55, -0.25, 0.20, {down}], a=1.0, v=0.25)
+movel([-0.55, 0.25, 0.20, {down}], a=1.0, v=0.25)
+movel([-0.55, 0.25, 0.051, {down}], a=0.5, v=0.1)
+set_standard_digital_out(0, False)
+sleep(0.3)
+"
+    );
+    let before = measured(&config, &text);
+    assert_eq!(before.end, MeasuredEnd::Finished, "{before:?}");
+    let [taken, put] = &before.grips[..] else {
+        panic!("{:?}", before.grips);
+    };
+    assert_eq!(taken.held_by.as_deref(), Some("cup"));
+    assert!(
+        put.held_by.is_none() && (put.place[1] - 0.25).abs() < 2e-3,
+        "{put:?}"
+    );
+
+    let options = OptimizeOptions {
+        margin: 0.005,
+        keep: Vec::new(),
+        presets: Vec::new(),
+        limit: 60.0,
+    };
+    let faster = optimize(&config, &program(&text), &options, &mut || true).unwrap();
+    assert!(faster.after < 0.9 * faster.before, "{faster:?}");
+    let after = measured(&config, &faster.text);
+    let put = after.grips.last().unwrap();
+    assert_eq!(after.grips.len(), 2, "{faster:?} {:?}", after.grips);
+    assert!(
+        put.held_by.is_none() && (put.place[1] - 0.25).abs() < 2e-3,
+        "{faster:?} {put:?}"
+    );
 }

@@ -13,6 +13,9 @@ const TURNS: u32 = 16;
 const STARTS: usize = 12;
 /// Improving ends at steps of this length, m and a tenth of it rad.
 const FINEST_STEP: f64 = 5e-4;
+/// Directions in which better places are looked for: where joints take turns at being nearest to their ends, only a narrow cone of
+/// directions leads up.
+const DIRECTIONS: [u32; 2] = [8, 64];
 /// Joint margins nearer to each other than this are equal, rad: then the quicker one is better.
 const SAME_MARGIN: f64 = 1e-6;
 
@@ -277,50 +280,55 @@ fn improve(
     step: f64,
     should_stop: &mut dyn FnMut() -> bool,
 ) -> Placement {
-    let [x_min, x_max, y_min, y_max] = check.request.area;
     let (mut best, mut step) = (start, step);
     while step > FINEST_STEP && !should_stop() {
-        let mut better: Option<Placement> = None;
-        for direction in 0..8_u32 {
-            let angle = core::f64::consts::FRAC_PI_4 * f64::from(direction);
-            let turns: &[f64] = match check.request.has_yaw {
-                true => &[0.0, 1.0, -1.0],
-                false => &[0.0],
-            };
-            for turn in turns {
-                let base = BasePose {
-                    x: (best.base.x + step * cos(angle)).clamp(x_min, x_max),
-                    y: (best.base.y + step * sin(angle)).clamp(y_min, y_max),
-                    yaw: wrapped(best.base.yaw + turn * step * 5.0),
-                };
-                let better_yet = better.as_ref().unwrap_or(&best);
-                if let Ok(placement) = check.judge(&base, false)
-                    && placement.is_better_than(better_yet)
-                {
-                    better = Some(placement);
-                }
-            }
-        }
-        if check.request.has_yaw {
-            for turn in [1.0, -1.0] {
-                let base = BasePose {
-                    yaw: wrapped(best.base.yaw + turn * step * 5.0),
-                    ..best.base
-                };
-                let better_yet = better.as_ref().unwrap_or(&best);
-                if let Ok(placement) = check.judge(&base, false)
-                    && placement.is_better_than(better_yet)
-                {
-                    better = Some(placement);
-                }
-            }
-        }
+        let better = DIRECTIONS
+            .iter()
+            .find_map(|directions| best_beside(check, &best, step, *directions));
         match better {
             Some(better) => best = better,
             None => step /= 2.0,
         }
     }
     best
+}
+
+/// The best of the places so far from a placement, in so many directions; `None` where none is better than it.
+fn best_beside(
+    check: &mut PlacementCheck<'_>,
+    start: &Placement,
+    step: f64,
+    directions: u32,
+) -> Option<Placement> {
+    let [x_min, x_max, y_min, y_max] = check.request.area;
+    let turns: &[f64] = match check.request.has_yaw {
+        true => &[0.0, 1.0, -1.0],
+        false => &[0.0],
+    };
+    let turned = |turn: f64| wrapped(start.base.yaw + turn * step * 5.0);
+    let mut bases = Vec::new();
+    for direction in 0..directions {
+        let angle = core::f64::consts::TAU * f64::from(direction) / f64::from(directions);
+        bases.extend(turns.iter().map(|turn| BasePose {
+            x: (start.base.x + step * cos(angle)).clamp(x_min, x_max),
+            y: (start.base.y + step * sin(angle)).clamp(y_min, y_max),
+            yaw: turned(*turn),
+        }));
+    }
+    // Turned where it stands.
+    bases.extend(turns.iter().skip(1).map(|turn| BasePose {
+        yaw: turned(*turn),
+        ..start.base
+    }));
+    let mut better: Option<Placement> = None;
+    for base in &bases {
+        if let Ok(placement) = check.judge(base, false)
+            && placement.is_better_than(better.as_ref().unwrap_or(start))
+        {
+            better = Some(placement);
+        }
+    }
+    better
 }
 
 /// An angle from -pi to pi.

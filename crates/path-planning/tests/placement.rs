@@ -63,3 +63,35 @@ fn points_that_are_out_of_reach_are_told() {
     request.points.push(Pose::from_translation(3.0, 0.0, 0.3));
     assert_eq!(place(&request, &mut || false), Err(vec![3]));
 }
+
+#[test]
+fn a_ridge_between_two_joints_is_climbed() {
+    // At the best places two joints are as near to their ends as each other: from beside them only directions within some 30 degrees lead up.
+    let arm = RobotModel::built_in("cs66").unwrap();
+    let scene = CollisionScene::new(arm, None, Pose::from_translation(0.0, 0.0, 0.12));
+    let pose = |xyz, rpy| Pose::from_rpy(&RpyPose { xyz, rpy });
+    let request = PlacementRequest {
+        scene,
+        points: vec![
+            pose([0.6207, 0.1849, 0.3070], [3.1390, -0.2144, 0.5877]),
+            pose([0.5399, 0.0369, 0.4483], [3.5306, -0.2177, -2.8100]),
+            pose([0.2363, -0.2389, 0.3493], [3.4815, 0.1129, -1.7846]),
+            pose([0.3890, 0.3992, 0.4030], [3.3638, 0.3876, 0.3446]),
+            pose([0.2466, 0.0861, 0.1995], [3.4643, 0.0502, 1.5988]),
+        ],
+        margin: 0.01,
+        area: [-0.5, 0.5, -0.5, 0.5],
+        has_yaw: false,
+    };
+    let best = place(&request, &mut || false).unwrap();
+    let known = BasePose {
+        x: -0.13636364,
+        y: 0.5,
+        yaw: 0.0,
+    };
+    let known = PlacementCheck::new(&request).judge(&known, false).unwrap();
+    assert!(
+        best.joint_margin >= known.joint_margin,
+        "{best:?} {known:?}"
+    );
+}

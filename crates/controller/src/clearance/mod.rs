@@ -28,7 +28,9 @@ use crate::start::{StartError, StartOptions};
 use crate::start_configuration::cycle_config;
 use crate::stepped::{SteppedController, SteppedError, WallTimeout};
 
-pub use motion_row::{LeastDistance, MotionClearance, joint_margin, least_singular_value};
+pub use motion_row::{
+    GripChange, LeastDistance, MotionClearance, joint_margin, least_singular_value,
+};
 pub use observer::ClearanceObserver;
 pub use tcp_path::TcpPath;
 
@@ -51,6 +53,8 @@ pub struct ClearanceRun {
     pub result: ProgramResult,
     /// Where asked for: the least distance, m, at the end of every cycle, by its simulated time, s.
     pub history: Vec<(f64, f64)>,
+    /// What grippers took and let go, in this order.
+    pub grips: Vec<GripChange>,
 }
 
 /// A program, measured, with the way of its TCP.
@@ -330,6 +334,7 @@ pub(crate) fn measure_and_tell(
     Ok(ClearanceRun {
         rows: observer.rows(),
         history: observer.history(),
+        grips: observer.grips(),
         end,
         result,
     })

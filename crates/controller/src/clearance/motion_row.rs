@@ -20,6 +20,19 @@ pub struct LeastDistance {
     pub tcp: [f64; 6],
 }
 
+/// A gripper has taken a part, or let it go.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GripChange {
+    /// The control cycle.
+    pub cycle: u64,
+    /// Name of the part.
+    pub part: String,
+    /// Name of the gripper that holds it now, if one does.
+    pub held_by: Option<String>,
+    /// The place of the part then, in the base frame, m.
+    pub place: [f64; 3],
+}
+
 /// One motion, or a stream of setpoints from one line of a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionClearance {

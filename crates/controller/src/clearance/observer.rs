@@ -1,6 +1,6 @@
 //! Follows a program cycle by cycle and measures how near each of its motions comes to anything.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, OnceLock, Weak};
 
 use elite_runtime::Robot;
@@ -14,15 +14,18 @@ use path_planning::{ClearanceTracker, CollisionScene, ObstaclePlace, PlacedShape
 
 use crate::cell::collision_scene::shape_of_body;
 use crate::cell_world::CellWorld;
-use crate::cell_world::topic::WorldMessage;
+use crate::cell_world::topic::{PartRow, WorldMessage};
 
-use super::motion_row::{LeastDistance, MotionClearance};
+use super::motion_row::{GripChange, LeastDistance, MotionClearance};
 
 /// Most motions that are told one by one; of a program with more the rest is one row.
 const ROWS_MAX: usize = 100_000;
 
 /// Most cycles whose distance is kept.
 const HISTORY_MAX: usize = 1_000_000;
+
+/// Most changes of grips that are kept.
+const GRIPS_MAX: usize = 100_000;
 
 /// Measures clearances of the newest program; passes everything on.
 pub struct ClearanceObserver {
@@ -53,6 +56,9 @@ struct MeasuredProgram {
     part_shapes: Vec<(String, Shape)>,
     /// What the world said of cycles that have not been shown yet.
     world_messages: VecDeque<WorldMessage>,
+    /// The gripper that holds a part, by the name of the part.
+    holders: BTreeMap<String, String>,
+    grips: Vec<GripChange>,
 }
 
 impl ClearanceObserver {
@@ -78,6 +84,8 @@ impl ClearanceObserver {
                 held_throughout,
                 part_shapes: Vec::new(),
                 world_messages: VecDeque::new(),
+                holders: BTreeMap::new(),
+                grips: Vec::new(),
             }),
             robot: OnceLock::new(),
             next,
@@ -118,6 +126,11 @@ impl ClearanceObserver {
     /// The motions so far.
     pub fn rows(&self) -> Vec<MotionClearance> {
         self.measured.lock().rows.clone()
+    }
+
+    /// What grippers have taken and let go so far, in this order.
+    pub fn grips(&self) -> Vec<GripChange> {
+        self.measured.lock().grips.clone()
     }
 
     /// The least distance so far, with the line of its motion; `None` before the first motion, or where nothing can
@@ -209,6 +222,7 @@ impl MeasuredProgram {
             }
         }
         for part in &message.parts {
+            self.note_grip(message.cycle, part);
             if self.held_throughout.contains(&part.name) {
                 continue;
             }
@@ -236,9 +250,30 @@ impl MeasuredProgram {
             }
         }
         for name in message.removed.iter().chain(&message.lost) {
+            self.holders.remove(name);
             if let Some(id) = self.scene.obstacle(name) {
                 self.scene.set_place(id, ObstaclePlace::Absent);
             }
+        }
+    }
+
+    /// A gripper has taken a part or let it go.
+    fn note_grip(&mut self, cycle: u64, part: &PartRow) {
+        if self.holders.get(&part.name) == part.held_by.as_ref() {
+            return;
+        }
+        match &part.held_by {
+            Some(gripper) => self.holders.insert(part.name.clone(), gripper.clone()),
+            None => self.holders.remove(&part.name),
+        };
+        if self.grips.len() < GRIPS_MAX {
+            let [x, y, z, ..] = part.pose;
+            self.grips.push(GripChange {
+                cycle,
+                part: part.name.clone(),
+                held_by: part.held_by.clone(),
+                place: [x, y, z],
+            });
         }
     }
 

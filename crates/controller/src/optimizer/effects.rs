@@ -1,4 +1,4 @@
-//! What a run does beside moving: the order of prints and of outputs, and where the arm was then.
+//! What a run does beside moving: the order of prints, outputs and grips, and where the arm and the parts were then.
 
 use std::sync::Arc;
 
@@ -7,8 +7,13 @@ use kinematics::{JointPositions, Payload, RpyPose};
 use motion_api::{CycleFrame, RegisterImage};
 use parking_lot::Mutex;
 
+use crate::clearance::GripChange;
+
 /// Joint positions this near to each other are the same place, rad.
 const SAME_PLACE: f64 = 1e-3;
+/// Parts that are let go this near to each other, in each axis, are let go at the same place, m: another cycle of a moving gripper is
+/// within it, a part that falls on the way is not.
+const SAME_RELEASE: f64 = 5e-3;
 /// Most effects that are noted; a program with more cannot be compared.
 const EFFECTS_MAX: usize = 200_000;
 
@@ -24,6 +29,15 @@ pub(super) enum Effect {
         /// Where the arm was.
         q: JointPositions,
     },
+    /// A gripper took a part or let it go.
+    Gripped(GripChange),
+}
+
+/// An effect and its control cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct TimedEffect {
+    cycle: u64,
+    effect: Effect,
 }
 
 /// What a program sets beside the motion.
@@ -39,7 +53,7 @@ pub(super) struct OutputImage {
 /// The effects of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RunEffects {
-    pub(super) all: Vec<Effect>,
+    all: Vec<TimedEffect>,
     /// Where the arm stood at the end.
     pub(super) end: JointPositions,
     is_full: bool,
@@ -48,11 +62,12 @@ pub(super) struct RunEffects {
 impl RunEffects {
     /// Whether another run does the same, in the same order, with the arm in the same places.
     pub(super) fn are_those_of(&self, other: &Self) -> bool {
-        let is_same = |(a, b): (&Effect, &Effect)| match (a, b) {
+        let is_same = |(a, b): (&TimedEffect, &TimedEffect)| match (&a.effect, &b.effect) {
             (Effect::Said(a), Effect::Said(b)) => a == b,
             (Effect::Changed { to: a, q: p }, Effect::Changed { to: b, q }) => {
                 a == b && is_same_place(p, q)
             }
+            (Effect::Gripped(a), Effect::Gripped(b)) => is_same_grip(a, b),
             _ => false,
         };
         !self.is_full
@@ -62,12 +77,29 @@ impl RunEffects {
             && is_same_place(&self.end, &other.end)
     }
 
-    fn push(&mut self, effect: Effect) {
+    fn push(&mut self, cycle: u64, effect: Effect) {
         match self.all.len() < EFFECTS_MAX {
-            true => self.all.push(effect),
+            true => self.all.push(TimedEffect { cycle, effect }),
             false => self.is_full = true,
         }
     }
+
+    /// With what grippers took and let go, each behind what else happened until its cycle.
+    pub(super) fn with_grips(mut self, grips: Vec<GripChange>) -> Self {
+        for grip in grips {
+            self.push(grip.cycle, Effect::Gripped(grip));
+        }
+        // The sort keeps the order of what happened in one cycle.
+        self.all.sort_by_key(|timed| timed.cycle);
+        self
+    }
+}
+
+/// Which part goes to or from which gripper, and for one that is let go, where. A belt may have moved one that is taken.
+fn is_same_grip(a: &GripChange, b: &GripChange) -> bool {
+    let is_near = |(p, q): (&f64, &f64)| (p - q).abs() <= SAME_RELEASE;
+    let is_there = a.held_by.is_some() || a.place.iter().zip(&b.place).all(is_near);
+    a.part == b.part && a.held_by == b.held_by && is_there
 }
 
 fn is_same_place(p: &JointPositions, q: &JointPositions) -> bool {
@@ -83,6 +115,8 @@ pub(super) struct EffectRecorder {
 #[derive(Default)]
 struct NotedRun {
     effects: RunEffects,
+    /// The newest control cycle.
+    cycle: u64,
     outputs: Option<OutputImage>,
 }
 
@@ -112,7 +146,9 @@ impl Observer for EffectRecorder {
         if let Some(text) = said {
             let without_numbers = text.chars().filter(|c| !c.is_ascii_digit());
             let said = Effect::Said(without_numbers.collect());
-            self.noted.lock().effects.push(said);
+            let mut noted = self.noted.lock();
+            let cycle = noted.cycle;
+            noted.effects.push(cycle, said);
         }
         self.next.message(message);
     }
@@ -122,6 +158,7 @@ impl Observer for EffectRecorder {
             let mut noted = self.noted.lock();
             let state = &frame.state;
             noted.effects.end = state.actual_q;
+            noted.cycle = state.cycle;
             let outputs = OutputImage {
                 digital: state.digital_out,
                 analog: state.analog_out,
@@ -137,7 +174,7 @@ impl Observer for EffectRecorder {
                             to: Box::new(outputs),
                             q: state.actual_q,
                         };
-                        noted.effects.push(changed);
+                        noted.effects.push(state.cycle, changed);
                     }
                     noted.outputs = Some(outputs);
                 }

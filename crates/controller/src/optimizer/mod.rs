@@ -208,7 +208,8 @@ impl ProgramSearch<'_> {
             &options,
             self.keep_going,
         )?;
-        Ok((run, recorder.effects()))
+        let effects = recorder.effects().with_grips(run.grips.clone());
+        Ok((run, effects))
     }
 
     /// Keeps further changes if the program then does the same in less time; false if it does not.

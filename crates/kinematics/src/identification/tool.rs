@@ -101,3 +101,58 @@ fn is_vague(poses: &[Pose]) -> bool {
         .iter()
         .all(|turn| turn.cross(&axis).norm() < TURN_MIN_RAD)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::RpyPose;
+    use crate::random::RandomSequence;
+
+    /// Nearly normal: twelve numbers of a uniform distribution.
+    fn normal(random: &mut RandomSequence) -> f64 {
+        (0..12).map(|_| random.unit()).sum::<f64>() - 6.0
+    }
+
+    /// Poses of a flange whose tip is put to a point with an error of `noise` in each axis.
+    fn rests(
+        random: &mut RandomSequence,
+        count: usize,
+        tool: Vector3<f64>,
+        noise: f64,
+    ) -> Vec<Pose> {
+        let point = Vector3::new(-0.5, 0.1, 0.2);
+        let mut rest = || {
+            let rpy = core::array::from_fn(|_| random.between(-0.6, 0.6));
+            let turned = Pose::from_rpy(&RpyPose { xyz: [0.0; 3], rpy });
+            let error = Vector3::from_fn(|_, _| noise * normal(random));
+            let at = point + error - turned.rotate(tool);
+            Pose {
+                translation: at,
+                ..turned
+            }
+        };
+        (0..count).map(|_| rest()).collect()
+    }
+
+    #[test]
+    fn two_sigmas_cover_the_truth_in_95_of_100_cases_with_few_rests_as_with_many() {
+        let tool = Vector3::new(0.01, -0.02, 0.13);
+        for count in [4, 6, 12] {
+            let mut random = RandomSequence::with_stream(49, count as u64);
+            let (mut covered, mut all) = (0, 0);
+            for _ in 0..4000 {
+                // Turns that are too much alike are no matter here.
+                let Ok(fit) = fit_tool(&rests(&mut random, count, tool, 2e-5)) else {
+                    continue;
+                };
+                let error = fit.position - tool;
+                covered += (0..3)
+                    .filter(|axis| error[*axis].abs() <= 2.0 * fit.sigma[*axis])
+                    .count();
+                all += 3;
+            }
+            let share = f64::from(covered as u32) / f64::from(all as u32);
+            assert!((0.94..0.965).contains(&share), "{count} rests: {share}");
+        }
+    }
+}
