@@ -68,6 +68,11 @@ export function placeText(place: Place): string {
   return place.distance < 0 ? t("path_touch", { a, b, distance: quantityText("length", -place.distance) }) : t("path_near", { a, b, distance: quantityText("length", place.distance) });
 }
 
+/** A distance between parts of the arm, which are always near to each other: it says only that nothing else is nearer. */
+export function isOwn(place: Place): boolean {
+  return place.distance >= 0 && isWord(`part_${place.a}`) && isWord(`part_${place.b}`);
+}
+
 export class Paths {
   /** The 3D view, once it is there. */
   private view: View | null = null;
@@ -237,7 +242,7 @@ export class Paths {
   private drawPlanned(): void {
     if (!this.shown.planned) return this.view?.setPlanned([], []);
     if (this.isRecording) return this.view?.setPlanned(pathOf(this.frames, "targetPose"), []);
-    const places = (this.planned?.places ?? []).map((place) => ({ at: place.tcp, touches: place.distance < 0, text: placeText(place) }));
+    const places = (this.planned?.places ?? []).filter((place) => !isOwn(place)).map((place) => ({ at: place.tcp, touches: place.distance < 0, text: placeText(place) }));
     this.view?.setPlanned(this.pieces, places);
   }
 
@@ -250,7 +255,8 @@ export class Paths {
     button.hidden = !place;
     if (place) {
       button.classList.toggle("touch", place.distance < 0);
-      setText(button, `${placeText(place)}, ${t("line", { line: place.line })}`);
+      const text = isOwn(place) ? t("path_clear", { distance: quantityText("length", place.distance) }) : placeText(place);
+      setText(button, isOwn(place) ? text : `${text}, ${t("line", { line: place.line })}`);
     }
     const note = byId("path-note");
     const text = isShown ? this.noteText() : "";
@@ -263,6 +269,9 @@ export class Paths {
     if (this.asking !== null) return t("path_asked");
     if (this.programs.isEmpty) return t("path_no_program");
     if (!planned || planned.end === "finished") return "";
+    // An error within a library has the line of the library.
+    const isElsewhere = planned.line === 0 || planned.line > this.programs.text.split("\n").length;
+    if (planned.end === "failed" && isElsewhere) return t("path_fails");
     const word: Word = `path_${planned.end}`;
     return t(word, { line: planned.line, time: planned.time.toFixed(0) });
   }

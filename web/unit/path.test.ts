@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { linesOf, pathFrom, pathOf, strengthsOf } from "../src/path";
-import { placeText, RestWatch } from "../src/paths";
+import { isOwn, placeText, RestWatch } from "../src/paths";
 
 const NO_TCP = [0, 0, 0, 0, 0, 0];
 const frame = (time: number, x: number, tcpOffset = NO_TCP): Parameters<typeof pathOf>[0][number] => ({ time, tcpOffset, actualPose: [x, 0, 0.3, 0, 0, 0], targetPose: [x + 1, 0, 0.3, 0, 0, 0] });
@@ -43,6 +43,8 @@ test("a planned path keeps the pieces of the server", () => {
 test("a place is told in words of the language, a depth as one", () => {
   const place = { distance: 0.0123, a: "forearm", b: "post", line: 3, time: 1, tcp: [0, 0, 0, 0, 0, 0] };
   assert.equal(placeText(place), "0.0123 m from forearm to post");
+  // Neighbours within the arm are always near; only where they touch it is worth a mark.
+  assert.deepEqual([isOwn(place), isOwn({ ...place, b: "wrist_2" }), isOwn({ ...place, b: "wrist_2", distance: -0.001 })], [false, true, false]);
   assert.equal(placeText({ ...place, distance: -0.0956, a: "upper_arm" }), "upper arm 0.0956 m deep in post");
 });
 
