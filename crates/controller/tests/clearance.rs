@@ -11,7 +11,6 @@
 use std::io::Write;
 use std::time::Duration;
 
-use controller::clearance::{MeasureOptions, MeasuredEnd, collision_scene, measure};
 use controller::clearance::{
     MeasureOptions, MeasuredEnd, collision_scene, measure, measure_with_path,
 };

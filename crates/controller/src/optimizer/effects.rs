@@ -11,8 +11,8 @@ use crate::clearance::GripChange;
 
 /// Joint positions this near to each other are the same place, rad.
 const SAME_PLACE: f64 = 1e-3;
-/// Parts that are let go this near to each other, in each axis, are let go at the same place, m: another cycle of a moving gripper is
-/// within it, a part that falls on the way is not.
+/// Parts that are let go this near to each other, in each axis, are let go at the same place, m: another cycle of a
+/// moving gripper is within it, a part that falls on the way is not.
 const SAME_RELEASE: f64 = 5e-3;
 /// Most effects that are noted; a program with more cannot be compared.
 const EFFECTS_MAX: usize = 200_000;
@@ -95,7 +95,8 @@ impl RunEffects {
     }
 }
 
-/// Which part goes to or from which gripper, and for one that is let go, where. A belt may have moved one that is taken.
+/// True where the same part goes to or from the same gripper, and one that is let go lies at the same place. A belt may
+/// have moved one that is taken.
 fn is_same_grip(a: &GripChange, b: &GripChange) -> bool {
     let is_near = |(p, q): (&f64, &f64)| (p - q).abs() <= SAME_RELEASE;
     let is_there = a.held_by.is_some() || a.place.iter().zip(&b.place).all(is_near);

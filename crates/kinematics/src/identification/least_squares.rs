@@ -18,9 +18,9 @@ const STRETCHES_PER_UNKNOWN: usize = 4;
 /// deviations take that from stretches of measurements, where the caller ends some (White, *Asymptotic Theory for Econometricians*,
 /// 2001, chapter 6), and errors that all measurements share from the caller.
 ///
-/// What is left over tells the size of the errors, and after few measurements tells it badly: what is known of an unknown is then a
-/// Student's t distribution, whose standard deviation is the one given here (JCGM 101:2008, 6.4.9). Twice of it covers the truth in
-/// 95 of 100 cases with a few measurements as with many.
+/// What is left over tells the size of the errors, and after few measurements tells it badly: what is known of an
+/// unknown is then a Student's t distribution, whose standard deviation is the one given here (JCGM 101:2008, 6.4.9).
+/// Twice of it covers the truth in 95 of 100 cases with a few measurements as with many.
 #[derive(Clone, Debug)]
 pub struct LeastSquares {
     normal: DMatrix<f64>,
