@@ -55,7 +55,6 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "--ros-peers names {} machines, allowed are 1 to {}",
         "--ros-peers 给出了 {0} 台机器，允许 1 到 {1} 台",
     ),
-    ("--ros2: {}", "--ros2：{0~}"),
     (
         "--ros2-profile makes a bag of one recording: leave --record-rotate out",
         "--ros2-profile 由一个记录生成 bag：请去掉 --record-rotate",
@@ -64,6 +63,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "--ros2-profile writes a bag beside the recording: give --record FILE as well",
         "--ros2-profile 在记录旁写入 bag：请同时给出 --record 文件",
     ),
+    ("--ros2: {}", "--ros2：{0~}"),
     ("--set {}: {}", "--set {0}：{1~}"),
     (
         "--units is for tables (.csv): G-code and drawings say their unit themselves",
@@ -460,11 +460,11 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "blocks and brackets lie more than {} deep",
         "块和括号嵌套超过 {0} 层",
     ),
-    ("cannot read the bag {}: {}", "无法读取 bag {0}：{1~}"),
     (
         "cannot open port {} for the grippers of the cell file: {}",
         "无法为单元文件的夹爪打开端口 {0}：{1~}",
     ),
+    ("cannot read the bag {}: {}", "无法读取 bag {0}：{1~}"),
     (
         "cannot read the calibration file {}: {}",
         "无法读取标定文件 {0}：{1~}",
