@@ -1,14 +1,19 @@
 //! What the client wants the program to be held for, taken over from its requests.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
 
+use super::bodies::{
+    BoundBreakpoint, BreakpointEvent, BreakpointsResponse, DataBreakpointInfo, LocationsResponse,
+    SourcePlace, body_of,
+};
 use super::breakpoints::{
     BREAKPOINTS_MAX, BreakpointRequest, DataBreakpoint, FunctionBreakpoint, bind, condition_of_arm,
     same_path,
 };
-use super::session::DapSession;
+use super::session::{DapSession, WantedSource};
 
 impl DapSession<'_> {
     fn next_id(&mut self) -> u64 {
@@ -50,48 +55,54 @@ impl DapSession<'_> {
         let path = arguments.pointer("/source/path").and_then(Json::as_str);
         let path = path.map_or_else(Default::default, |path| same_path(path.as_ref()));
         let wanted = self.list(arguments, "breakpoints")?;
-        self.wanted_sources.retain(|(known, _)| *known != path);
-        self.wanted_sources.push((path.clone(), arguments.clone()));
+        self.wanted_sources.retain(|wanted| wanted.path != path);
         let is_known = self.is_program(&path) || path.as_os_str().is_empty();
         if self.launched.is_none() || self.attachment.is_some() && !is_known {
             // Bound when the program is known.
-            let pending: Vec<Json> = wanted
-                .iter()
-                .map(|_| json!({"id": self.next_id(), "verified": false, "message": "no such program runs yet"}))
-                .collect();
-            if let Some((_, kept)) = self.wanted_sources.last_mut()
-                && let Json::Object(fields) = kept
-            {
-                let ids: Vec<Json> = pending.iter().map(|b| b["id"].clone()).collect();
-                fields.insert("ids".to_owned(), json!(ids));
-            }
-            return Ok(json!({ "breakpoints": pending }));
+            let pending = |_: &BreakpointRequest| {
+                BoundBreakpoint::refused(Some(self.next_id()), "no such program runs yet")
+            };
+            let pending = wanted.iter().map(pending).collect();
+            self.want_source(path, arguments, &pending);
+            return Ok(response(pending));
         }
         if !is_known {
-            let refused = |_: &BreakpointRequest| json!({"verified": false, "message": "this text is not the program that runs"});
-            let refused: Vec<Json> = wanted.iter().map(refused).collect();
-            return Ok(json!({ "breakpoints": refused }));
+            let refused = |_: &BreakpointRequest| {
+                BoundBreakpoint::refused(None, "this text is not the program that runs")
+            };
+            let refused = wanted.iter().map(refused).collect();
+            self.want_source(path, arguments, &refused);
+            return Ok(response(refused));
         }
-        let ids = (0..wanted.len()).map(|_| None).collect();
-        let bound = self.bind_all(&wanted, ids);
+        let bound = self.bind_all(&wanted, &[]);
         // Bound once more when the run begins: by the numbers that the client knows.
-        if let Some((_, Json::Object(kept))) = self.wanted_sources.last_mut() {
-            let ids: Vec<Json> = bound.iter().map(|b| b["id"].clone()).collect();
-            kept.insert("ids".to_owned(), json!(ids));
-        }
+        self.want_source(path, arguments, &bound);
         self.changed();
-        Ok(json!({ "breakpoints": bound }))
+        Ok(response(bound))
     }
 
-    fn bind_all(&mut self, wanted: &[BreakpointRequest], ids: Vec<Option<u64>>) -> Vec<Json> {
+    fn want_source(&mut self, path: PathBuf, arguments: &Json, bound: &Vec<BoundBreakpoint>) {
+        self.wanted_sources.push(WantedSource {
+            path,
+            arguments: arguments.clone(),
+            ids: bound.iter().map(|breakpoint| breakpoint.id).collect(),
+        });
+    }
+
+    /// Binds breakpoints to statements; those that have numbers already keep them.
+    fn bind_all(
+        &mut self,
+        wanted: &[BreakpointRequest],
+        ids: &[Option<u64>],
+    ) -> Vec<BoundBreakpoint> {
         let Some(launched) = &self.launched else {
             return Vec::new();
         };
         let places = launched.places.clone();
         self.breakpoints.places.clear();
         let mut bound = Vec::new();
-        for (breakpoint, id) in wanted.iter().zip(ids) {
-            let id = match id {
+        for (index, breakpoint) in wanted.iter().enumerate() {
+            let id = match ids.get(index).copied().flatten() {
                 Some(id) => id,
                 None => self.next_id(),
             };
@@ -107,43 +118,40 @@ impl DapSession<'_> {
                 (Some(place), Ok(made)) => {
                     let key = (place.line, place.column);
                     self.breakpoints.places.entry(key).or_default().push(made);
-                    json!({
-                        "id": id,
-                        "verified": true,
-                        "line": i64::from(place.line) - 1 + self.first_line,
-                        "column": i64::from(place.column) - 1 + self.first_column,
-                    })
+                    BoundBreakpoint::at(id, self.place_of_client(place.line, place.column))
                 }
                 (None, _) => {
-                    json!({"id": id, "verified": false, "message": "no statement begins here or below"})
+                    BoundBreakpoint::refused(Some(id), "no statement begins here or below")
                 }
-                (_, Err(error)) => json!({"id": id, "verified": false, "message": error}),
+                (_, Err(error)) => BoundBreakpoint::refused(Some(id), error),
             });
         }
         bound
     }
 
+    /// A place as the client counts.
+    fn place_of_client(&self, line: u32, column: u32) -> SourcePlace {
+        SourcePlace {
+            line: i64::from(line) - 1 + self.first_line,
+            column: i64::from(column) - 1 + self.first_column,
+        }
+    }
+
     /// The program is known now: breakpoints that came before it are bound, and the client is told where.
     pub(super) fn bind_sources(&mut self) {
-        let own = self
-            .wanted_sources
-            .iter()
-            .find(|(path, _)| self.is_program(path));
-        let Some((_, arguments)) = own.cloned() else {
+        let mut wanted = self.wanted_sources.iter();
+        let own = wanted.find(|wanted| self.is_program(&wanted.path));
+        let Some(WantedSource { arguments, ids, .. }) = own.cloned() else {
             return;
         };
         let Ok(wanted) = self.list(&arguments, "breakpoints") else {
             return;
         };
-        let known = arguments.get("ids").and_then(Json::as_array).cloned();
-        let ids = known.unwrap_or_default();
-        let ids = (0..wanted.len())
-            .map(|index| ids.get(index).and_then(Json::as_u64))
-            .collect();
-        let bound = self.bind_all(&wanted, ids);
+        let bound = self.bind_all(&wanted, &ids);
         for breakpoint in bound {
-            let body = json!({"reason": "changed", "breakpoint": breakpoint});
-            self.event("breakpoint", body);
+            let reason = "changed";
+            let event = BreakpointEvent { reason, breakpoint };
+            self.event("breakpoint", body_of(&event));
         }
         self.changed();
     }
@@ -158,20 +166,21 @@ impl DapSession<'_> {
             let name = breakpoint.name.trim().to_owned();
             bound.push(match breakpoint.breakpoint(id) {
                 Ok(_) if name.is_empty() => {
-                    json!({"id": id, "verified": false, "message": "name is empty; \
-                        allowed is the name of a function, with or without that of its class"})
+                    let allowed =
+                        "allowed is the name of a function, with or without that of its class";
+                    BoundBreakpoint::refused(Some(id), format!("name is empty; {allowed}"))
                 }
                 Ok(at) => {
                     self.breakpoints
                         .functions
                         .push(FunctionBreakpoint { name, at });
-                    json!({"id": id, "verified": true})
+                    BoundBreakpoint::verified(id)
                 }
-                Err(error) => json!({"id": id, "verified": false, "message": error}),
+                Err(error) => BoundBreakpoint::refused(Some(id), error),
             });
         }
         self.changed();
-        Ok(json!({ "breakpoints": bound }))
+        Ok(response(bound))
     }
 
     /// `setExceptionBreakpoints`
@@ -200,15 +209,19 @@ impl DapSession<'_> {
             .get("name")
             .and_then(Json::as_str)
             .unwrap_or_default();
-        match condition_of_arm(name) {
-            Ok(()) => json!({
-                "dataId": name,
-                "description": name,
-                "accessTypes": ["write"],
-                "canPersist": true,
-            }),
-            Err(error) => json!({"dataId": null, "description": error}),
-        }
+        let info = match condition_of_arm(name) {
+            Ok(()) => DataBreakpointInfo {
+                data_id: Some(name.to_owned()),
+                description: name.to_owned(),
+                access_types: vec!["write"],
+                can_persist: Some(true),
+            },
+            Err(error) => DataBreakpointInfo {
+                description: error,
+                ..DataBreakpointInfo::default()
+            },
+        };
+        body_of(&info)
     }
 
     /// `setDataBreakpoints`: the condition is that of the breakpoint, or what it is on.
@@ -232,15 +245,13 @@ impl DapSession<'_> {
                         condition,
                         hits,
                     });
-                    json!({"id": id, "verified": true})
+                    BoundBreakpoint::verified(id)
                 }
-                (Err(error), _) | (_, Err(error)) => {
-                    json!({"id": id, "verified": false, "message": error})
-                }
+                (Err(error), _) | (_, Err(error)) => BoundBreakpoint::refused(Some(id), error),
             });
         }
         self.changed();
-        Ok(json!({ "breakpoints": bound }))
+        Ok(response(bound))
     }
 
     /// `breakpointLocations`
@@ -260,14 +271,12 @@ impl DapSession<'_> {
             .places
             .iter()
             .filter(|place| (from..=to).contains(&place.line));
-        let bodies: Vec<Json> = within
-            .map(|place| {
-                json!({
-                    "line": i64::from(place.line) - 1 + self.first_line,
-                    "column": i64::from(place.column) - 1 + self.first_column,
-                })
-            })
-            .collect();
-        Ok(json!({ "breakpoints": bodies }))
+        let places = within.map(|place| self.place_of_client(place.line, place.column));
+        let breakpoints = places.collect();
+        Ok(body_of(&LocationsResponse { breakpoints }))
     }
+}
+
+fn response(breakpoints: Vec<BoundBreakpoint>) -> Json {
+    body_of(&BreakpointsResponse { breakpoints })
 }

@@ -6,6 +6,10 @@ use elite_lang::debug::{ChildFilter, ChildValue, PausedProgram};
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
 
+use super::bodies::{
+    ExceptionInfo, Scope, ScopesResponse, ShownValue, StackFrame, StackTraceResponse, ThreadRow,
+    ThreadsResponse, ValueParts, Variable, VariablesResponse, body_of,
+};
 use super::probe::Probe;
 use super::robot_scope::{RobotVariable, items};
 use super::run_channel::RequestId;
@@ -128,15 +132,15 @@ impl Probe {
             n if n >= 1 << 31 => "secondary program".to_owned(),
             n => format!("thread {n}"),
         };
-        let mut threads: Vec<Json> = self
-            .threads()
-            .iter()
-            .map(|(number, _)| json!({"id": u64::from(*number) + 1, "name": name(*number)}))
-            .collect();
+        let row = |number: u32| ThreadRow {
+            id: u64::from(number) + 1,
+            name: name(number),
+        };
+        let mut threads: Vec<ThreadRow> = self.threads().iter().map(|(n, _)| row(*n)).collect();
         if threads.is_empty() {
-            threads.push(json!({"id": 1, "name": name(0)}));
+            threads.push(row(0));
         }
-        json!({ "threads": threads })
+        body_of(&ThreadsResponse { threads })
     }
 
     /// The thread that the client means; the held one where it names none.
@@ -155,7 +159,7 @@ impl Probe {
     ) -> Result<Json, String> {
         let number = self.number_of(asked)?;
         let Some(thread) = self.thread(number) else {
-            return Ok(json!({"stackFrames": [], "totalFrames": 0}));
+            return Ok(body_of(&StackTraceResponse::default()));
         };
         let calls = halt.calls(thread);
         let levels = match asked.levels {
@@ -168,21 +172,23 @@ impl Probe {
             .enumerate()
             .skip(asked.start_frame)
             .take(levels);
-        let frames: Vec<Json> = page
-            .map(|(index, call)| {
-                let end = call.site.file.position(call.site.span.end);
-                json!({
-                    "id": table.call(number, index),
-                    "name": &*call.function,
-                    "line": call.site.line,
-                    "column": call.site.column,
-                    "endLine": end.line,
-                    "endColumn": end.column,
-                    "canRestart": true,
-                })
-            })
-            .collect();
-        Ok(json!({"stackFrames": frames, "totalFrames": calls.len()}))
+        let frames = page.map(|(index, call)| {
+            let end = call.site.file.position(call.site.span.end);
+            StackFrame {
+                id: table.call(number, index),
+                name: call.function.to_string(),
+                line: call.site.line,
+                column: call.site.column,
+                end_line: end.line,
+                end_column: end.column,
+                can_restart: true,
+            }
+        });
+        let response = StackTraceResponse {
+            stack_frames: frames.collect(),
+            total_frames: calls.len(),
+        };
+        Ok(body_of(&response))
     }
 
     /// The call that the client means; the innermost one of the held thread where it names none.
@@ -218,20 +224,21 @@ impl Probe {
         let id = self.thread(thread).unwrap_or(ThreadId(0));
         let mut scopes = Vec::new();
         let mut table = self.table.borrow_mut();
+        let mut add = |name, presentation_hint, target| {
+            scopes.push(Scope {
+                name,
+                presentation_hint,
+                variables_reference: table.refer(target),
+                expensive: false,
+            });
+        };
         if !halt.has_globals_only(id, call) {
-            let reference = table.refer(ReferenceTarget::Locals { thread, call });
-            scopes.push(json!({
-                "name": "Locals",
-                "presentationHint": "locals",
-                "variablesReference": reference,
-                "expensive": false,
-            }));
+            let locals = ReferenceTarget::Locals { thread, call };
+            add("Locals", Some("locals"), locals);
         }
-        let globals = table.refer(ReferenceTarget::Globals);
-        let arm = table.refer(ReferenceTarget::Arm);
-        scopes.push(json!({"name": "Globals", "variablesReference": globals, "expensive": false}));
-        scopes.push(json!({"name": "Arm", "variablesReference": arm, "expensive": false}));
-        Ok(json!({ "scopes": scopes }))
+        add("Globals", None, ReferenceTarget::Globals);
+        add("Arm", None, ReferenceTarget::Arm);
+        Ok(body_of(&ScopesResponse { scopes }))
     }
 
     pub(super) fn referred(&self, reference: usize) -> Result<ReferenceTarget, String> {
@@ -256,11 +263,11 @@ impl Probe {
             0 => PAGE_MAX,
             count => count.min(PAGE_MAX),
         };
-        let page = |all: Vec<(String, Value)>, thread: u32, call: usize| -> Vec<Json> {
+        let page = |all: Vec<(String, Value)>, thread: u32, call: usize| -> Vec<Variable> {
             let page = all.into_iter().skip(asked.start).take(count);
             page.map(|(name, value)| {
                 let path = Some(name.clone());
-                self.variable(halt, &name, value, thread, call, path)
+                self.variable(halt, name, value, thread, call, path)
             })
             .collect()
         };
@@ -280,12 +287,8 @@ impl Probe {
                 let parts = item.parts.iter().enumerate();
                 let page = parts.skip(asked.start).take(count);
                 let part = |(index, text): (usize, &String)| {
-                    json!({
-                        "name": format!("[{index}]"),
-                        "value": text,
-                        "variablesReference": 0,
-                        "presentationHint": {"attributes": ["readOnly"]},
-                    })
+                    let value = ShownValue::text(text.clone());
+                    value.named(format!("[{index}]"), None).read_only()
                 };
                 page.map(part).collect()
             }
@@ -311,60 +314,53 @@ impl Probe {
                         (Some(path), Some(suffix)) => Some(format!("{path}{suffix}")),
                         _ => None,
                     };
-                    self.variable(halt, &name, value, thread, call, path)
+                    self.variable(halt, name, value, thread, call, path)
                 });
                 shown.collect()
             }
         };
-        Ok(json!({ "variables": variables }))
+        Ok(body_of(&VariablesResponse { variables }))
     }
 
-    fn arm_variable(&self, item: RobotVariable) -> Json {
+    fn arm_variable(&self, item: RobotVariable) -> Variable {
         let (name, text) = (item.name.clone(), item.text.clone());
         let count = item.parts.len();
         let reference = match count {
             0 => 0,
             _ => self.table.borrow_mut().refer(ReferenceTarget::Parts(item)),
         };
-        json!({
-            "name": name,
-            "value": text,
-            "variablesReference": reference,
-            "indexedVariables": count,
-            "presentationHint": {"attributes": ["readOnly"]},
-        })
+        let value = ShownValue {
+            text,
+            parts: ValueParts {
+                variables_reference: reference,
+                indexed_variables: Some(count),
+                ..ValueParts::default()
+            },
+        };
+        value.named(name, None).read_only()
     }
 
     fn variable(
         &self,
         halt: &PausedProgram<'_>,
-        name: &str,
+        name: String,
         value: Value,
         thread: u32,
         call: usize,
         path: Option<String>,
-    ) -> Json {
-        let mut body = self.value_body(halt, value, thread, call, path.clone());
-        if let Json::Object(fields) = &mut body {
-            fields.insert("name".to_owned(), json!(name));
-            if let Some(text) = fields.remove("result") {
-                fields.insert("value".to_owned(), text);
-            }
-            if let Some(path) = path {
-                fields.insert("evaluateName".to_owned(), json!(path));
-            }
-        }
-        body
+    ) -> Variable {
+        let shown = self.shown_value(halt, value, thread, call, path.clone());
+        shown.named(name, path)
     }
 
-    pub(super) fn value_body(
+    pub(super) fn shown_value(
         &self,
         halt: &PausedProgram<'_>,
         value: Value,
         thread: u32,
         call: usize,
         path: Option<String>,
-    ) -> Json {
+    ) -> ShownValue {
         let shown = self.task.without_motion(|| halt.show(&value));
         let reference = match shown.indexed + shown.named {
             0 => 0,
@@ -375,13 +371,15 @@ impl Probe {
                 path,
             }),
         };
-        json!({
-            "result": shown.text,
-            "type": shown.type_name,
-            "variablesReference": reference,
-            "indexedVariables": shown.indexed,
-            "namedVariables": shown.named,
-        })
+        ShownValue {
+            text: shown.text,
+            parts: ValueParts {
+                type_name: Some(shown.type_name),
+                variables_reference: reference,
+                indexed_variables: Some(shown.indexed),
+                named_variables: Some(shown.named),
+            },
+        }
     }
 
     /// The body of an evaluation that has ended later.
@@ -391,10 +389,11 @@ impl Probe {
         ended: Result<Option<Value>, String>,
     ) -> Result<Json, String> {
         let value = ended.map_err(last_line)?;
-        Ok(match value {
-            None => json!({"result": "", "variablesReference": 0}),
-            Some(value) => self.value_body(halt, value, self.held.get(), 0, None),
-        })
+        let shown = match value {
+            None => ShownValue::default(),
+            Some(value) => self.shown_value(halt, value, self.held.get(), 0, None),
+        };
+        Ok(shown.evaluated())
     }
 
     fn evaluated(
@@ -432,19 +431,20 @@ impl Probe {
             let text = self
                 .task
                 .without_motion(|| halt.whole_text(&value, COPY_MAX));
-            return Ok(Some(json!({"result": text, "variablesReference": 0})));
+            return Ok(Some(ShownValue::text(text).evaluated()));
         }
         let path = Some(format!("({text})"));
-        Ok(Some(self.value_body(halt, value, number, call, path)))
+        let shown = self.shown_value(halt, value, number, call, path);
+        Ok(Some(shown.evaluated()))
     }
 
     fn exception_info(&self, asked: &InspectArguments) -> Result<Json, String> {
         self.number_of(asked)?;
         let why = self.exception().ok_or("no exception was raised")?;
-        Ok(json!({
-            "exceptionId": why.description,
-            "description": why.text,
-            "breakMode": "always",
+        Ok(body_of(&ExceptionInfo {
+            exception_id: why.description,
+            description: why.text,
+            break_mode: "always",
         }))
     }
 

@@ -17,6 +17,7 @@
 mod arguments;
 mod attached_session;
 mod attached_suspend;
+mod bodies;
 mod breakpoint_hits;
 mod breakpoint_requests;
 mod breakpoints;

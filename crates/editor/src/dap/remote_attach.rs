@@ -63,8 +63,8 @@ impl DapSession<'_> {
             outbox(&message)
         };
         own("initialize", self.greeting.clone());
-        for (_, wanted) in &self.wanted_sources {
-            own("setBreakpoints", wanted.clone());
+        for wanted in &self.wanted_sources {
+            own("setBreakpoints", wanted.arguments.clone());
         }
         for (command, wanted) in &self.wanted_others {
             own(command, wanted.clone());

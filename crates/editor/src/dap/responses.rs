@@ -2,6 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
+use super::bodies::{OutputEvent, body_of};
 use super::session::DapSession;
 
 impl DapSession<'_> {
@@ -27,9 +28,8 @@ impl DapSession<'_> {
     /// The file that the client knows an attached program by.
     fn wanted_path(&self) -> Option<&std::path::Path> {
         self.attachment.as_ref()?;
-        let wanted = self.wanted_sources.iter();
-        let mut own = wanted.filter(|(path, _)| self.is_program(path));
-        own.next().map(|(path, _)| path.as_path())
+        let mut paths = self.wanted_sources.iter().map(|wanted| &*wanted.path);
+        paths.find(|path| self.is_program(path))
     }
 
     /// Whether a file is the text of the program; of a program of another machine only the name of the file tells.
@@ -42,15 +42,15 @@ impl DapSession<'_> {
     }
 
     pub(super) fn output(&mut self, category: &str, text: &str, line: u32) {
-        let mut body = json!({"category": category, "output": text});
-        if line > 0
-            && let Json::Object(fields) = &mut body
-        {
-            fields.insert("source".to_owned(), self.source_body());
-            let line = i64::from(line) - 1 + self.first_line;
-            fields.insert("line".to_owned(), json!(line));
-        }
-        self.event("output", body);
+        let place = (line > 0).then(|| (self.source_body(), i64::from(line) - 1 + self.first_line));
+        let (source, line) = place.unzip();
+        let event = OutputEvent {
+            category,
+            output: text,
+            source,
+            line,
+        };
+        self.event("output", body_of(&event));
     }
 
     pub(super) fn respond(&mut self, request: &(i64, String), result: Result<Json, String>) {

@@ -16,6 +16,7 @@ use serde_json::{Value as Json, json};
 use supervision::ThreadSupervisor;
 
 use super::attached_session::Attachment;
+use super::bodies::{StoppedEvent, body_of};
 use super::breakpoints::{Breakpoints, expression, same_path};
 use super::remote_attach::{ConnectFn, RemoteSink};
 use super::reverse::ReverseState;
@@ -28,6 +29,17 @@ use super::stream::{DapInput, MessageSink};
 
 /// A run that was given up has so long to end when the session does.
 const LEAVING_MAX: Duration = Duration::from_secs(5);
+
+/// The breakpoints that the client wants in one text.
+#[derive(Clone)]
+pub(super) struct WantedSource {
+    /// The file as the client names it.
+    pub(super) path: PathBuf,
+    /// Arguments of the request.
+    pub(super) arguments: Json,
+    /// The numbers that the client knows them by, in the order of the request.
+    pub(super) ids: Vec<Option<u64>>,
+}
 
 /// Makes a robot and a program from the arguments of `launch`; a sentence where they are no good.
 pub type Launch<'l> = dyn Fn(&Json) -> Result<RunTarget, String> + 'l;
@@ -104,7 +116,7 @@ pub(crate) struct DapSession<'s> {
     /// Lines and columns begin at 0 where the client counts so.
     pub(super) first_line: i64,
     pub(super) first_column: i64,
-    pub(super) wanted_sources: Vec<(PathBuf, Json)>,
+    pub(super) wanted_sources: Vec<WantedSource>,
     /// The latest of each other kind of breakpoints, for a controller elsewhere that is attached to afterwards.
     pub(super) wanted_others: BTreeMap<String, Json>,
     configured: bool,
@@ -617,22 +629,17 @@ impl<'s> DapSession<'s> {
         self.phase = ProgramPhase::Suspended;
         self.position = position;
         self.thread = thread;
-        let mut body = json!({
-            "reason": why.reason,
-            "threadId": u64::from(thread) + 1,
-            "allThreadsStopped": true,
-            "hitBreakpointIds": why.ids,
-            "cycle": position.cycle,
-            "statement": position.tick,
-        });
-        if let Json::Object(fields) = &mut body {
-            for (name, text) in [("description", why.description), ("text", why.text)] {
-                if let Some(text) = text {
-                    fields.insert(name.to_owned(), json!(text));
-                }
-            }
-        }
-        self.event("stopped", body);
+        let event = StoppedEvent {
+            reason: why.reason,
+            thread_id: u64::from(thread) + 1,
+            all_threads_stopped: true,
+            hit_breakpoint_ids: why.ids,
+            cycle: position.cycle,
+            statement: position.tick,
+            description: why.description,
+            text: why.text,
+        };
+        self.event("stopped", body_of(&event));
     }
 
     /// The request of this session that the program has answered; None where it was refused meanwhile.

@@ -85,18 +85,8 @@ impl Probe {
         }
         let thread = self.thread(number).unwrap_or(ThreadId(0));
         let value = self.evaluate(halt, thread, call, path).map_err(last_line)?;
-        let mut body = self.value_body(
-            halt,
-            value.unwrap_or_default(),
-            number,
-            call,
-            Some(path.to_owned()),
-        );
-        if let Json::Object(fields) = &mut body
-            && let Some(text) = fields.remove("result")
-        {
-            fields.insert("value".to_owned(), text);
-        }
-        Ok(Some(body))
+        let path = Some(path.to_owned());
+        let shown = self.shown_value(halt, value.unwrap_or_default(), number, call, path);
+        Ok(Some(shown.assigned()))
     }
 }
