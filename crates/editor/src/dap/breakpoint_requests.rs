@@ -62,7 +62,7 @@ impl DapSession<'_> {
             let pending = |_: &BreakpointRequest| {
                 BoundBreakpoint::refused(Some(self.next_id()), "no such program runs yet")
             };
-            let pending = wanted.iter().map(pending).collect();
+            let pending: Vec<_> = wanted.iter().map(pending).collect();
             self.want_source(path, arguments, &pending);
             return Ok(response(pending));
         }
@@ -70,7 +70,7 @@ impl DapSession<'_> {
             let refused = |_: &BreakpointRequest| {
                 BoundBreakpoint::refused(None, "this text is not the program that runs")
             };
-            let refused = wanted.iter().map(refused).collect();
+            let refused: Vec<_> = wanted.iter().map(refused).collect();
             self.want_source(path, arguments, &refused);
             return Ok(response(refused));
         }
@@ -81,7 +81,7 @@ impl DapSession<'_> {
         Ok(response(bound))
     }
 
-    fn want_source(&mut self, path: PathBuf, arguments: &Json, bound: &Vec<BoundBreakpoint>) {
+    fn want_source(&mut self, path: PathBuf, arguments: &Json, bound: &[BoundBreakpoint]) {
         self.wanted_sources.push(WantedSource {
             path,
             arguments: arguments.clone(),
