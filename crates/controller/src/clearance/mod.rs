@@ -34,6 +34,9 @@ pub use motion_row::{
 pub use observer::ClearanceObserver;
 pub use tcp_path::TcpPath;
 
+/// Surfaces so near to each other touch, m: a part that lies on something sinks in by some micrometres.
+pub const TOUCHING: f64 = 5e-5;
+
 /// A program whose arm stands for so long waits for something that nobody here gives, s of simulated time.
 const STANDS_MAX: f64 = 300.0;
 /// A program whose arm stands for so long of real time waits, too: while it waits for a socket or a process, simulated

@@ -16,7 +16,8 @@ use path_planning::CollisionScene;
 use thiserror::Error;
 
 use crate::clearance::{
-    ClearanceError, ClearanceRun, MeasureOptions, MeasuredEnd, collision_scene, measure_and_tell,
+    ClearanceError, ClearanceRun, MeasureOptions, MeasuredEnd, TOUCHING, collision_scene,
+    measure_and_tell,
 };
 use crate::config::ControllerConfig;
 use crate::outcome::NullObserver;
@@ -131,7 +132,7 @@ pub fn optimize(
     if let Some((row, least)) = run
         .nearest()
         .and_then(|row| Some((row, row.least.as_ref()?)))
-        && least.distance < 0.0
+        && least.distance < -TOUCHING
     {
         return Err(OptimizeError::Touches {
             a: least.a.clone(),
@@ -145,7 +146,14 @@ pub fn optimize(
     search.time = run.result.time;
     for row in &run.rows {
         let allowed = search.allowed.entry(row.line).or_insert(options.margin);
-        *allowed = allowed.min(row.distance());
+        let distance = row.distance();
+        // What touches may touch: how deep a part sinks into what it lies on is the solver's matter.
+        let least = if distance <= TOUCHING {
+            -TOUCHING
+        } else {
+            distance
+        };
+        *allowed = allowed.min(least);
     }
     let in_force_mode: BTreeSet<u32> = run
         .rows

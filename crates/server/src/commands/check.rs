@@ -6,7 +6,9 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use controller::clearance::{ClearanceRun, LeastDistance, MeasureOptions, MeasuredEnd, measure};
+use controller::clearance::{
+    ClearanceRun, LeastDistance, MeasureOptions, MeasuredEnd, TOUCHING, measure,
+};
 use controller::options::{ControllerOptions, ModelChoice};
 use elite_runtime::ProgramText;
 use elite_runtime::builtins::TOOL_LENGTH_MAX;
@@ -110,9 +112,6 @@ fn findings_of_run(
     }
     Ok(clearance_findings(&run, file, args.margin.unwrap_or(0.0)))
 }
-
-/// Surfaces so near to each other touch, m: a part that lies on something sinks in by some micrometres.
-const TOUCHING: f64 = 5e-5;
 
 /// What is to be said about the distances of a run: at each line the nearest of its motions.
 pub(crate) fn clearance_findings(
