@@ -133,7 +133,7 @@ export const scenarios = {
     const note = (text) => until(async () => new RegExp(text).test(await page.text("path-note")), text);
     await edit(page, "def p():\n  movej([0.7, -1.57, 1.57, -1.57, -1.57, 0])\n  while not get_standard_digital_in(0):\n    sync()\n  end\nend\n");
     // A machine with much to do is at its bound before the program has stood still for long enough.
-    await note("line 3, where the program waits|goes on; its path is planned for");
+    await note("line [34], where the program waits|goes on; its path is planned for");
     check((await figures(page)).planned > 2, "the path up to there");
     await edit(page, "movej([0.7, -1.57, 1.57, -1.57, -1.57, 0])\n1 / 0\n");
     await note("Planned up to line 2, where the program fails");
