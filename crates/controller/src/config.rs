@@ -82,10 +82,7 @@ impl Default for ControllerConfig {
 impl ControllerConfig {
     /// The text of a file that these settings name.
     pub(crate) fn read_text(&self, path: &Path) -> io::Result<String> {
-        match &self.sandbox {
-            Some(folders) => folders.read_text(path),
-            None => kinematics::text_file::read_text_file(path),
-        }
+        read_text_within(self.sandbox.as_ref(), path)
     }
 
     /// What stands around the arm, where these settings name a cell file.
@@ -103,5 +100,16 @@ impl ControllerConfig {
                 source,
             })?;
         Cell::from_text(text, path).map(Some)
+    }
+}
+
+/// The text of a file, which must be beneath the folders if there are any, links followed.
+///
+/// # Errors
+/// The operating system's; a file that is too long, is no text, or lies elsewhere.
+pub fn read_text_within(within: Option<&SandboxRoots>, path: &Path) -> io::Result<String> {
+    match within {
+        Some(folders) => folders.read_text(path),
+        None => kinematics::text_file::read_text_file(path),
     }
 }

@@ -42,7 +42,7 @@ pub mod start_configuration;
 pub mod stepped;
 
 pub use cell_world::CellWorld;
-pub use config::ControllerConfig;
+pub use config::{ControllerConfig, read_text_within};
 pub use outcome::{NullObserver, ProgramOutcome, ProgramResult, ResultCollector};
 pub use peaks::Peaks;
 pub use recording_observer::{LogLine, LogLines};

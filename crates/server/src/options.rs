@@ -7,24 +7,13 @@
 use core::fmt;
 use core::str::FromStr;
 
-use controller::options::{OptionSlot, OptionValue, RefusedValue};
+use controller::options::{OptionSlot, RefusedValue};
 use io_bus::ControlMode;
 use serde_json::Value as Json;
 
 use crate::cli::{RosMiddleware, TextLanguage};
 
-/// Values that read themselves, as options.
-macro_rules! option_values {
-    ($($value:ty),*) => {
-        $(impl OptionValue for $value {
-            fn from_option(text: &str) -> Result<Self, String> {
-                text.parse()
-            }
-        })*
-    };
-}
-
-option_values!(
+controller::option_values!(
     ControlChoice,
     LogFormat,
     PortSetting,

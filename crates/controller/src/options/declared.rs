@@ -13,7 +13,7 @@ use super::values::{
     ByteSize, ClockChoice, HomeJoints, ModelChoice, PayloadChoice, Permission, PlantChoice,
     RecordTarget, RotationLimit, StepMillis, Tcp,
 };
-use crate::config::ControllerConfig;
+use crate::config::{ControllerConfig, read_text_within};
 
 /// Options of a controller; `None` is one that was not given.
 ///
@@ -171,12 +171,8 @@ impl ControllerOptions {
         let Some(path) = self.calibration.as_deref() else {
             return Ok(None);
         };
-        let Some(folders) = within else {
-            return Calibration::load(path).map(Some);
-        };
-        let text = folders
-            .read_text(path)
-            .map_err(|source| CalibrationError::Unreadable {
+        let text =
+            read_text_within(within, path).map_err(|source| CalibrationError::Unreadable {
                 path: path.to_owned(),
                 source,
             })?;

@@ -27,10 +27,11 @@ pub trait OptionValue: Sized {
     fn from_option(text: &str) -> Result<Self, String>;
 }
 
-/// Types whose own error says what is allowed.
-macro_rules! says_what_is_allowed {
-    ($($value:ty),*) => {
-        $(impl OptionValue for $value {
+/// Makes [`OptionValue`]s of types that read themselves, and whose error says what is allowed.
+#[macro_export]
+macro_rules! option_values {
+    ($($value:ty),* $(,)?) => {
+        $(impl $crate::options::OptionValue for $value {
             fn from_option(text: &str) -> Result<Self, String> {
                 text.parse().map_err(|allowed| format!("{allowed}"))
             }
@@ -38,7 +39,7 @@ macro_rules! says_what_is_allowed {
     };
 }
 
-says_what_is_allowed!(
+option_values!(
     ByteSize,
     ClockChoice,
     HomeJoints,

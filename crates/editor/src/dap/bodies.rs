@@ -24,7 +24,7 @@ pub(super) struct BoundBreakpoint {
 }
 
 impl BoundBreakpoint {
-    /// It holds somewhere, or for something, that has no place in a text.
+    /// A breakpoint that is in force without a place in the text: on a function, or on a value of the arm.
     pub(super) fn verified(id: u64) -> Self {
         Self {
             id: Some(id),
@@ -33,7 +33,7 @@ impl BoundBreakpoint {
         }
     }
 
-    /// It holds at this place.
+    /// A breakpoint that is in force at a statement.
     pub(super) fn at(id: u64, place: SourcePlace) -> Self {
         Self {
             line: Some(place.line),
@@ -42,7 +42,7 @@ impl BoundBreakpoint {
         }
     }
 
-    /// It never holds as it is.
+    /// A breakpoint that is not in force; the message says why.
     pub(super) fn refused(id: Option<u64>, message: impl Into<String>) -> Self {
         Self {
             id,
@@ -188,7 +188,7 @@ impl ShownValue {
         })
     }
 
-    /// It as a variable; `path` is an expression for it.
+    /// A variable with this value; `path` is an expression that evaluates to it.
     pub(super) fn named(self, name: String, path: Option<String>) -> Variable {
         Variable {
             name,
@@ -229,7 +229,7 @@ pub(super) struct Variable {
 }
 
 impl Variable {
-    /// The same as something that cannot be set.
+    /// A copy of the variable that tells the client not to offer a change.
     pub(super) fn read_only(self) -> Self {
         Self {
             presentation_hint: Some(PresentationHint {

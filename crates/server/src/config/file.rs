@@ -5,6 +5,7 @@ use std::path::Path;
 
 use controller::cell::line_of;
 use controller::options::{OptionSlot, OptionValue, keys_of};
+use controller::read_text_within;
 use elite_runtime::SandboxRoots;
 
 use super::{ConfigError, ros2};
@@ -56,11 +57,7 @@ pub(super) fn with_file_and(
     let Some(path) = args.shared.config.take() else {
         return Ok(args);
     };
-    let read = match within {
-        Some(folders) => folders.read_text(&path),
-        None => kinematics::text_file::read_text_file(&path),
-    };
-    let text = match read {
+    let text = match read_text_within(within, &path) {
         Ok(text) => text,
         Err(source) => return Err(ConfigError::Unreadable { path, source }),
     };

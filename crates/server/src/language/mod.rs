@@ -6,6 +6,7 @@
 mod help;
 mod libraries;
 mod sentences;
+mod words;
 
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -26,7 +27,7 @@ pub(crate) const HELP: PhraseTable = help::HELP;
 const ALL: Translations = Translations {
     sentences: &[
         sentences::SENTENCES,
-        sentences::WORDS,
+        words::WORDS,
         libraries::SENTENCES,
         libraries::WORDS,
         chinese::SENTENCES,
