@@ -37,6 +37,7 @@ pub mod joint;
 mod matrix3;
 pub mod model;
 pub mod payload;
+pub mod polytope;
 pub mod pose;
 pub mod random;
 pub mod rotation;
