@@ -15,6 +15,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("kinematics", &[]),
     ("supervision", &[]),
     ("wire", &[]),
+    ("mesh", &["kinematics"]),
     ("program-import", &["kinematics"]),
     (
         "robot-client",

@@ -1,0 +1,222 @@
+//! What is wrong with a mesh, as sentences: the file, the place in it, what was found and what is allowed.
+
+use std::fmt::{self, Display, Formatter};
+
+use thiserror::Error;
+
+use crate::{MAX_COORDINATE_M, MAX_PIECES, MAX_TRIANGLES, MIN_EXTENT_M};
+
+/// Why a file could not be read.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FileError {
+    /// The name leads out of the folder, by itself or through a link.
+    #[error("it is outside of the folder; allowed are files within it, named by a relative path")]
+    Outside,
+    /// A folder, a device, a pipe or a socket.
+    #[error("it is no regular file")]
+    Irregular,
+    /// More bytes than are allowed.
+    #[error("it is longer than {most} bytes, the most that is allowed here")]
+    TooLong {
+        /// What was allowed.
+        most: u64,
+    },
+    /// The system's own words, such as that there is no such file.
+    #[error("it cannot be read: {0}")]
+    System(String),
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A byte, from 0.
+    Byte(usize),
+    /// A line, from 1.
+    Line(usize),
+    /// A triangle, in the order of the file, from 0.
+    Triangle(usize),
+    /// An element of an array of a glTF file, from 0.
+    Element(&'static str, usize),
+    /// The file as a whole.
+    Whole,
+}
+
+impl Display for Place {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Byte(at) => write!(f, ", byte {at}"),
+            Self::Line(at) => write!(f, ", line {at}"),
+            Self::Triangle(at) => write!(f, ", triangle {at}"),
+            Self::Element(array, at) => write!(f, ", {array}[{at}]"),
+            Self::Whole => Ok(()),
+        }
+    }
+}
+
+/// Why a file is no mesh, or a mesh is no solid.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The file, or a buffer beside a glTF file, could not be read.
+    #[error("{file}: {source}")]
+    File {
+        /// Which file.
+        file: String,
+        /// Why.
+        source: FileError,
+    },
+    /// No format has this ending.
+    #[error(
+        "{file}: the ending of the name tells no format of meshes; allowed are .stl, .obj, .gltf and .glb"
+    )]
+    Format {
+        /// Which file.
+        file: String,
+    },
+    /// A scale that is no length.
+    #[error("{file}: the scale is {scale}; allowed is a finite number above 0")]
+    Scale {
+        /// Which file.
+        file: String,
+        /// The scale that was given.
+        scale: f64,
+    },
+    /// What is there is not what the format says.
+    #[error("{file}{place}: {trouble}")]
+    Damaged {
+        /// Which file.
+        file: String,
+        /// Where.
+        place: Place,
+        /// What was found, and what is allowed.
+        trouble: String,
+    },
+    /// Too large to be handled.
+    #[error(
+        "{file}{place}: there are more than {MAX_TRIANGLES} triangles, the most that is allowed in a file"
+    )]
+    TooManyTriangles {
+        /// Which file.
+        file: String,
+        /// Where it became too many.
+        place: Place,
+    },
+    /// Nothing to see.
+    #[error("{file}: there is no triangle with an area in it")]
+    Empty {
+        /// Which file.
+        file: String,
+    },
+    /// A hole in the surface.
+    #[error(
+        "{file}, triangle {triangle}: the surface is open, for its edge from {from} to {to} m is of no second triangle; a solid has two triangles at each edge"
+    )]
+    Open {
+        /// Which file.
+        file: String,
+        /// The triangle at the hole, from 0.
+        triangle: usize,
+        /// Where the edge begins.
+        from: Spot,
+        /// Where the edge ends.
+        to: Spot,
+    },
+    /// An edge of three or more triangles.
+    #[error(
+        "{file}, triangle {triangle}: its edge from {from} to {to} m is of {count} triangles; a solid has two triangles at each edge"
+    )]
+    Branched {
+        /// Which file.
+        file: String,
+        /// One of the triangles, from 0.
+        triangle: usize,
+        /// Where the edge begins.
+        from: Spot,
+        /// Where the edge ends.
+        to: Spot,
+        /// How many triangles have this edge.
+        count: usize,
+    },
+    /// Neighbours that turn opposite sides outward.
+    #[error(
+        "{file}, triangle {triangle}: it and triangle {other} have the edge from {from} to {to} m in the same direction, so one of them is inside out; the corners of all triangles must be counterclockwise from outside"
+    )]
+    Turned {
+        /// Which file.
+        file: String,
+        /// One of the triangles, from 0.
+        triangle: usize,
+        /// The other triangle, from 0.
+        other: usize,
+        /// Where the edge begins.
+        from: Spot,
+        /// Where the edge ends.
+        to: Spot,
+    },
+    /// No space within the surface.
+    #[error(
+        "{file}: the surface encloses no volume: {volume:e} m³ within {x:e} by {y:e} by {z:e} m"
+    )]
+    NoVolume {
+        /// Which file.
+        file: String,
+        /// What is enclosed, in m³.
+        volume: f64,
+        /// The extent along x, in m.
+        x: f64,
+        /// The extent along y, in m.
+        y: f64,
+        /// The extent along z, in m.
+        z: f64,
+    },
+    /// Too far from the origin.
+    #[error(
+        "{file}, triangle {triangle}: a corner is at {spot} m; allowed are coordinates within {MAX_COORDINATE_M} m (a file in millimetres needs a scale of 0.001)"
+    )]
+    TooFar {
+        /// Which file.
+        file: String,
+        /// Which triangle, from 0.
+        triangle: usize,
+        /// Where the corner is.
+        spot: Spot,
+    },
+    /// Too small, or flat.
+    #[error(
+        "{file}: it is {extent:e} m long along {axis}; allowed are solids of {MIN_EXTENT_M} m and more along each axis"
+    )]
+    TooSmall {
+        /// Which file.
+        file: String,
+        /// The axis: x, y or z.
+        axis: char,
+        /// How long it is, in m.
+        extent: f64,
+    },
+    /// A number of pieces that is not allowed.
+    #[error("{count} pieces are asked for; allowed are 1 to {MAX_PIECES}")]
+    Pieces {
+        /// What was asked for.
+        count: usize,
+    },
+}
+
+/// A point in sentences, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spot(pub [f64; 3]);
+
+impl Display for Spot {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.0;
+        write!(f, "({x}, {y}, {z})")
+    }
+}
+
+/// The beginning of what a file says, safe to be shown.
+pub(crate) fn excerpt(bytes: &[u8]) -> String {
+    let start = &bytes[..bytes.len().min(40)];
+    let text: String = String::from_utf8_lossy(start).chars().take(32).collect();
+    let more = if bytes.len() > 32 { "…" } else { "" };
+    format!("{:?}", format!("{text}{more}"))
+}

@@ -1,0 +1,144 @@
+//! Planes that may cut a part well: those of the faces at its hollows, and some across its axes.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::part::{Part, Plane};
+use crate::solid::bounds_of;
+
+/// The most planes of faces that are tried.
+const FACES_MAX: usize = 12;
+/// An edge is hollow where a neighbour rises above a triangle by this share of the part's size.
+const RISE: f64 = 1e-6;
+/// Shares of the length along an axis at which a part may be cut.
+const SHARES: [f64; 3] = [0.25, 0.5, 0.75];
+
+/// Planes of triangles at hollow edges, those along the longest hollows first.
+pub(super) fn of_faces(part: &Part) -> Vec<Plane> {
+    let (low, high) = bounds_of(part.points.iter().copied());
+    let size = (high - low).norm();
+    let mut edges = Vec::with_capacity(3 * part.triangles.len());
+    for (number, &[a, b, c]) in (0_u32..).zip(&part.triangles) {
+        for (from, to, opposite) in [(a, b, c), (b, c, a), (c, a, b)] {
+            edges.push((from.min(to), from.max(to), number, opposite));
+        }
+    }
+    edges.sort_unstable();
+    let mut weights = BTreeMap::<[i64; 4], (f64, Plane)>::new();
+    for pair in edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
+        let [one, other] = pair else { continue };
+        let planes = [one.2, other.2]
+            .map(|number| Plane::of_triangle(part.triangle(&part.triangles[number as usize])));
+        let [Some(plane), Some(next)] = planes else {
+            continue;
+        };
+        let rise = plane.height(&part.points[other.3 as usize]);
+        if rise < RISE * size {
+            continue;
+        }
+        let length = (part.points[one.0 as usize] - part.points[one.1 as usize]).norm();
+        // How sharp the hollow is: the sine of the half angle would do as well.
+        let weight = length * (1.0 - plane.normal.dot(&next.normal));
+        for plane in [plane, next] {
+            weights.entry(key(&plane, size)).or_insert((0.0, plane)).0 += weight;
+        }
+    }
+    let mut found: Vec<(f64, Plane)> = weights.into_values().collect();
+    found.sort_by(|one, other| other.0.total_cmp(&one.0));
+    found.truncate(FACES_MAX);
+    found.into_iter().map(|(_, plane)| plane).collect()
+}
+
+/// A plane as whole numbers, the same for both of its sides and for all triangles of a flat face.
+fn key(plane: &Plane, size: f64) -> [i64; 4] {
+    let sign = plane.normal[plane.normal.iamax()].signum();
+    let normal = plane.normal * sign * 1e4;
+    let offset = plane.offset * sign / size * 1e5;
+    // All four are far within the range: normals are of length 1, and solids are within some sizes of the origin
+    // or so far away that planes of one place share a number at worst.
+    [normal.x, normal.y, normal.z, offset].map(|value| value.round() as i64)
+}
+
+/// Planes across the axes of the frame and of the part's points.
+pub(super) fn of_axes(part: &Part) -> Vec<Plane> {
+    let mut axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
+    let sum: Vector3<f64> = part.points.iter().sum();
+    let middle = sum / part.points.len().max(1) as f64;
+    let spread: Matrix3<f64> = part
+        .points
+        .iter()
+        .map(|point| (point - middle) * (point - middle).transpose())
+        .sum();
+    if let Some(found) = spread.try_symmetric_eigen(1e-12, 1000) {
+        for axis in found.eigenvectors.column_iter() {
+            let axis = axis.into_owned();
+            if axes.iter().all(|known| known.dot(&axis).abs() < 0.999) {
+                axes.push(axis);
+            }
+        }
+    }
+    let mut planes = Vec::new();
+    for normal in axes {
+        let along = part.points.iter().map(|point| normal.dot(point));
+        let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
+        planes.extend(SHARES.map(|share| Plane {
+            normal,
+            offset: low + share * (high - low),
+        }));
+    }
+    planes
+}
+
+/// A part of about as many triangles at most, for comparing cuts: points near each other become one.
+pub(super) fn coarse(part: &Part, most: usize) -> Part {
+    let mut fine = 32.0;
+    loop {
+        if part.triangles.len() <= most || fine < 4.0 {
+            return part.clone();
+        }
+        let coarse = clustered(part, fine);
+        if coarse.triangles.len() <= most {
+            return coarse;
+        }
+        fine *= 0.7;
+    }
+}
+
+fn clustered(part: &Part, fine: f64) -> Part {
+    let (low, high) = bounds_of(part.points.iter().copied());
+    let edge = (high - low).max() / fine;
+    let mut cells = BTreeMap::<[i64; 3], u32>::new();
+    let mut sums: Vec<(Vector3<f64>, f64)> = Vec::new();
+    let mut numbers = Vec::with_capacity(part.points.len());
+    for point in &part.points {
+        // Between 0 and the number of cells along an axis.
+        let cell = ((point - low) / edge).map(|value| value.floor() as i64);
+        let number = *cells.entry(cell.into()).or_insert_with(|| {
+            sums.push((Vector3::zeros(), 0.0));
+            u32::try_from(sums.len() - 1).unwrap_or(0)
+        });
+        let (sum, count) = &mut sums[number as usize];
+        *sum += point;
+        *count += 1.0;
+        numbers.push(number);
+    }
+    let number = |old: u32| numbers[old as usize];
+    let triangles = part.triangles.iter().map(|corners| corners.map(number));
+    let caps = part.caps.iter().map(|cap| {
+        let edges = cap.edges.iter().map(|edge| edge.map(number));
+        super::part::Cap {
+            edges: edges.filter(|[from, to]| from != to).collect(),
+            ..*cap
+        }
+    });
+    Part {
+        points: sums.iter().map(|(sum, count)| sum / *count).collect(),
+        triangles: triangles
+            .filter(|[a, b, c]| a != b && b != c && c != a)
+            .collect(),
+        caps: caps.filter(|cap| !cap.edges.is_empty()).collect(),
+    }
+}
