@@ -87,11 +87,28 @@ def check_world(reader):
     check(scenes > 0 or not parts, "no part is ever drawn")
 
 
+def check_files(reader):
+    """The files of the cell that the metadata names are there, before everything else and with a time of the recording."""
+    for metadata in reader.iter_metadata():
+        if metadata.name == "eliteserver":
+            named = json.loads(metadata.metadata.get("files", "[]"))
+            epoch = int(metadata.metadata["epoch_ns"])
+    attached = list(reader.iter_attachments())
+    names = [attachment.name for attachment in attached]
+    check(names == [f"cell/{name}" for name in named], f"the metadata names the files {named}, there are {names}")
+    for attachment in attached:
+        check(attachment.log_time == attachment.create_time == epoch, f"{attachment.name} has another time than the start")
+    summary = reader.get_summary()
+    first = min(index.chunk_start_offset for index in summary.chunk_indexes)
+    late = [index.name for index in summary.attachment_indexes if index.offset > first]
+    check(not late, f"files stand behind messages: {late}")
+
+
 def main(path):
     counts = dict.fromkeys(SCHEMAS, 0)
     cycles, frames, drawn = [], set(), set()
     with open(path, "rb") as stream:
-        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
         summary = reader.get_summary()
         check(summary is not None and summary.statistics is not None, "the file has no summary")
         for channel in summary.channels.values():
@@ -132,6 +149,7 @@ def main(path):
                 stamp = decoded.timestamp.seconds * 10**9 + decoded.timestamp.nanos
                 check(stamp == message.log_time, "a log message has another time than its stamp")
         check_world(reader)
+        check_files(reader)
     check(cycles, "there are no cycles")
     check(drawn <= frames, f"drawn in frames that are not sent: {drawn - frames}")
     duration = (cycles[-1][2] - cycles[0][2]) / 1e9

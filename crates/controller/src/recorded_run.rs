@@ -37,6 +37,9 @@ pub enum InitialSetupError {
     /// The recording does not begin with the controller's start.
     #[error("this is part {0} of a recording in several files; only the first can be run again")]
     Part(u32),
+    /// A file of the cell is lost or damaged.
+    #[error(transparent)]
+    Files(ReadError),
 }
 
 /// How the controller of a recording was started, where that is known and was a controller of ours.
@@ -51,6 +54,7 @@ pub fn initial_setup(recording: &Recording) -> Result<&Setup, InitialSetupError>
     if setup.plant == ROBOT {
         return Err(SetupError::RemoteRobot.into());
     }
+    recording.check_files().map_err(InitialSetupError::Files)?;
     Ok(setup)
 }
 

@@ -13,8 +13,10 @@ use recorder::{LogLevel, Recorder, RecorderConfig, Recording, Rotation, Setup};
 
 const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
 
-/// What stands around a chunk of these records: the file is whole if they are.
+/// What stands around a chunk of these records: the file is whole if they are. Metadata and attachments at their
+/// beginning stand before the chunk, since none of them may be in it.
 pub fn wrap_records(records: &[u8]) -> Vec<u8> {
+    let (outside, records) = records.split_at(outside_bytes(records));
     let mut chunk = Vec::new();
     chunk.extend(0_u64.to_le_bytes());
     chunk.extend(u64::MAX.to_le_bytes());
@@ -28,35 +30,24 @@ pub fn wrap_records(records: &[u8]) -> Vec<u8> {
     text(&mut header, "");
     text(&mut header, "campaign");
     record(&mut file, 0x01, &header);
-    // Metadata stands outside of chunks, so it comes first here; what is no metadata goes into the chunk.
-    let split = metadata_bytes(records);
-    file.extend_from_slice(&records[..split]);
-    if split == 0 {
-        record(&mut file, 0x06, &chunk);
-    } else {
-        let rest = wrap_records(&records[split..]);
-        let chunk_at = MAGIC.len() + 9 + header.len();
-        file.extend_from_slice(&rest[chunk_at..]);
-        return file;
-    }
+    file.extend_from_slice(outside);
+    record(&mut file, 0x06, &chunk);
     record(&mut file, 0x0f, &[0; 4]);
     record(&mut file, 0x02, &[0; 20]);
     file.extend(MAGIC);
     file
 }
 
-/// Number of bytes at the beginning that are a metadata record.
-fn metadata_bytes(records: &[u8]) -> usize {
-    let Some((&[0x0c, ref length @ ..], _)) = records.split_first_chunk::<9>() else {
-        return 0;
-    };
-    let length = usize::try_from(u64::from_le_bytes(*length)).unwrap_or(usize::MAX);
-    let whole = length.saturating_add(9);
-    if whole <= records.len() && records.get(whole) != Some(&0x0c) {
-        whole
-    } else {
-        0
+/// Number of bytes at the beginning that are whole records of metadata and attachments.
+fn outside_bytes(records: &[u8]) -> usize {
+    let mut at = 0;
+    while let Some((&[0x09 | 0x0c, ref length @ ..], rest)) = records[at..].split_first_chunk::<9>()
+        && let Ok(length) = usize::try_from(u64::from_le_bytes(*length))
+        && length <= rest.len()
+    {
+        at += 9 + length;
     }
+    at
 }
 
 fn record(out: &mut Vec<u8>, kind: u8, body: &[u8]) {
@@ -70,7 +61,7 @@ fn text(out: &mut Vec<u8>, text: &str) {
     out.extend_from_slice(text.as_bytes());
 }
 
-/// The records of a short recording: metadata, then schemas, channels and messages.
+/// The records of a short recording: metadata, a file of its cell, then schemas, channels and messages.
 pub fn seeds() -> Vec<Vec<u8>> {
     recorded().map_or_else(Vec::new, |bytes| plain(&bytes).into_iter().collect())
 }
@@ -90,7 +81,7 @@ impl Write for SharedBuffer {
     }
 }
 
-/// A recording of a few cycles with a command and a log line.
+/// A recording of a few cycles with a file, a command and a log line.
 fn recorded() -> Option<Vec<u8>> {
     let first = RobotState::at_start(JointPositions::ZERO, 0.004);
     let sizes = RingCapacities {
@@ -104,6 +95,7 @@ fn recorded() -> Option<Vec<u8>> {
             model: "cs66".to_owned(),
             plant: "ideal".to_owned(),
             step_time: 0.004,
+            files: [("part.stl".to_owned(), Arc::from(&b"solid\nendsolid"[..]))].into(),
             ..Setup::default()
         },
         model: RobotModel::built_in("cs66").ok()?,
@@ -155,13 +147,12 @@ fn recorded() -> Option<Vec<u8>> {
 fn plain(file: &[u8]) -> Option<Vec<u8>> {
     let recording = Recording::from_bytes(file, "seed").ok()?;
     let mut out = Vec::new();
-    // The metadata as it is: records outside of chunks are not compressed.
+    // Metadata and attachments as they are: records outside of chunks are not compressed.
     let mut at = MAGIC.len();
     while let Some((&[kind, ref length @ ..], _)) = file.get(at..)?.split_first_chunk::<9>() {
         let end = at + 9 + usize::try_from(u64::from_le_bytes(*length)).ok()?;
-        if kind == 0x0c {
+        if matches!(kind, 0x09 | 0x0c) {
             out.extend_from_slice(file.get(at..end)?);
-            break;
         }
         at = end;
     }
@@ -207,6 +198,8 @@ mod tests {
         let file = wrap_records(&seeds()[0]);
         let recording = Recording::from_bytes(file, "seed").unwrap();
         assert_eq!(recording.setup().unwrap().model, "cs66");
+        recording.check_files().unwrap();
+        assert_eq!(recording.setup().unwrap().files.len(), 1);
         let mut entries = recording.entries(&Topic::ALL).unwrap();
         assert!(entries.by_ref().map(Result::unwrap).count() >= 7);
         assert_eq!(entries.ending(), Some(&FileEnd::Complete));

@@ -12,6 +12,7 @@ use mcap::write::NoSeek;
 use serde::Serialize;
 
 use crate::extra::{CustomTopic, CustomTopicId};
+use crate::files;
 use crate::setup::{METADATA_NAME, Setup};
 use crate::topics::Topic;
 
@@ -49,7 +50,7 @@ struct OpenChunk {
 }
 
 impl<W: Write> ChunkedFile<W> {
-    /// Writes the beginning: set-up and schemas. `chunks` is how many chunks earlier parts had.
+    /// Writes the beginning: set-up, files of the cell and schemas. `chunks` is how many chunks earlier parts had.
     pub(crate) fn begin(
         out: W,
         setup: &Setup,
@@ -71,6 +72,7 @@ impl<W: Write> ChunkedFile<W> {
             name: METADATA_NAME.to_owned(),
             metadata: setup.to_map(),
         })?;
+        files::write(&mut mcap, &setup.files, setup.epoch_ns)?;
         let none = BTreeMap::new();
         let mut channels = Vec::with_capacity(Topic::ALL.len() + extra.len());
         // In the order of their indices.

@@ -20,6 +20,11 @@ pub(crate) fn is_within_bounds(opcode: u8, record: &[u8]) -> bool {
             rest.block()?;
             rest.map()
         }),
+        op::ATTACHMENT => rest.skip(16).and_then(|()| {
+            rest.block()?;
+            rest.block()?;
+            rest.content_and_checksum()
+        }),
         op::METADATA => rest.block().and_then(|_| rest.map()),
         op::CHUNK => rest.skip(28).and_then(|()| rest.block()),
         _ => Some(&[][..]),
@@ -42,6 +47,14 @@ impl<'a> ByteCursor<'a> {
         let (block, rest) = self.0[4..].split_at_checked(usize::try_from(length).ok()?)?;
         self.0 = rest;
         Some(block)
+    }
+
+    /// Bytes with their length in eight bytes before them and a checksum behind them, which end the record.
+    fn content_and_checksum(&mut self) -> Option<&'a [u8]> {
+        let length = usize::try_from(u64::from_le_bytes(*self.0.first_chunk()?)).ok()?;
+        let (content, rest) = self.0[8..].split_at_checked(length)?;
+        self.0 = rest;
+        (rest.len() == 4).then_some(content)
     }
 
     /// A map from text to text.
@@ -84,6 +97,11 @@ mod tests {
             ),
             (op::METADATA, [&n[..], &map].concat(), vec![0, 8, 12, 19]),
             (op::CHUNK, [&[0; 28][..], &n, &[0; 8]].concat(), vec![28]),
+            (
+                op::ATTACHMENT,
+                [&[0; 16][..], &n, &m, &2_u64.to_le_bytes(), b"ab", &[0; 4]].concat(),
+                vec![16, 24, 32],
+            ),
         ] {
             assert!(is_within_bounds(opcode, &record), "{opcode}");
             for at in lengths {

@@ -11,8 +11,9 @@ use mcap::Channel;
 use mcap::records::{Record, op};
 
 use crate::cycle::CycleMessage;
+use crate::files::CellFileCollector;
 use crate::records::{self, Records, damaged, in_words};
-use crate::setup::{METADATA_NAME, Setup, SetupError};
+use crate::setup::{METADATA_NAME, Setup, SetupError, file_paths};
 use crate::topics::Topic;
 
 /// A schema or a channel of a recording has some kilobytes.
@@ -55,7 +56,9 @@ pub struct Messages {
     schemas: BTreeSet<u16>,
     /// Bytes of schemas and channels so far.
     declared: usize,
-    setup: Option<Result<Setup, SetupError>>,
+    setup: Option<Result<(Setup, BTreeSet<String>), SetupError>>,
+    /// Files of the cell so far, where they are wanted.
+    files: Option<CellFileCollector>,
     /// Topics seen so far.
     topics: BTreeSet<String>,
     /// Fields of this version's `elite.CycleMessage` that the file's does not have; known once its channel was read.
@@ -66,14 +69,39 @@ pub struct Messages {
     abnormal_end: Arc<OnceLock<FileEnd>>,
 }
 
+/// What a recording says before its first cycle.
+#[derive(Debug, Default)]
+pub(crate) struct FileBeginning {
+    /// How the controller was started, where the file says so.
+    pub setup: Option<Setup>,
+    /// Fields of `/cycle` that the version that recorded did not know.
+    pub missing_fields: Vec<&'static str>,
+    /// Files of the cell that should be there.
+    pub missing_files: Vec<String>,
+}
+
 impl Messages {
     pub(crate) fn new(source: Box<dyn Read>, trouble: Arc<OnceLock<FileEnd>>) -> Self {
+        Self::start(source, trouble, None)
+    }
+
+    /// Keeps the files of the cell, too, for [`into_beginning`](Self::into_beginning).
+    pub(crate) fn with_files(source: Box<dyn Read>, trouble: Arc<OnceLock<FileEnd>>) -> Self {
+        Self::start(source, trouble, Some(CellFileCollector::default()))
+    }
+
+    fn start(
+        source: Box<dyn Read>,
+        trouble: Arc<OnceLock<FileEnd>>,
+        files: Option<CellFileCollector>,
+    ) -> Self {
         Self {
-            records: Records::new(source),
+            records: Records::new(source, files.is_some()),
             channels: mcap::read::ChannelAccumulator::default(),
             schemas: BTreeSet::new(),
             declared: 0,
             setup: None,
+            files,
             topics: BTreeSet::new(),
             missing_fields: None,
             seen_anything: false,
@@ -91,9 +119,21 @@ impl Messages {
         self.missing_fields.is_some()
     }
 
-    /// Set-up and missing fields of the cycle, once [`has_cycles`](Self::has_cycles).
-    pub(crate) fn into_beginning(self) -> (Option<Result<Setup, SetupError>>, Vec<&'static str>) {
-        (self.setup, self.missing_fields.unwrap_or_default())
+    /// What stands before the first cycle, once [`has_cycles`](Self::has_cycles).
+    ///
+    /// # Errors
+    /// The start configuration cannot be used.
+    pub(crate) fn into_beginning(self) -> Result<FileBeginning, SetupError> {
+        let mut beginning = FileBeginning {
+            missing_fields: self.missing_fields.unwrap_or_default(),
+            ..FileBeginning::default()
+        };
+        if let Some((mut setup, paths)) = self.setup.transpose()? {
+            (setup.files, beginning.missing_files) =
+                self.files.unwrap_or_default().into_files(paths);
+            beginning.setup = Some(setup);
+        }
+        Ok(beginning)
     }
 
     pub(crate) fn into_topics(self) -> BTreeSet<String> {
@@ -145,6 +185,12 @@ impl Messages {
             }
             op::SCHEMA | op::CHANNEL | op::MESSAGE => {}
             op::METADATA if self.setup.is_none() => {}
+            op::ATTACHMENT => {
+                if let Some(files) = &mut self.files {
+                    files.take(data);
+                }
+                return Ok(Some(None));
+            }
             _ => return Ok(Some(None)),
         }
         let cost = data.len() + DECLARATION_COST;
@@ -171,7 +217,9 @@ impl Messages {
                 self.topics.insert(topic);
             }
             Record::Metadata(metadata) if metadata.name == METADATA_NAME => {
-                self.setup = Some(Setup::from_map(&metadata.metadata));
+                let map = &metadata.metadata;
+                let setup = Setup::from_map(map);
+                self.setup = Some(setup.and_then(|setup| Ok((setup, file_paths(map)?))));
             }
             Record::Message { header, data } => {
                 let channel = self.channels.get(header.channel_id);

@@ -48,6 +48,14 @@ pub enum ReadError {
         /// What is wrong with it.
         source: SetupError,
     },
+    /// A file of the cell is lost or damaged.
+    #[error("{path}: the recording lacks the file {file:?} of its cell")]
+    CellFile {
+        /// The recording.
+        path: String,
+        /// The file, as the cell file names it.
+        file: String,
+    },
     /// A message is not what its topic says.
     #[error("message {number} of {topic} cannot be decoded: {reason}")]
     Message {

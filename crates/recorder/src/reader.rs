@@ -27,6 +27,7 @@ pub struct Recording {
     name: String,
     setup: Option<Setup>,
     missing_fields: Vec<&'static str>,
+    missing_files: Vec<String>,
     /// An end that is none, once somebody came there.
     trouble: Arc<OnceLock<FileEnd>>,
 }
@@ -108,9 +109,11 @@ impl Recording {
             name,
             setup: None,
             missing_fields: Vec::new(),
+            missing_files: Vec::new(),
             trouble: Arc::default(),
         };
-        let mut messages = recording.messages()?;
+        let trouble = Arc::clone(&recording.trouble);
+        let mut messages = Messages::with_files(recording.bytes()?, trouble);
         while !messages.has_cycles() {
             if messages.read_record().is_none() {
                 break;
@@ -134,11 +137,12 @@ impl Recording {
                 _ => ReadError::NotARecording { path },
             });
         }
-        let (setup, missing_fields) = messages.into_beginning();
-        recording.setup = setup
-            .transpose()
+        let beginning = messages
+            .into_beginning()
             .map_err(|source| ReadError::Setup { path, source })?;
-        recording.missing_fields = missing_fields;
+        recording.setup = beginning.setup;
+        recording.missing_fields = beginning.missing_fields;
+        recording.missing_files = beginning.missing_files;
         Ok(recording)
     }
 
@@ -155,6 +159,21 @@ impl Recording {
     /// Fields of `/cycle` that the version that recorded did not know.
     pub fn missing_fields(&self) -> &[&'static str] {
         &self.missing_fields
+    }
+
+    /// Whether all files of the cell are in [`Setup::files`]. Cycles, commands and messages are read without them; what
+    /// runs the recording again or looks at its cell asks first.
+    ///
+    /// # Errors
+    /// [`ReadError::CellFile`] with the first file that is lost or damaged.
+    pub fn check_files(&self) -> Result<(), ReadError> {
+        match self.missing_files.first() {
+            None => Ok(()),
+            Some(file) => Err(ReadError::CellFile {
+                path: self.name.clone(),
+                file: file.clone(),
+            }),
+        }
     }
 
     /// Simulated time of a time stamp, s.
@@ -183,16 +202,20 @@ impl Recording {
     /// # Errors
     /// [`ReadError::IoSystem`] when the file cannot be opened.
     pub fn messages(&self) -> Result<Messages, ReadError> {
+        Ok(Messages::new(self.bytes()?, Arc::clone(&self.trouble)))
+    }
+
+    /// The bytes from the beginning.
+    fn bytes(&self) -> Result<Box<dyn Read>, ReadError> {
         let failed = |source| ReadError::Io {
             path: self.name.clone(),
             source,
         };
-        let source: Box<dyn Read> = match &self.source {
+        Ok(match &self.source {
             RecordingSource::Bytes(bytes) => Box::new(Cursor::new(Arc::clone(bytes))),
             RecordingSource::File(path) => Box::new(open(path).map_err(failed)?),
             RecordingSource::Opened(open) => open().map_err(failed)?,
-        };
-        Ok(Messages::new(source, Arc::clone(&self.trouble)))
+        })
     }
 
     /// Messages of the given topics from the beginning, decoded, with their time in s.

@@ -24,6 +24,7 @@ use supervision::{EndSignal, Fault, ThreadHandle, ThreadRole, ThreadSupervisor, 
 use thiserror::Error;
 
 use crate::extra::CustomTopic;
+use crate::files::{self, CellFileError};
 use crate::handle::{RecorderHandle, RecorderMetrics, RecorderState};
 use crate::notes::AnnotationQueue;
 use crate::rotation::Rotation;
@@ -72,6 +73,9 @@ pub enum RecordError {
         /// Error of the operating system.
         source: io::Error,
     },
+    /// The files of the cell cannot stand in it.
+    #[error("cannot record: {0}")]
+    Files(#[from] CellFileError),
     /// The file cannot be written.
     #[error("cannot write the recording {}: {}", path.display(), reason(source))]
     Write {
@@ -160,11 +164,14 @@ impl Recorder {
     /// Makes the file, writes its beginning and starts the thread.
     ///
     /// # Errors
-    /// [`RecordError`] when the file cannot be made or written, or the thread not started.
+    /// [`RecordError`] when the files of the cell are too large, the file cannot be made or written, or the thread not
+    /// started.
     pub fn start(
         config: RecorderConfig,
         records: RecordReader,
     ) -> Result<(Self, RecorderHandle), RecordError> {
+        // Before an older file of that name is lost.
+        files::check(&config.setup.files)?;
         let file = create(&config.path).map_err(|source| RecordError::Create {
             path: config.path.clone(),
             source,
@@ -175,12 +182,13 @@ impl Recorder {
     /// Starts a recording into any output; `config.path` is only its name in messages.
     ///
     /// # Errors
-    /// [`RecordError`] when the output cannot be written or the thread not started.
+    /// [`RecordError`] when the files of the cell are too large, the output cannot be written or the thread not started.
     pub fn start_on(
         out: impl Write + Send + 'static,
         config: RecorderConfig,
         records: RecordReader,
     ) -> Result<(Self, RecorderHandle), RecordError> {
+        files::check(&config.setup.files)?;
         let (notes, shared) = (
             Arc::new(AnnotationQueue::default()),
             Arc::new(RecorderState::default()),

@@ -10,10 +10,11 @@ use mcap::McapError;
 use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+use crate::files::MAX_RECORD_BYTES;
 use crate::layout;
 use crate::reader::FileEnd;
 
-/// No record and no chunk of a recording is larger, packed or unpacked: the text of a program of 8 MiB is the largest
+/// No record and no chunk of a recording is larger, packed or unpacked, but for the few bytes around a file: the text of a program of 8 MiB is the largest
 /// thing, and JSON can make six bytes of one.
 const MAX_BYTES: usize = 64 << 20;
 /// Asked of the file at once.
@@ -32,13 +33,15 @@ pub(crate) struct Records {
     data: Vec<u8>,
     at: usize,
     in_chunk: bool,
+    /// Whether attachments are among what says something.
+    with_attachments: bool,
 }
 
 impl Records {
-    pub fn new(source: Box<dyn Read>) -> Self {
+    pub fn new(source: Box<dyn Read>, with_attachments: bool) -> Self {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
-            .with_record_length_limit(MAX_BYTES);
+            .with_record_length_limit(MAX_RECORD_BYTES);
         Self {
             source,
             reader: LinearReader::new_with_options(options),
@@ -46,6 +49,7 @@ impl Records {
             data: Vec::new(),
             at: 0,
             in_chunk: false,
+            with_attachments,
         }
     }
 
@@ -95,19 +99,28 @@ impl Records {
             };
             match opcode {
                 0 => return Err(damaged("there is a record of kind 0")),
+                other if other != op::ATTACHMENT && data.len() > MAX_BYTES => {
+                    return Err(too_large("record", data.len() as u64));
+                }
+                op::ATTACHMENT if !self.with_attachments => {}
                 op::CHUNK => {
                     self.in_chunk = true;
                     unpack(data, &mut self.zstd, &mut self.data)?;
                     return Ok(true);
                 }
-                op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA => {
+                op::HEADER
+                | op::SCHEMA
+                | op::CHANNEL
+                | op::MESSAGE
+                | op::METADATA
+                | op::ATTACHMENT => {
                     self.in_chunk = false;
                     self.data.push(opcode);
                     self.data.extend((data.len() as u64).to_le_bytes());
                     self.data.extend(data);
                     return Ok(true);
                 }
-                // Indexes are for readers that seek; attachments and what later versions know is none of ours.
+                // Indexes are for readers that seek; what later versions know is none of ours.
                 _ => {}
             }
         }

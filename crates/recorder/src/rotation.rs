@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// When the next part begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotationTrigger {
-    /// The file has this many bytes.
+    /// The file has this many bytes; twice as many as the files of the cell have, where that is more.
     Bytes(u64),
     /// This much simulated time has passed, s.
     Secs(f64),
@@ -39,12 +39,15 @@ pub(crate) struct RecordingParts {
     finished: VecDeque<(PathBuf, u64)>,
     /// Simulated time at which the part began, s.
     since: f64,
+    /// Bytes that every part repeats: files of the cell.
+    repeated: u64,
     /// How many times as long as wanted this part may become.
     size_multiplier: u32,
 }
 
 impl RecordingParts {
-    pub(crate) fn new(first: PathBuf, rotation: Rotation) -> Self {
+    /// `repeated` is what every part begins with, bytes.
+    pub(crate) fn new(first: PathBuf, rotation: Rotation, repeated: u64) -> Self {
         let finished = rotation.earlier.iter();
         let finished = finished
             .filter(|path| **path != first)
@@ -56,6 +59,7 @@ impl RecordingParts {
             number: 1,
             finished,
             since: 0.0,
+            repeated,
             size_multiplier: 1,
         }
     }
@@ -64,6 +68,8 @@ impl RecordingParts {
     pub(crate) fn is_due(&self, bytes: u64, time: f64) -> bool {
         match self.rotation.end {
             Some(RotationTrigger::Bytes(limit)) => {
+                // Half of a part at least is new: where files alone reach the limit, every look would begin a part.
+                let limit = limit.max(self.repeated.saturating_mul(2));
                 bytes >= limit.saturating_mul(u64::from(self.size_multiplier))
             }
             Some(RotationTrigger::Secs(limit)) => {
@@ -137,6 +143,28 @@ fn part_path(first: &Path, number: u32) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn half_of_a_part_is_new_where_files_alone_reach_the_limit() {
+        let parts = |repeated| {
+            let end = Some(RotationTrigger::Bytes(1000));
+            let rotation = Rotation {
+                end,
+                ..Rotation::default()
+            };
+            RecordingParts::new("run.mcap".into(), rotation, repeated)
+        };
+        for (repeated, due) in [(0, 1000), (500, 1000), (501, 1002), (5000, 10_000)] {
+            let mut parts = parts(repeated);
+            assert!(
+                !parts.is_due(due - 1, 0.0) && parts.is_due(due, 0.0),
+                "{repeated}"
+            );
+            parts.postpone();
+            assert!(!parts.is_due(2 * due - 1, 0.0) && parts.is_due(2 * due, 0.0));
+        }
+        assert!(!parts(u64::MAX).is_due(u64::MAX - 1, 0.0));
+    }
 
     #[test]
     fn parts_are_numbered_behind_the_name() {

@@ -1,9 +1,9 @@
 //! How the controller was started: what a recording must carry so that its commands can be run again.
 //!
 //! Stands in the file as one MCAP metadata record named `eliteserver`, all values as text, so that any MCAP tool shows
-//! it. Numbers are written so that they come back bit for bit.
+//! it. Numbers are written so that they come back bit for bit. Files of the cell are attachments beside it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::str::FromStr;
 
@@ -11,11 +11,17 @@ use kinematics::{JointPositions, Payload, RpyPose};
 use thiserror::Error;
 
 use crate::cycle::{payload_numbers, payload_of};
+use crate::files::{self, CellFiles};
+use crate::lengths::truncate_marked;
 
 /// Name of the metadata record.
 pub(crate) const METADATA_NAME: &str = "eliteserver";
 /// Version of the recording's format. A reader refuses newer ones.
 const FORMAT: u32 = 1;
+/// Entry that names the files of the cell.
+const FILES: &str = "files";
+/// Bytes of a wrong list of files that a message quotes.
+const MAX_QUOTED: usize = 200;
 
 /// How the controller was started.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +36,8 @@ pub struct Setup {
     pub calibration: Option<String>,
     /// Text of the cell file, when there was one.
     pub cell: Option<String>,
+    /// Files that the cell file names, by the path as it names them.
+    pub files: CellFiles,
     /// Initial joint positions.
     pub home: JointPositions,
     /// Initial TCP relative to the flange.
@@ -62,6 +70,7 @@ impl Default for Setup {
             urdf: None,
             calibration: None,
             cell: None,
+            files: CellFiles::new(),
             home: JointPositions([0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0]),
             tcp: RpyPose::default(),
             payload: Payload::default(),
@@ -135,9 +144,13 @@ impl Setup {
         if self.part > 1 {
             put("part", self.part.to_string());
         }
+        if !self.files.is_empty() {
+            put(FILES, files::paths_to_text(&self.files));
+        }
         map
     }
 
+    /// What the entries say. The files of the cell do not stand among them; [`file_paths`] are their names.
     pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, SetupError> {
         let format = parse(map, "format")?;
         if format > FORMAT {
@@ -151,6 +164,7 @@ impl Setup {
             urdf: map.get("urdf").cloned(),
             calibration: map.get("calibration").cloned(),
             cell: map.get("cell").cloned(),
+            files: CellFiles::new(),
             home: JointPositions(array(map, "home", default.home.0)?),
             tcp: RpyPose::from_array(array(map, "tcp", default.tcp.to_array())?),
             payload: payload_of(array(map, "payload", payload_numbers(&default.payload))?),
@@ -163,6 +177,17 @@ impl Setup {
             part: parse_or(map, "part", default.part)?,
         })
     }
+}
+
+/// Paths of the files of the cell that a recording has.
+pub(crate) fn file_paths(map: &BTreeMap<String, String>) -> Result<BTreeSet<String>, SetupError> {
+    let Some(text) = map.get(FILES) else {
+        return Ok(BTreeSet::new());
+    };
+    files::paths_of_text(text).ok_or_else(|| SetupError::Value {
+        key: FILES,
+        found: truncate_marked(text, MAX_QUOTED).unwrap_or_else(|| text.clone()),
+    })
 }
 
 /// Numbers separated by commas, each in the shortest form that reads back to the same bits.

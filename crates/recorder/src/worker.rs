@@ -14,6 +14,7 @@ use parking_lot::Mutex;
 use supervision::injection;
 
 use crate::chunks::CHUNK_BYTES;
+use crate::files;
 use crate::handle::RecorderState;
 use crate::notes::{AnnotationQueue, PendingAnnotations};
 use crate::recorder::{RecordError, RecorderConfig, SharedReport, report_once};
@@ -120,7 +121,7 @@ impl RecorderThread {
             notes,
             waiting: PendingAnnotations::default(),
             shared,
-            parts: RecordingParts::new(path, rotation),
+            parts: RecordingParts::new(path, rotation, files::total_bytes(&setup.files) as u64),
             bytes,
             setup,
             on_failure: Arc::new(Mutex::new(Some(on_failure))),

@@ -2,6 +2,7 @@
 
 mod support;
 
+mod cell_files;
 mod earlier_versions;
 mod faults;
 mod floods;

@@ -481,6 +481,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("cannot read the points {}: {}", "无法读取点文件 {0}：{1~}"),
     ("cannot read the script {}: {}", "无法读取脚本 {0}：{1~}"),
     ("cannot read {}: {}", "无法读取 {0}：{1~}"),
+    ("cannot record: {}", "无法记录：{0~}"),
     (
         "cannot remove the old ready file {}: {}",
         "无法删除旧的就绪文件 {0}：{1~}",
@@ -828,6 +829,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("the cell file: {}", "单元文件：{0~}"),
     (
+        "the cell has {} files; a recording takes at most {}",
+        "单元有 {0} 个文件；一个记录最多接受 {1} 个",
+    ),
+    (
         "the cell's modbus signal {} cannot be added: {}",
         "无法添加单元的 Modbus 信号 {0}：{1~}",
     ),
@@ -851,6 +856,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the eight bytes that begin and end an MCAP file are not there",
         "缺少 MCAP 文件首尾的八个字节",
+    ),
+    (
+        "the file {} of the cell has {} bytes; a recording takes files of at most {}",
+        "单元的文件 {0} 有 {1} 字节；一个记录接受的文件最大为 {2} 字节",
+    ),
+    (
+        "the files of the cell have {} bytes together; a recording takes at most {}",
+        "单元的文件共有 {0} 字节；一个记录最多接受 {1} 字节",
     ),
     (
         "the flange lies alike in all rests: turn it about two axes by 20 degrees or more between them",
@@ -883,6 +896,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the operating system refused what a server needs: {}",
         "操作系统拒绝了服务器所需的资源：{0~}",
+    ),
+    (
+        "the path of a file of the cell has {} bytes; a recording takes paths of 1 to {}",
+        "单元中一个文件的路径有 {0} 字节；一个记录接受 1 到 {1} 字节的路径",
     ),
     (
         "the payload has a component that is not a finite number",
@@ -1374,6 +1391,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "{}: the model {} cannot be calibrated, it is not of the shape of the CS arms (axes 2, 3, 4 parallel, axes 4-5 and 5-6 crossing at right angles, flange in the frame of joint 6)",
         "{0}：型号 {1} 不能标定，它不具有 CS 机械臂的结构（轴 2、3、4 平行，轴 4-5 和 5-6 垂直相交，法兰在关节 6 的坐标系中）",
+    ),
+    (
+        "{}: the recording lacks the file {} of its cell",
+        "{0}：记录中缺少其单元的文件 {1}",
     ),
     (
         "{}: the rests are too much alike, turn the flange about two axes between them",

@@ -31,6 +31,7 @@ pub(super) fn open(
     let setup = recording.setup().ok_or_else(|| {
         format!("{shown} does not say how the controller was started, it cannot be run again")
     })?;
+    recording.check_files().map_err(|error| error.to_string())?;
     let robot = robot(setup, given).map_err(|why| format!("{shown} cannot be run again: {why}"))?;
     let entries = recording
         .entries(&[Topic::Script])

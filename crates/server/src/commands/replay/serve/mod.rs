@@ -91,6 +91,8 @@ pub(super) fn serve(
     }
     let setup = recording.setup().ok_or(InitialSetupError::NoSetup);
     let setup = setup.map_err(RerunError::from)?;
+    let files = recording.check_files().map_err(InitialSetupError::Files);
+    files.map_err(RerunError::from)?;
     let model = model_of(setup).map_err(RerunError::from)?;
     let name = std::path::Path::new("the recorded cell file");
     let cell = setup.cell.clone();
