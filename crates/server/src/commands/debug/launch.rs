@@ -84,9 +84,7 @@ impl LaunchRequest {
                 number,
             },
             (false, None) => LaunchSource::Program(file.to_owned()),
-            (false, Some(_)) => {
-                return Err("--number is for recordings: it says which program of one".to_owned());
-            }
+            (false, Some(_)) => return Err(number_beside_script("--number")),
         };
         Ok(Self {
             source,
@@ -126,6 +124,9 @@ impl LaunchRequest {
                 return Err(
                     "program is the path of a script; standard input is the client's".to_owned(),
                 );
+            }
+            (Some(Json::String(_)), None) if number.is_some() => {
+                return Err(number_beside_script("number"));
             }
             (Some(Json::String(path)), None) => LaunchSource::Program(path.into()),
             _ => return Err(needed.to_owned()),
@@ -217,6 +218,11 @@ impl LaunchRequest {
     }
 }
 
+/// The refusal of a number, by the name of its option, where a script is to be debugged.
+fn number_beside_script(option: &str) -> String {
+    format!("{option} is for recordings: it says which program of one")
+}
+
 /// Sets the option of a key.
 fn fill(options: &mut ControllerOptions, key: &str, value: &Json) -> Result<(), String> {
     if REFUSED_KEYS.contains(&key) {
@@ -296,6 +302,17 @@ mod tests {
         for text in [unknown, near, value, choice, permission] {
             assert!(!text.contains("--"), "{text}");
         }
+    }
+
+    #[test]
+    fn a_script_has_no_number() {
+        let said = |fields: Json| LaunchRequest::from_json(&fields).map(|_| ());
+        assert_eq!(
+            said(json!({"program": "p.script", "number": 2})),
+            Err("number is for recordings: it says which program of one".to_owned())
+        );
+        assert_eq!(said(json!({"program": "p.script", "number": null})), Ok(()));
+        assert_eq!(said(json!({"recording": "r.mcap", "number": 2})), Ok(()));
     }
 
     #[test]
