@@ -54,12 +54,14 @@ pub struct Solution {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// Fewer measurements than unknowns and some more.
-    #[error("{count} measurements for {unknowns} unknowns")]
+    #[error("{count} measurements for {unknowns} unknowns: {needed} or more are needed")]
     TooFew {
         /// How many there are.
         count: usize,
         /// How many unknowns.
         unknowns: usize,
+        /// How many are enough.
+        needed: usize,
     },
     /// Some unknowns, or sums of them, make no difference in any measurement.
     #[error("the measurements do not tell the unknowns {unknowns:?}")]
@@ -166,10 +168,12 @@ impl LeastSquares {
     /// The measurements do not tell some of them.
     pub fn solve(&self) -> Result<Solution, FitError> {
         let unknowns = self.right.len();
-        if self.count < unknowns + SPARE_MEASUREMENTS_MIN {
+        let needed = unknowns + SPARE_MEASUREMENTS_MIN;
+        if self.count < needed {
             return Err(FitError::TooFew {
                 count: self.count,
                 unknowns,
+                needed,
             });
         }
         // Unknowns of different size are made alike.
@@ -250,6 +254,21 @@ mod tests {
             "{:?}",
             found.sigmas
         );
+    }
+
+    #[test]
+    fn too_few_measurements_are_told_with_how_many_are_enough() {
+        let mut sums = LeastSquares::new(2);
+        for k in 0..4 {
+            sums.add(&[1.0, f64::from(k)], 3.0);
+        }
+        let error = sums.solve().unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "4 measurements for 2 unknowns: 5 or more are needed"
+        );
+        sums.add(&[1.0, 4.0], 3.0);
+        assert!(sums.solve().is_ok());
     }
 
     #[test]

@@ -994,8 +994,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "记录中没有关节力矩（actual_torque）",
     ),
     (
-        "the recordings hold {} measurements: more are needed",
-        "记录中有 {0} 个测量值：需要更多",
+        "the recordings hold {} measurements: {} or more are needed",
+        "记录中有 {0} 个测量值：需要 {1} 个或更多",
     ),
     (
         "the robot `{}` exists, but its dimensions and masses are not public, so it cannot be simulated; built in are {}",
@@ -1301,8 +1301,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0} 行没有对应：程序运行到那里时引发 `NotImplementedError`。",
     ),
     (
-        "{} measurements for {} unknowns",
-        "{0} 个测量值对 {1} 个未知量",
+        "{} measurements for {} unknowns: {} or more are needed",
+        "{0} 个测量值对 {1} 个未知量：需要 {2} 个或更多",
     ),
     (
         "{} of {} has more than {} messages",

@@ -40,8 +40,8 @@ pub enum IdentifyError {
 impl IdentifyError {
     fn of_fit(error: &FitError, names: &[&str]) -> Self {
         Self::CannotTell(match error {
-            FitError::TooFew { count, .. } => {
-                format!("the recordings hold {count} measurements: more are needed")
+            FitError::TooFew { count, needed, .. } => {
+                format!("the recordings hold {count} measurements: {needed} or more are needed")
             }
             FitError::Unobservable { unknowns } => {
                 let named: Vec<&str> = unknowns
