@@ -293,9 +293,6 @@ pub struct ControllerArgs {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Ports and server")]
 pub struct ServeArgs {
-    #[command(flatten)]
-    #[allow(missing_docs)]
-    pub shared: ControllerArgs,
     /// Address that every port listens on [default: 127.0.0.1]
     #[arg(long, value_name = "ADDR")]
     pub bind: Option<IpAddr>,
@@ -358,9 +355,13 @@ pub struct ServeArgs {
     /// Short for --control local: scripts are refused, and clients of the primary port are closed
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub local: Option<bool>,
+    // Options after flattened ones would stand under the heading of these.
     #[command(flatten)]
     #[allow(missing_docs)]
     pub ros2: Ros2Args,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub shared: ControllerArgs,
     /// The key `ros2-profile` of the configuration file, which is for `run`.
     #[arg(skip)]
     pub ros2_profile: Option<bool>,

@@ -20,6 +20,40 @@ fn the_declaration_is_consistent() {
     Cli::command().debug_assert();
 }
 
+/// An option after flattened ones takes over their heading.
+#[test]
+fn options_stand_under_the_heading_of_their_subject() {
+    let mut command = Cli::command();
+    command.build();
+    let mut seen = 0;
+    for inner in command.get_subcommands() {
+        for option in inner.get_arguments() {
+            let (name, heading) = (option.get_id().as_str(), option.get_help_heading());
+            let is_of_messages = matches!(name, "log_format" | "language");
+            assert_eq!(
+                heading == Some("Messages"),
+                is_of_messages,
+                "{} {name}: {heading:?}",
+                inner.get_name()
+            );
+            if matches!(inner.get_name(), "serve" | "doctor") {
+                let is_of_server =
+                    name.ends_with("_port") || matches!(name, "bind" | "control" | "local");
+                assert!(
+                    !is_of_server || heading == Some("Ports and server"),
+                    "{name}: {heading:?}"
+                );
+                assert!(
+                    !name.starts_with("ros") || heading == Some("ROS 2"),
+                    "{name}"
+                );
+                seen += usize::from(is_of_server);
+            }
+        }
+    }
+    assert!(seen > 20, "{seen}");
+}
+
 #[test]
 fn a_replay_has_ports_only_when_it_serves() {
     for option in [

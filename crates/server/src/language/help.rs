@@ -365,6 +365,7 @@ pub(super) const HELP: &[(&str, &str)] = &[
         "Payload: from the torques of the joints instead of the force reading",
         "负载：用关节力矩代替力读数",
     ),
+    ("Ports and server", "端口与服务"),
     ("Ports of --serve", "--serve 的端口"),
     (
         "Print a topic as a table with one header line",
