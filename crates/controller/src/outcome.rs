@@ -19,6 +19,11 @@ use crate::program_position::PositionTracker;
 
 /// Most that is kept of what one program prints, bytes; the rest is counted.
 const PRINTS_BYTES_MAX: usize = 16 << 20;
+/// Most that is kept of what one program writes to its log, bytes; a message counts as at least so many.
+const MESSAGES_BYTES_MAX: usize = 4 << 20;
+const MESSAGE_BYTES_MIN: usize = 32;
+/// How the warning begins that tells the error of a secondary program.
+const SECONDARY_EXCEPTION: &str = "[SEC] Exception: ";
 /// Most that is kept of the reports of one program's errors, bytes.
 const REPORT_BYTES_MAX: usize = 1 << 20;
 
@@ -109,6 +114,10 @@ pub struct ResultCollector {
 struct CollectedOutput {
     prints: String,
     prints_lost: usize,
+    messages: Vec<String>,
+    messages_bytes: usize,
+    messages_lost: usize,
+    is_compiled: bool,
     error: Option<(String, u32)>,
     report: String,
     stop: Option<String>,
@@ -145,6 +154,22 @@ impl ResultCollector {
             lines.push(format!("[cut, {} bytes more]", noted.prints_lost));
         }
         lines
+    }
+
+    /// What the program has written to its log so far, as `textmsg` does: a text for each call.
+    pub fn messages(&self) -> Vec<String> {
+        let noted = self.noted.lock();
+        let mut messages = noted.messages.clone();
+        if noted.messages_lost > 0 {
+            messages.push(format!("[cut, {} messages more]", noted.messages_lost));
+        }
+        messages
+    }
+
+    /// The first finding in the text of a program that did not compile, and its line; `None` once it has compiled.
+    pub fn compile_error(&self) -> Option<(String, u32)> {
+        let noted = self.noted.lock();
+        noted.error.clone().filter(|_| !noted.is_compiled)
     }
 
     /// The largest values since the program began.
@@ -228,6 +253,30 @@ impl CollectedOutput {
                 };
                 told.get_or_insert_with(|| text.clone());
             }
+            // A secondary program tells its errors as warnings.
+            Message::Log {
+                severity: Severity::Warning,
+                origin,
+                text,
+            } if !self.is_compiled => {
+                if let Some(summary) = text.strip_prefix(SECONDARY_EXCEPTION) {
+                    let error = || (summary.to_owned(), origin.line);
+                    self.error.get_or_insert_with(error);
+                }
+            }
+            Message::Log {
+                severity: Severity::Info,
+                origin,
+                text,
+            } if origin.program != ProgramId::default() => {
+                let bytes = text.len().max(MESSAGE_BYTES_MIN);
+                if self.messages_lost == 0 && self.messages_bytes + bytes <= MESSAGES_BYTES_MAX {
+                    self.messages_bytes += bytes;
+                    self.messages.push(text.clone());
+                } else {
+                    self.messages_lost += 1;
+                }
+            }
             Message::Robot { .. } | Message::Log { .. } => {}
         }
     }
@@ -246,6 +295,11 @@ impl Observer for ResultCollector {
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {
         self.follower.program_started(name);
         self.next.program_started(program, name, text);
+    }
+
+    fn program_compiled(&self, program: ProgramId, text: &str) {
+        self.noted.lock().is_compiled = true;
+        self.next.program_compiled(program, text);
     }
 
     fn line_changed(

@@ -65,6 +65,24 @@ pub(crate) enum InvariantCheck {
     NoCondition(String),
 }
 
+/// A reason why a program does not run.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum StartError {
+    /// Its text is no program.
+    #[error("{program} does not compile: line {line}: {reason}")]
+    NotCompiled {
+        /// Its name.
+        program: String,
+        /// The line of the first finding.
+        line: u32,
+        /// The finding.
+        reason: String,
+    },
+    /// One runs already, or none can be started.
+    #[error("{0}")]
+    Refused(String),
+}
+
 /// Something that happens at the beginning of a cycle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum TestAction {
@@ -181,11 +199,13 @@ impl TestContext {
     /// Starts a program; it has come to its first wait when this returns, and no time has passed.
     ///
     /// # Errors
-    /// A sentence: one runs already, or it cannot be started.
-    pub(crate) fn start(&self, program: ProgramText) -> Result<(), String> {
+    /// [`StartError`]
+    pub(crate) fn start(&self, program: ProgramText) -> Result<(), StartError> {
         if self.program_is_running() {
-            return Err("a program runs already; wait for its end or stop it first".to_owned());
+            let text = "a program runs already; wait for its end or stop it first";
+            return Err(StartError::Refused(text.to_owned()));
         }
+        let name = program.name.clone();
         self.said.begin();
         *self.program.lock() = TestedProgram {
             began: self.robot.state().time,
@@ -195,12 +215,21 @@ impl TestContext {
         let (reply, answer) = sync_channel(1);
         let gone = || "the test is over".to_owned();
         let request = RunnerRequest::Start(program, reply);
-        self.requests.send(request).map_err(|_| gone())?;
+        let sent = self.requests.send(request);
+        sent.map_err(|_| StartError::Refused(gone()))?;
         let started = answer.recv().unwrap_or_else(|_| Err(gone()));
-        if started.is_err() {
+        if let Err(refused) = started {
             self.program.lock().is_open = false;
+            return Err(StartError::Refused(refused));
         }
-        started
+        match self.said.compile_error() {
+            Some((error, line)) => Err(StartError::NotCompiled {
+                program: name,
+                line,
+                reason: error.trim_start_matches("SyntaxError: ").to_owned(),
+            }),
+            None => Ok(()),
+        }
     }
 
     /// Asks about a condition.

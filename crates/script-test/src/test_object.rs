@@ -21,7 +21,7 @@ use recorder::{CycleMessage, FieldValue};
 
 use crate::expect;
 use crate::simulated_servers::{self, SimulatedServer};
-use crate::test_context::{TestAction, TestContext};
+use crate::test_context::{StartError, TestAction, TestContext};
 use crate::world_functions;
 
 type NativeResult<T = Value> = Result<T, Raised>;
@@ -51,6 +51,7 @@ const FUNCTIONS: &[(&str, &[&str], TestFunction)] = &[
     ("wait", &["timeout?"], wait),
     ("stop", &[], stop),
     ("result", &[], result),
+    ("messages", &[], messages),
     ("until", &["function", "timeout?"], until),
     ("advance", &["seconds"], advance),
     ("set", &["name", "value", "after?"], set),
@@ -236,10 +237,22 @@ pub(crate) fn normalized_path(path: &Path) -> PathBuf {
         .collect()
 }
 
-fn begin(site: &CallContext, call: &NativeCall<'_>) -> NativeResult<()> {
+fn begin(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult<()> {
     let program = program(site, call)?;
-    let started = site.bench.start(program);
-    started.map_err(|sentence| call.raise(ExceptionKind::RuntimeError, sentence))
+    let Err(error) = site.bench.start(program) else {
+        return Ok(());
+    };
+    let kind = match error {
+        StartError::NotCompiled { .. } => {
+            // A test that goes on may start another program at once.
+            let patience = Seconds::new(ENDING_MAX).unwrap_or_default();
+            wait_for_end(site, call, patience)?;
+            site.bench.close(None);
+            ExceptionKind::SyntaxError
+        }
+        StartError::Refused(_) => ExceptionKind::RuntimeError,
+    };
+    Err(call.raise(kind, error.to_string()))
 }
 
 fn start(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
@@ -333,6 +346,12 @@ fn result(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
         false => site.bench.close(None),
     };
     shown_result(call, result)
+}
+
+fn messages(site: &CallContext, _: &mut NativeCall<'_>) -> NativeResult {
+    let texts = site.bench.said.messages();
+    let texts = texts.iter().map(|text| Value::str(text.as_str()));
+    Ok(Value::list(texts.collect()))
 }
 
 /// The object that tells how a program ended; None when there is nothing to tell.

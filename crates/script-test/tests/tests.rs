@@ -85,8 +85,6 @@ def test_ended():
 def test_failed():
     r = test.run("x = 1\ny = x / 0")
     assert (r.outcome, r.error, r.line) == ("failed", "ZeroDivisionError: division by zero", 2)
-    r = test.run("x = (")
-    assert r.outcome == "failed" and r.error.startswith("SyntaxError")
 
 def test_stopped():
     test.start(MOVE)
@@ -135,6 +133,84 @@ def test_one_at_a_time():
     test.start("sleep(1)")
     test.raises("RuntimeError", lambda: test.start("sleep(1)"))
     test.raises(RuntimeError, lambda: test.run("sleep(1)"))
+"#,
+    ));
+}
+
+#[test]
+fn a_program_that_does_not_compile_fails_the_test_that_loads_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("broken.script", "x = 1\nmovej([0, 0, 0, 0, 0, 0]\n");
+    write(
+        "test_it.script",
+        r#"
+def test_run():
+    test.run("broken.script")
+
+def test_start():
+    test.start("broken.script")
+    test.advance(0.1)
+
+def test_text():
+    test.run("x = 1\ny = = 2")
+
+def test_secondary():
+    test.run("sec s():\n    x = (\nend")
+
+def test_said():
+    test.raises("SyntaxError", lambda: test.run("broken.script"))
+    assert test.result().outcome == "failed" and test.result().line == 2
+    assert test.run("print(1)").prints == ["1"]
+"#,
+    );
+    let (results, _) = run_folder(folder.path(), &options());
+    for (test, line) in [("test_run", 3), ("test_start", 6)] {
+        let result = &results[test];
+        assert_eq!(result.status, Status::Failed, "{test}");
+        assert_eq!(result.line, line, "{test}");
+        let begin = format!(
+            "SyntaxError: {}/broken.script does not compile: line 2: ",
+            folder.path().display()
+        );
+        assert!(result.message.starts_with(&begin), "{}", result.message);
+    }
+    let message = &results["test_text"].message;
+    assert!(
+        message.starts_with("SyntaxError: program does not compile: line 2: "),
+        "{message}"
+    );
+    assert_eq!(results["test_text"].status, Status::Failed);
+    let message = &results["test_secondary"].message;
+    assert!(
+        message.starts_with("SyntaxError: program does not compile: "),
+        "{message}"
+    );
+    let said = &results["test_said"];
+    assert_eq!(said.status, Status::Passed, "{}", said.report);
+}
+
+#[test]
+fn messages_of_a_program_are_there_while_it_runs_and_afterwards() {
+    assert_all_passed(&run_text(
+        r#"
+def test_messages():
+    assert test.messages() == []
+    test.start("textmsg('ready ', 1)\nprint('no message')\nsleep(1)\ntextmsg('done')\nsleep(1)")
+    assert test.messages() == ["ready 1"]
+    textmsg("of the test")
+    assert test.until(lambda: "done" in test.messages(), 5)
+    test.near(test.get("time"), 1, 0.1)
+    assert test.wait(5)
+    assert test.messages() == ["ready 1", "done"]
+    test.run("textmsg('a\\nb')")
+    assert test.messages() == ["a\nb"]
+
+def test_few_are_kept():
+    test.run("for n in range(140000):\n    textmsg(n)\n    if n % 1000 == 0:\n        sync()")
+    messages = test.messages()
+    assert len(messages) == 131073, len(messages)
+    assert messages[-1] == "[cut, 8928 messages more]", messages[-1]
 "#,
     ));
 }
