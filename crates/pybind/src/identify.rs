@@ -37,6 +37,24 @@ fn identify_error(error: &IdentifyError) -> PyErr {
     }
 }
 
+/// The answer as JSON. Options: from torques, times of the rests, and whether the axes of a tool are looked for as well.
+fn answer(
+    py: Python<'_>,
+    what: &str,
+    (from_torques, at, orientation): (bool, &[f64], bool),
+    samples: impl FnOnce() -> Result<Samples, IdentifyError> + Send,
+) -> PyResult<String> {
+    let question = IdentifyQuestion {
+        what: target(what)?,
+        from_torques,
+        at,
+        orientation,
+    };
+    let answer = py.detach(|| question.answer(&samples()?));
+    let answer = answer.map_err(|error| identify_error(&error))?;
+    Ok(answer.json().to_string())
+}
+
 /// Finds numbers in recordings; `elitescript.identify` is the module to use.
 #[pyfunction]
 #[expect(
@@ -53,15 +71,8 @@ pub(crate) fn identified_files(
     at: Vec<f64>,
     orientation: bool,
 ) -> PyResult<String> {
-    let question = IdentifyQuestion {
-        what: target(what)?,
-        from_torques,
-        at: &at,
-        orientation,
-    };
-    let answer = py.detach(|| question.answer(&Samples::read(&paths, start, end)?));
-    let answer = answer.map_err(|error| identify_error(&error))?;
-    Ok(answer.json().to_string())
+    let options = (from_torques, &*at, orientation);
+    answer(py, what, options, || Samples::read(&paths, start, end))
 }
 
 /// Finds numbers in cycles that are in memory: rows of time, `actual_q`, `actual_qd`, `target_qdd`, `actual_torque`, `raw_wrench`,
@@ -80,12 +91,6 @@ pub(crate) fn identified_arrays(
     at: Vec<f64>,
     orientation: bool,
 ) -> PyResult<String> {
-    let question = IdentifyQuestion {
-        what: target(what)?,
-        from_torques,
-        at: &at,
-        orientation,
-    };
     let array = cycles.as_array();
     if array.ncols() != COLUMNS {
         return Err(PyValueError::new_err(format!(
@@ -112,7 +117,6 @@ pub(crate) fn identified_arrays(
         })
         .collect();
     let model = robot.model().clone();
-    let answer = py.detach(|| question.answer(&Samples::of_cycles(model, cycles)?));
-    let answer = answer.map_err(|error| identify_error(&error))?;
-    Ok(answer.json().to_string())
+    let options = (from_torques, &*at, orientation);
+    answer(py, what, options, || Samples::of_cycles(model, cycles))
 }
