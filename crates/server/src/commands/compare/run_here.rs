@@ -2,12 +2,10 @@
 //!
 //! What the recording does not say is as `run` has it. The run is recorded, and compared from there like any other.
 
-use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use elite_runtime::TaskEnd;
-use kinematics::{Calibration, CalibrationError};
 use recorder::Setup;
 use tempfile::TempDir;
 use thiserror::Error;
@@ -22,10 +20,8 @@ use crate::event_broadcast::PrintTarget;
 use crate::logging;
 use crate::shutdown::Shutdown;
 use controller::ControllerConfig;
-use controller::options::{
-    ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
-};
-use controller::start_configuration::{IDEAL, RAPIER};
+use controller::options::{ModelChoice, RecordTarget};
+use controller::start_configuration::{RecordedSettingsError, recorded_settings};
 
 /// A reason why there is no run, told in a sentence.
 #[derive(Debug, Error)]
@@ -40,8 +36,8 @@ pub(super) enum RunHereError {
     BrokenOff,
     #[error("the recording is of an arm {given:?}, which is none of ours: {allowed}")]
     Model { given: String, allowed: String },
-    #[error("the calibration in the recording is not usable: {0}")]
-    Calibration(#[from] CalibrationError),
+    #[error(transparent)]
+    Settings(#[from] RecordedSettingsError),
     #[error("cannot write the run beside the comparison: {0}")]
     Folder(#[from] io::Error),
     #[error(transparent)]
@@ -116,10 +112,6 @@ fn config_of(
             allowed,
         })?,
     };
-    let calibration = setup.calibration.as_deref();
-    let calibration = calibration
-        .map(|text| Calibration::from_text(text, Path::new("the recording")))
-        .transpose()?;
     let cell = match &setup.cell {
         Some(text) => {
             let path = folder.join("cell.toml");
@@ -128,30 +120,9 @@ fn config_of(
         }
         None => None,
     };
-    // A robot elsewhere that was recorded more slowly moved in steps of its own.
-    let millis = (setup.step_time * 1e3).round();
-    let step = format!("{millis}").parse().unwrap_or(StepMillis::DEFAULT);
-    Ok(ControllerConfig {
-        model,
-        calibration,
-        cell,
-        clock: ClockChoice::Virtual,
-        step,
-        plant: match setup.plant.as_str() {
-            IDEAL => PlantChoice::Ideal,
-            RAPIER => PlantChoice::Rapier,
-            _ => PlantChoice::Rigid,
-        },
-        task_dir: "tasks".into(),
+    let others = ControllerConfig {
         record: RecordTarget::File(record.to_owned()),
-        record_rotate: None,
-        record_budget: None,
-        tcp: setup.tcp,
-        payload: setup.payload,
-        home: setup.home,
-        seed: setup.seed,
-        allow: BTreeSet::from([Permission::Net]),
-        sandbox: None,
-        cycle_phase: None,
-    })
+        ..ControllerConfig::default()
+    };
+    Ok(recorded_settings(setup, model, cell, others)?)
 }

@@ -9,12 +9,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use controller::ControllerConfig;
-use controller::options::{MODEL_NAMES, ModelChoice, PlantChoice};
+use controller::options::{MODEL_NAMES, ModelChoice};
 use controller::recorded_run::{InitialSetupError, RecordedRun, RecordedRunError};
-use controller::start_configuration::{IDEAL, RAPIER, RIGID};
+use controller::start_configuration::recorded_settings;
 use editor::dap::{RecordedProgram, RunTarget};
 use elite_runtime::ProgramText;
-use kinematics::Calibration;
 use motion_api::ProgramId;
 use recorder::{Recording, RecordingEntry, Setup, Topic};
 
@@ -108,7 +107,6 @@ fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, St
     if setup.part != 1 {
         return Err(format!("it is part {} of several files", setup.part));
     }
-    let millis = (setup.step_time * 1000.0).round();
     let known = MODEL_NAMES.iter().find(|name| **name == setup.model);
     let model = match (known, &setup.urdf) {
         (Some(name), _) => ModelChoice::BuiltIn(name),
@@ -119,10 +117,6 @@ fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, St
         }
         (None, None) => return Err(format!("the model {} is not known", setup.model)),
     };
-    let calibration = setup.calibration.as_ref().map(|text| {
-        Calibration::from_text(text, Path::new("the recorded calibration"))
-            .map_err(|error| error.to_string())
-    });
     match (&setup.cell, &given.cell) {
         (Some(text), Some(path)) => same_text("cell", path, text)?,
         (Some(_), None) => {
@@ -133,22 +127,8 @@ fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, St
         (None, Some(_)) => return Err("nothing stood around the arm: leave cell out".to_owned()),
         (None, None) => {}
     }
-    Ok(ControllerConfig {
-        model,
-        calibration: calibration.transpose()?,
-        step: millis.to_string().parse()?,
-        plant: match setup.plant.as_str() {
-            RIGID => PlantChoice::Rigid,
-            RAPIER => PlantChoice::Rapier,
-            IDEAL => PlantChoice::Ideal,
-            other => return Err(format!("the plant {other} is not known")),
-        },
-        tcp: setup.tcp,
-        payload: setup.payload,
-        home: setup.home,
-        seed: setup.seed,
-        ..given.clone()
-    })
+    let (cell, others) = (given.cell.clone(), given.clone());
+    recorded_settings(setup, model, cell, others).map_err(|error| error.to_string())
 }
 
 fn same_text(what: &str, path: &Path, recorded: &str) -> Result<(), String> {
