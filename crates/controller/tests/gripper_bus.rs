@@ -240,6 +240,28 @@ fn a_program_takes_a_part_with_a_gripper_on_modbus_tcp_in_the_same_cycles_every_
 }
 
 #[test]
+fn only_robotiq_reads_and_writes_in_one_function() {
+    let errors = |protocol: &str, written: u32, read: u32| {
+        let bus = format!("protocol = \"{protocol}\"\nbus = \"tcp:5020\"\nslave = 9");
+        let controller = Controller::open(&cell(&bus));
+        controller.run(&format!(
+            "
+modbus_add_rw_signal('127.0.0.1', 9, {read}, 1, {written}, 1, 'both', port=5020)
+modbus_set_signal_update_frequency('both', 50)
+sleep(0.1)
+modbus_set_output_register('both', [1])
+sleep(0.2)
+write_output_integer_register(0, modbus_get_error('both')[0])
+"
+        ));
+        controller.told()[0]
+    };
+    assert_eq!(errors("robotiq-2f", 1001, 2000), 0);
+    // Exception 1: the function is not allowed.
+    assert_eq!(errors("dh-ag", 0x0104, 0x0200), 1);
+}
+
+#[test]
 fn another_slave_of_a_tcp_port_is_told_to_be_absent() {
     let controller = Controller::open(&cell("protocol = \"robotiq-2f\"\nbus = \"tcp:5020\""));
     controller.run(

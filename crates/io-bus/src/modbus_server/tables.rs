@@ -40,6 +40,10 @@ pub type Slaves = BTreeMap<u8, Arc<dyn Tables + Send + Sync>>;
 /// Bits and words. A request that is refused has changed nothing. Counts are at least 1, and addresses may reach beyond
 /// the last one there is.
 pub trait Tables {
+    /// Whether the device has this function at all; one that it has not is answered with exception 1.
+    fn has_function(&self, _function: u8) -> bool {
+        true
+    }
     /// Bits.
     ///
     /// # Errors

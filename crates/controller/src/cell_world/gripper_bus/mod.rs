@@ -116,6 +116,10 @@ impl BusGripper {
 }
 
 impl Tables for BusGripper {
+    fn has_function(&self, function: u8) -> bool {
+        self.words.lock().registers.has_function(function)
+    }
+
     fn read_bits(&self, _: Space, _: u16, _: u16) -> Result<Vec<bool>, ModbusException> {
         Err(ModbusException::IllegalFunction)
     }

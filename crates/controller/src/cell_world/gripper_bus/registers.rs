@@ -63,6 +63,8 @@ pub(super) struct DhRegisters {
     speed: u16,
 }
 
+/// The function that writes words and reads others.
+const READ_WRITE: u8 = 23;
 /// First word that is written to a Robotiq gripper, and first one to read.
 const ROBOTIQ_OUTPUTS: u16 = 0x03E8;
 const ROBOTIQ_INPUTS: u16 = 0x07D0;
@@ -83,6 +85,15 @@ impl GripperRegisters {
                 position: None,
                 speed: 100,
             }),
+        }
+    }
+
+    /// Whether a gripper has a function: reading and writing at once is in the manual of the 2F-85 and 2F-140 ("Master read &
+    /// write multiple registers FC23"), and in none of DH.
+    pub(super) const fn has_function(&self, function: u8) -> bool {
+        match self {
+            Self::Robotiq(_) => true,
+            Self::Dh(_) => function != READ_WRITE,
         }
     }
 

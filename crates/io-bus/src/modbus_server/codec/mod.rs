@@ -92,6 +92,7 @@ type ReplyBody = Result<Vec<u8>, ModbusException>;
 pub(crate) fn reply_to(request: &[u8], tables: &dyn Tables) -> Vec<u8> {
     let (&function, fields) = request.split_first().unwrap_or((&0, &[]));
     let body = match function {
+        other if !tables.has_function(other) => Err(ModbusException::IllegalFunction),
         1 => read_bits(fields, tables, Space::Outputs),
         2 => read_bits(fields, tables, Space::Inputs),
         3 => read_words(fields, tables, Space::Outputs),

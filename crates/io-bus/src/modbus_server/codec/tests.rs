@@ -43,6 +43,40 @@ fn a_slave_answers_to_its_number_and_the_only_one_to_0_and_255() {
     assert_eq!(build_slave_reply(&request(255), &two), absent(255));
 }
 
+/// A device that has the function 3 only.
+struct Reader(Store);
+
+impl Tables for Reader {
+    fn has_function(&self, function: u8) -> bool {
+        function == 3
+    }
+
+    fn read_bits(&self, space: Space, from: u16, count: u16) -> Result<Vec<bool>, ModbusException> {
+        self.0.read_bits(space, from, count)
+    }
+
+    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), ModbusException> {
+        self.0.write_bits(address, levels)
+    }
+
+    fn read_words(&self, space: Space, from: u16, count: u16) -> Result<Vec<u16>, ModbusException> {
+        self.0.read_words(space, from, count)
+    }
+
+    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), ModbusException> {
+        self.0.write_words(address, values)
+    }
+}
+
+#[test]
+fn a_function_that_a_device_has_not_is_exception_1_and_changes_nothing() {
+    let device = Reader(Store::default());
+    let both = [0x17, 0, 0, 0, 2, 0, 1, 0, 1, 2, 0, 9];
+    assert_eq!(reply_to(&both, &device), [0x97, 1]);
+    assert_eq!(reply_to(&[6, 0, 1, 0, 9], &device), [0x86, 1]);
+    assert_eq!(reply_to(&[3, 0, 1, 0, 1], &device), [3, 2, 0, 0]);
+}
+
 #[test]
 fn every_function_reads_and_writes_the_image() {
     let store = Store::default();
