@@ -7,6 +7,7 @@ use std::sync::Arc;
 use elite_syntax::{SourceFile, Span, TaskNode};
 
 use crate::eval::Evaluator;
+use crate::stdlib;
 use crate::value::exception::{ExceptionState, TracebackEntry};
 use crate::value::instance::InstancePayload;
 use crate::value::{Instance, R, Raised, Value};
@@ -151,6 +152,13 @@ pub struct TraceFrame {
     pub column: u32,
 }
 
+impl TraceFrame {
+    /// Whether the text is one of the library that comes with the language, and of no program.
+    pub fn is_in_library(&self) -> bool {
+        stdlib::is_library(&self.file)
+    }
+}
+
 /// An exception that no handler took: it ended its script thread.
 #[derive(Clone, Debug)]
 pub struct ScriptError {
@@ -185,11 +193,6 @@ impl ScriptError {
         } else {
             format!("{}: {}", self.exception, self.message)
         }
-    }
-
-    /// Where the exception was raised: the innermost level of the call stack.
-    pub fn place(&self) -> Option<&TraceFrame> {
-        self.traceback.last()
     }
 }
 

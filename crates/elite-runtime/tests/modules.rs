@@ -26,6 +26,25 @@ fn printed(text: &str) -> String {
 }
 
 #[test]
+fn an_error_in_the_library_is_told_at_the_line_of_the_program() {
+    for (text, at) in [
+        ("x = 1\nf = open('a.txt')", (2, 5)),
+        (
+            "import json\ndef read(s):\n    return json.loads(s)\nread('{')",
+            (3, 12),
+        ),
+        (
+            "import threading\ndef work():\n    x = 1 / 0\nt = threading.Thread(target=work)\nt.start()\nsleep(1)",
+            (3, 9),
+        ),
+    ] {
+        let ran = run(&Standing::default(), text);
+        assert!(!ran.error.is_empty(), "{text}");
+        assert_eq!(ran.error_at, at, "{text}\n{}", ran.report);
+    }
+}
+
+#[test]
 fn threads_of_the_language_are_scheduled_like_those_of_the_task() {
     let text = "
 import threading, time

@@ -217,6 +217,19 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
     Ok(Some(module))
 }
 
+/// Whether a text is one of the embedded scripts.
+pub fn is_library(file: &SourceFile) -> bool {
+    MODULES.iter().any(|(name, source)| match source {
+        Script(text) => *text == file.text() && file_name(name) == file.name(),
+        Native(_) => false,
+    })
+}
+
+/// The name under which tracebacks have an embedded script.
+fn file_name(module: &str) -> String {
+    format!("lib/{module}.py")
+}
+
 /// The code of an embedded script, read with pauses. What it imports is there then, so that what is left, its
 /// statements, takes a millisecond or two: they run in one piece, for a module must not be seen half loaded.
 fn read_script(
@@ -225,7 +238,7 @@ fn read_script(
     name: &str,
     text: &str,
 ) -> R<Rc<Code>> {
-    let file = SourceFile::new(format!("lib/{name}.py"), text);
+    let file = SourceFile::new(file_name(name), text);
     let (code, imported) = with_parse_budget(ev, |budget| {
         let ResolvedTree { module, resolution } = parse_and_resolve(ev, &file, false, budget)?;
         let imported = module

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::{ScriptError, Value};
+use elite_lang::{ScriptError, TraceFrame, Value};
 use elite_syntax::{Diagnostic, SourceFile, TaskNode};
 use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
@@ -122,10 +122,11 @@ impl Task {
     pub(super) fn report_script_error(&self, error: &ScriptError) {
         // What the program said before its error is no less true because the arm stops on the way there.
         self.context.show_effects_if(|_| true);
+        let place = place_in_program(error);
         self.settings.observer.message(&Message::ScriptError {
             program: self.context.program(),
-            line: line_of(error),
-            column: error.place().map_or(1, |frame| frame.column),
+            line: place.map_or(1, |frame| frame.line),
+            column: place.map_or(1, |frame| frame.column),
             summary: error.headline(),
             report: elite_lang::render_script_error(error),
         });
@@ -135,7 +136,7 @@ impl Task {
         let origin = Origin {
             program: self.context.program(),
             thread: number,
-            line: line_of(error),
+            line: place_in_program(error).map_or(1, |frame| frame.line),
         };
         self.warn_of_secondary(origin, &error.headline());
     }
@@ -317,12 +318,14 @@ impl Task {
     }
 }
 
-/// The line of the program in which the error was raised or that led to it; other texts have lines of their own.
-pub(super) fn line_in_program(error: &ScriptError) -> Option<u32> {
-    let program = &error.traceback.first()?.file;
-    let mut inside = error.traceback.iter().rev();
-    let frame = inside.find(|frame| Arc::ptr_eq(&frame.file, program))?;
-    Some(frame.line)
+/// Where in the program the error was raised, or what led to it there; other texts have lines of their own. The call stack of a
+/// thread may begin in the library.
+pub(super) fn place_in_program(error: &ScriptError) -> Option<&TraceFrame> {
+    let frames = &error.traceback;
+    let program = &frames.iter().find(|frame| !frame.is_in_library())?.file;
+    frames
+        .iter()
+        .rfind(|frame| Arc::ptr_eq(&frame.file, program))
 }
 
 /// What is told of a main program that does not compile; 0 is the number of one that was never started.
@@ -337,11 +340,6 @@ pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: Progr
         report: format!("{}\n{summary}", picture.trim_end()),
         summary,
     }
-}
-
-/// Where the error was raised; line 1 for an error without a place.
-fn line_of(error: &ScriptError) -> u32 {
-    error.place().map_or(1, |frame| frame.line)
 }
 
 /// Whether a value is one that people look at: no function, class or module.

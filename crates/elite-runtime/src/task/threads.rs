@@ -6,7 +6,7 @@ use elite_lang::{Resume, ResumeOutcome, ScriptError, ScriptThread, WaitToken};
 use motion_api::{CommandKind, ThreadNumber};
 use tokio::sync::oneshot;
 
-use super::report::{ReportedPosition, line_in_program};
+use super::report::{ReportedPosition, place_in_program};
 use super::scheduler::{Task, TaskEnd};
 
 use super::wait::Wait;
@@ -166,7 +166,7 @@ impl Task {
     }
 
     pub(super) fn thread_failed(&mut self, number: ThreadNumber, error: &ScriptError) {
-        self.report_last_line(number, line_in_program(error));
+        self.report_last_line(number, place_in_program(error).map(|frame| frame.line));
         let entry = self.threads.entries.get(&number);
         if entry.is_some_and(|entry| entry.secondary.is_some()) {
             if !self.answer(number, || Err(error.headline())) {

@@ -56,6 +56,8 @@ pub struct Ran {
     pub error: String,
     /// The whole report of it.
     pub report: String,
+    /// Line and column of it.
+    pub error_at: (u32, u32),
     /// What the arm was told.
     pub commands: Vec<CommandKind>,
     /// What its memory account said at each `print`, bytes.
@@ -133,6 +135,8 @@ struct Listener {
     heard: Mutex<(String, Vec<String>, String, String)>,
     /// Where its threads stood, as they were told.
     places: Mutex<Vec<(u32, Place)>>,
+    /// Line and column of the error.
+    error_at: Mutex<(u32, u32)>,
     /// What the task's thread held at each `print`.
     held: Mutex<Vec<isize>>,
 }
@@ -147,8 +151,13 @@ impl Observer for Listener {
             }
             Message::Log { text, .. } | Message::Robot { text, .. } => log.push(text.clone()),
             Message::ScriptError {
-                summary, report, ..
+                summary,
+                report,
+                line,
+                column,
+                ..
             } => {
+                *self.error_at.lock().unwrap() = (*line, *column);
                 error.clone_from(summary);
                 full.clone_from(report);
             }
@@ -253,6 +262,7 @@ pub fn run_while(
         log,
         error,
         report,
+        error_at: *listener.error_at.lock().unwrap(),
         commands,
         held,
         places: std::mem::take(&mut *listener.places.lock().unwrap()),
