@@ -230,6 +230,172 @@ fn a_drawing_is_driven_contour_by_contour() {
     );
 }
 
+/// A spline through points, mm, with tangents at its ends.
+fn fitted(points: &[[f64; 3]], tangents: &[(i32, [f64; 3])]) -> String {
+    let points = points.iter().map(|point| (11, *point));
+    let groups: Vec<(i32, String)> = points
+        .chain(tangents.iter().copied())
+        .flat_map(|(code, [x, y, z])| [(code, x), (code + 10, y), (code + 20, z)])
+        .map(|(code, number)| (code, number.to_string()))
+        .collect();
+    let groups = groups.iter().map(|(code, text)| (*code, text.as_str()));
+    let head = [(0, "SPLINE"), (70, "8"), (71, "3")];
+    drawing(4, &[&head.into_iter().chain(groups).collect::<Vec<_>>()])
+}
+
+/// The points that a drawing is driven through, mm.
+fn driven_mm(text: &str) -> Vec<Point> {
+    let path = dxf::read(text, &[], TOLERANCE).unwrap();
+    assert_eq!(remarks(&path), [""; 0]);
+    let points = path.steps.iter().filter_map(|step| match step.kind {
+        StepKind::Line(p) | StepKind::Rapid(p) => Some(p.map(|x| x * 1e3)),
+        _ => None,
+    });
+    points.collect()
+}
+
+#[test]
+fn a_spline_through_points_is_the_one_of_ezdxf() {
+    // `fit_points_to_cad_cv(points, tangents)` of ezdxf 1.4.5: nine points of the curve, and the length of its
+    // flattening to 0.0005 mm.
+    let open = [
+        [0.0, 0.0, 0.0],
+        [20.0, 30.0, 0.0],
+        [50.0, 10.0, 0.0],
+        [60.0, -20.0, 0.0],
+        [100.0, 0.0, 0.0],
+        [110.0, 40.0, 0.0],
+    ];
+    let space = [
+        [0.0, 0.0, 0.0],
+        [10.0, 10.0, 5.0],
+        [30.0, 0.0, 20.0],
+        [35.0, -15.0, 0.0],
+    ];
+    let cases = [
+        (
+            fitted(&open, &[]),
+            197.5483,
+            [
+                [0.0, 0.0, 0.0],
+                [11.4536, 24.0585, 0.0],
+                [30.1317, 28.9349, 0.0],
+                [49.4898, 11.0448, 0.0],
+                [56.4897, -14.1677, 0.0],
+                [71.5572, -20.7637, 0.0],
+                [95.0989, -5.6095, 0.0],
+                [107.8739, 16.6327, 0.0],
+                [110.0, 40.0, 0.0],
+            ],
+        ),
+        (
+            fitted(&open[..5], &[(12, [1.0, 0.0, 0.0]), (13, [0.0, 2.0, 0.0])]),
+            160.0046,
+            [
+                [0.0, 0.0, 0.0],
+                [11.7249, 13.3645, 0.0],
+                [20.7249, 30.4778, 0.0],
+                [37.2728, 26.2935, 0.0],
+                [50.9534, 7.5538, 0.0],
+                [55.2459, -12.5538, 0.0],
+                [66.6835, -21.7681, 0.0],
+                [88.1535, -15.7452, 0.0],
+                [100.0, 0.0, 0.0],
+            ],
+        ),
+        (
+            fitted(&space, &[]),
+            70.5742,
+            [
+                [0.0, 0.0, 0.0],
+                [5.375, 6.723, 2.1702],
+                [11.4204, 10.3977, 6.1006],
+                [18.2627, 9.4307, 12.1578],
+                [24.88, 5.2974, 17.7694],
+                [30.1051, -0.1378, 19.9905],
+                [33.1306, -5.3759, 16.7766],
+                [34.4834, -10.2732, 9.4232],
+                [35.0, -15.0, 0.0],
+            ],
+        ),
+        (
+            fitted(
+                &[[0.0; 3], [40.0, 30.0, 0.0]],
+                &[(12, [0.0, 1.0, 0.0]), (13, [1.0, 0.0, 0.0])],
+            ),
+            54.3759,
+            [
+                [0.0, 0.0, 0.0],
+                [1.0352, 6.0742, 0.0],
+                [3.9063, 11.7188, 0.0],
+                [8.2617, 16.8164, 0.0],
+                [13.75, 21.25, 0.0],
+                [20.0195, 24.9023, 0.0],
+                [26.7188, 27.6562, 0.0],
+                [33.4961, 29.3945, 0.0],
+                [40.0, 30.0, 0.0],
+            ],
+        ),
+    ];
+    for (text, length, truth) in cases {
+        let driven = driven_mm(&text);
+        for point in truth {
+            let distances = driven
+                .windows(2)
+                .map(|pair| distance_to_line(point, pair[0], pair[1]));
+            let nearest = distances.fold(f64::INFINITY, f64::min);
+            assert!(nearest < 0.05, "{point:?}: {nearest} mm");
+        }
+        let own: f64 = driven
+            .windows(2)
+            .map(|pair| distance(pair[0], pair[1]))
+            .sum();
+        assert!((own - length).abs() < 0.05, "{own} {length}");
+        assert!(
+            distance(driven[0], truth[0]) < 1e-9
+                && distance(driven[driven.len() - 1], truth[8]) < 1e-9
+        );
+    }
+    // A tangent at one end, points that come twice, a straight line.
+    let one = driven_mm(&fitted(
+        &[[0.0; 3], [0.0; 3], [40.0, 30.0, 0.0]],
+        &[(12, [0.0, 1.0, 0.0])],
+    ));
+    assert!(one.len() > 4 && one[1][0] < 0.3 * one[1][1], "{one:?}");
+    let straight = driven_mm(&fitted(&[[0.0; 3], [40.0, 30.0, 0.0]], &[]));
+    assert!(
+        straight
+            .iter()
+            .all(|p| (p[0] * 3.0 - p[1] * 4.0).abs() < 1e-9)
+    );
+    // Less than two points are none.
+    for points in [&[][..], &[[1.0; 3]], &[[1.0; 3], [1.0; 3]]] {
+        let path = dxf::read(&fitted(points, &[]), &[], TOLERANCE).unwrap();
+        assert_eq!(
+            remarks(&path),
+            ["line 15: a spline has neither control points nor two fit points that differ"]
+        );
+        assert!(path.remarks[0].is_error);
+    }
+}
+
+/// Distance of a point from a line between two points.
+fn distance_to_line(point: Point, from: Point, to: Point) -> f64 {
+    let along = |k: f64| [0, 1, 2].map(|axis| from[axis] + k * (to[axis] - from[axis]));
+    let length = distance(from, to);
+    let dot: f64 = (0..3)
+        .map(|axis| (point[axis] - from[axis]) * (to[axis] - from[axis]))
+        .sum();
+    distance(point, along((dot / (length * length)).clamp(0.0, 1.0)))
+}
+
+fn distance(a: Point, b: Point) -> f64 {
+    (0..3)
+        .map(|axis| (a[axis] - b[axis]).powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
 #[test]
 fn units_mirrors_and_splines_of_drawings() {
     let inch = drawing(
@@ -454,7 +620,7 @@ proptest! {
     }
 
     #[test]
-    fn any_groups_are_read_or_refused(groups in prop::collection::vec((prop::sample::select(vec![0, 8, 10, 20, 30, 11, 21, 40, 41, 42, 50, 51, 70, 71, 230]), prop::sample::select(vec!["LINE", "ARC", "CIRCLE", "LWPOLYLINE", "SPLINE", "ELLIPSE", "POLYLINE", "VERTEX", "SEQEND", "1", "-2.5", "1e300", "0", "3", "nan", "8"])), 0..60)) {
+    fn any_groups_are_read_or_refused(groups in prop::collection::vec((prop::sample::select(vec![0, 8, 10, 20, 30, 11, 21, 31, 12, 22, 13, 40, 41, 42, 50, 51, 70, 71, 230]), prop::sample::select(vec!["LINE", "ARC", "CIRCLE", "LWPOLYLINE", "SPLINE", "ELLIPSE", "POLYLINE", "VERTEX", "SEQEND", "1", "-2.5", "1e300", "0", "3", "nan", "8"])), 0..60)) {
         let text = drawing(4, &[&groups]);
         if let Ok(path) = dxf::read(&text, &[], TOLERANCE) {
             let (program, _) = write(&path, "a", &options(), &mut |_, _| true);

@@ -405,8 +405,17 @@ impl Drawing<'_> {
             },
             ..Spline::default()
         };
+        let mut through: Vec<Point> = Vec::new();
         for pair in entity {
             match pair.code {
+                11 => through.push([pair.number()? * self.unit_m, 0.0, 0.0]),
+                21 | 31 => {
+                    let value = pair.number()? * self.unit_m;
+                    let axis = if pair.code == 21 { 1 } else { 2 };
+                    if let Some(point) = through.last_mut() {
+                        point[axis] = value;
+                    }
+                }
                 40 => spline.knots.push(pair.number()?),
                 41 => spline.weights.push(pair.number()?),
                 10 => spline.points.push([pair.number()? * self.unit_m, 0.0, 0.0]),
@@ -419,6 +428,22 @@ impl Drawing<'_> {
                 }
                 _ => {}
             }
+        }
+        // Control points say the curve, whatever else is there.
+        if spline.points.is_empty() {
+            let tangent = |code: i32| -> Result<Option<Point>, ToolpathError> {
+                let given = find(entity, code).map(|_| self.point(entity, code));
+                given.transpose()
+            };
+            let tangents = [tangent(12)?, tangent(13)?];
+            let Some(fitted) = Spline::through(&through, tangents) else {
+                self.path.impossible(
+                    line,
+                    "a spline has neither control points nor two fit points that differ",
+                );
+                return Ok(());
+            };
+            spline = fitted;
         }
         if let Some(why) = spline.problem() {
             self.path.impossible(line, why);

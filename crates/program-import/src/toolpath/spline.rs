@@ -17,10 +17,54 @@ pub struct Spline {
 
 /// Higher degrees are no splines that anybody draws.
 pub const DEGREE_MAX: usize = 25;
+/// Points of a curve that are nearer to the one before are the same, m.
+const FIT_DISTANCE_MIN_M: f64 = 1e-9;
 /// Each span of knots is halved this often at most.
 const HALVINGS_MAX: u32 = 12;
 
 impl Spline {
+    /// The cubic spline through points, as programs for drawings make it: of steady curvature, by the length of chords. A
+    /// tangent says the direction at an end; without one the curve is not bent there. `None`: there are no two points.
+    pub fn through(points: &[Point], tangents: [Option<Point>; 2]) -> Option<Self> {
+        let mut through: Vec<Point> = Vec::with_capacity(points.len());
+        for point in points {
+            if through
+                .last()
+                .is_none_or(|last| distance(*last, *point) >= FIT_DISTANCE_MIN_M)
+            {
+                through.push(*point);
+            }
+        }
+        let chords: Vec<f64> = through
+            .windows(2)
+            .map(|pair| distance(pair[0], pair[1]))
+            .collect();
+        let first = *through.first().filter(|_| !chords.is_empty())?;
+        let slopes = slopes(
+            &through,
+            &chords,
+            tangents.map(|tangent| tangent.and_then(unit)),
+        );
+        // Each span is a Bézier curve: its knots are threefold.
+        let (mut knots, mut controls) = (vec![0.0; 4], vec![first]);
+        let mut length = 0.0;
+        for (index, chord) in chords.iter().enumerate() {
+            let (begin, end) = (through[index], through[index + 1]);
+            controls.push(plus(begin, slopes[index], chord / 3.0));
+            controls.push(plus(end, slopes[index + 1], -chord / 3.0));
+            controls.push(end);
+            length += chord;
+            knots.extend([length; 3]);
+        }
+        knots.push(length);
+        Some(Self {
+            degree: 3,
+            knots,
+            points: controls,
+            weights: Vec::new(),
+        })
+    }
+
     /// Why it is none.
     pub fn problem(&self) -> Option<String> {
         let (count, degree) = (self.points.len(), self.degree);
@@ -53,11 +97,9 @@ impl Spline {
     /// The point at a parameter, by de Boor's algorithm in homogeneous coordinates.
     pub fn point(&self, parameter: f64) -> Point {
         let (degree, knots) = (self.degree, &self.knots);
-        let last = self.points.len() - 1;
-        let span = (degree..last)
-            .take_while(|span| knots[*span + 1] <= parameter)
-            .count()
-            + degree;
+        // Knots are in order, and there are more of them than control points.
+        let inner = &knots[degree + 1..self.points.len()];
+        let span = degree + inner.partition_point(|knot| *knot <= parameter);
         let mut work: Vec<[f64; 4]> = (span - degree..=span)
             .map(|index| {
                 let weight = self.weights.get(index).copied().unwrap_or(1.0);
@@ -122,6 +164,52 @@ impl Spline {
             self.add_lines(span, halvings - 1, tolerance, points_max, lines);
         }
     }
+}
+
+/// Derivatives at the points by the length of chords, such that curvature is steady: a tridiagonal system, solved from both ends.
+/// There is a chord less than points, and at least one.
+fn slopes(points: &[Point], chords: &[f64], tangents: [Option<Point>; 2]) -> Vec<Point> {
+    let last = chords.len();
+    let secant = |index: usize| {
+        plus(
+            [0.0; 3],
+            minus(points[index + 1], points[index]),
+            1.0 / chords[index],
+        )
+    };
+    // Factors of the neighbour before, of the slope itself and of the neighbour behind, and the right side.
+    let row = |index: usize| -> ([f64; 3], Point) {
+        let scaled = |vector, factor| plus([0.0; 3], vector, factor);
+        match (index, tangents) {
+            (0, [Some(tangent), _]) => ([0.0, 1.0, 0.0], tangent),
+            (0, [None, _]) => ([0.0, 2.0, 1.0], scaled(secant(0), 3.0)),
+            (end, [_, Some(tangent)]) if end == last => ([0.0, 1.0, 0.0], tangent),
+            (end, [_, None]) if end == last => ([1.0, 2.0, 0.0], scaled(secant(end - 1), 3.0)),
+            (inner, _) => {
+                let (before, behind) = (chords[inner - 1], chords[inner]);
+                let right = scaled(secant(inner - 1), 3.0 * behind);
+                let right = plus(right, secant(inner), 3.0 * before);
+                ([behind, 2.0 * (before + behind), before], right)
+            }
+        }
+    };
+    // The middle factor is larger than the others together in every row, so that no divisor comes near 0.
+    let mut behind = vec![0.0; points.len()];
+    let mut slopes = vec![[0.0; 3]; points.len()];
+    for index in 0..points.len() {
+        let ([left, middle, right], value) = row(index);
+        let (taken, slope) = match index {
+            0 => (0.0, [0.0; 3]),
+            _ => (behind[index - 1], slopes[index - 1]),
+        };
+        let divisor = middle - left * taken;
+        behind[index] = right / divisor;
+        slopes[index] = plus([0.0; 3], plus(value, slope, -left), 1.0 / divisor);
+    }
+    for index in (0..last).rev() {
+        slopes[index] = plus(slopes[index], slopes[index + 1], -behind[index]);
+    }
+    slopes
 }
 
 /// Distance of a point from a line between two points.

@@ -277,6 +277,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("a sphere needs its radius", "球需要半径"),
     (
+        "a spline has neither control points nor two fit points that differ",
+        "样条曲线既没有控制点，也没有两个不同的拟合点",
+    ),
+    (
         "a spline of degree {} with {} control points has {} knots, and this one {}",
         "{0} 次、{1} 个控制点的样条曲线有 {2} 个节点，而此曲线有 {3} 个",
     ),
