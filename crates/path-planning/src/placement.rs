@@ -87,6 +87,8 @@ pub struct PlacementCheck<'a> {
     scene: CollisionScene,
     standing: Vec<(ObstacleId, Pose)>,
     arm: PlacedArm,
+    /// The point that failed last: most often it fails at the next place as well.
+    suspect: usize,
 }
 
 impl<'a> PlacementCheck<'a> {
@@ -106,32 +108,44 @@ impl<'a> PlacementCheck<'a> {
             standing: standing.collect(),
             scene,
             arm: PlacedArm::default(),
+            suspect: 0,
         }
     }
 
-    /// What holds with the base there: a placement, or the numbers of the points that are not reached, from 0; all of
-    /// them only where `finds_all`, else the first.
+    /// What holds with the base there: a placement, or the numbers of points that are not reached, from 0 and in order. No more
+    /// than `failing_max` of them are looked for.
     ///
     /// # Errors
     /// The points that fail.
-    pub fn judge(&mut self, base: &BasePose, finds_all: bool) -> Result<Placement, Vec<usize>> {
+    pub fn judge(&mut self, base: &BasePose, failing_max: usize) -> Result<Placement, Vec<usize>> {
         let base_from_cell = base.pose().inverse();
         for (id, pose) in &self.standing {
             let place = ObstaclePlace::Standing(base_from_cell * *pose);
             self.scene.set_place(*id, place);
         }
+        let request = self.request;
+        let suspect = self.suspect;
+        let mut of_suspect = match request.points.get(suspect) {
+            Some(point) if failing_max == 1 => {
+                let reached = self.best_joints(&(base_from_cell * *point));
+                Some(reached.ok_or_else(|| vec![suspect])?)
+            }
+            _ => None,
+        };
         let (mut failing, mut joints) = (Vec::new(), Vec::new());
         let (mut joint_margin, mut distance) = (f64::INFINITY, f64::INFINITY);
-        for (number, point) in self.request.points.iter().enumerate() {
-            match self.best_joints(&(base_from_cell * *point)) {
+        for (number, point) in request.points.iter().enumerate() {
+            let known = of_suspect.take_if(|_| number == suspect);
+            match known.or_else(|| self.best_joints(&(base_from_cell * *point))) {
                 Some((q, margin, far)) => {
                     joints.push(q);
                     joint_margin = joint_margin.min(margin);
                     distance = distance.min(far);
                 }
                 None => {
+                    self.suspect = number;
                     failing.push(number);
-                    if !finds_all {
+                    if failing.len() >= failing_max {
                         return Err(failing);
                     }
                 }
@@ -238,7 +252,7 @@ pub fn place(
         if should_stop() {
             break;
         }
-        if let Ok(placement) = check.judge(base, false) {
+        if let Ok(placement) = check.judge(base, 1) {
             found.push(placement);
         }
     }
@@ -258,13 +272,13 @@ pub fn place(
     best.ok_or_else(|| {
         let mut fewest: Option<Vec<usize>> = None;
         for base in &places {
-            if fewest.is_some() && should_stop() {
+            let count = fewest.as_ref().map_or(usize::MAX, Vec::len);
+            // No place reaches all of them: fewer than one is not to be found.
+            if count == 1 || fewest.is_some() && should_stop() {
                 break;
             }
-            if let Err(failing) = check.judge(base, true)
-                && fewest
-                    .as_ref()
-                    .is_none_or(|fewest| failing.len() < fewest.len())
+            if let Err(failing) = check.judge(base, count)
+                && failing.len() < count
             {
                 fewest = Some(failing);
             }
@@ -322,7 +336,7 @@ fn best_beside(
     }));
     let mut better: Option<Placement> = None;
     for base in &bases {
-        if let Ok(placement) = check.judge(base, false)
+        if let Ok(placement) = check.judge(base, 1)
             && placement.is_better_than(better.as_ref().unwrap_or(start))
         {
             better = Some(placement);

@@ -47,7 +47,7 @@ fn no_place_of_a_grid_is_better() {
                 y: side(j),
                 yaw: 0.0,
             };
-            if let Ok(placement) = check.judge(&base, false) {
+            if let Ok(placement) = check.judge(&base, 1) {
                 largest = largest.max(placement.joint_margin);
             }
         }
@@ -62,6 +62,38 @@ fn points_that_are_out_of_reach_are_told() {
     let mut request = request(false);
     request.points.push(Pose::from_translation(3.0, 0.0, 0.3));
     assert_eq!(place(&request, &mut || false), Err(vec![3]));
+}
+
+#[test]
+fn no_more_points_are_judged_than_are_asked_for() {
+    let mut request = request(false);
+    let base = place(&request, &mut || false).unwrap().base;
+    let far = Pose::from_translation(3.0, 0.0, 0.3);
+    request.points.insert(1, far);
+    request.points.extend([far; 2]);
+    let mut check = PlacementCheck::new(&request);
+    assert_eq!(check.judge(&base, usize::MAX), Err(vec![1, 4, 5]));
+    assert_eq!(check.judge(&base, 2), Err(vec![1, 4]));
+    // The one that failed last is judged first.
+    assert_eq!(check.judge(&base, 1), Err(vec![4]));
+    assert_eq!(place(&request, &mut || false), Err(vec![1, 4, 5]));
+}
+
+/// Points that are judged in another order are the same placement.
+#[test]
+fn what_failed_before_changes_no_placement() {
+    let request = request(false);
+    let elsewhere = BasePose {
+        x: -0.5,
+        y: 0.5,
+        yaw: 0.0,
+    };
+    let here = place(&request, &mut || false).unwrap().base;
+    let fresh = PlacementCheck::new(&request).judge(&here, usize::MAX);
+    assert!(fresh.is_ok());
+    let mut check = PlacementCheck::new(&request);
+    assert!(check.judge(&elsewhere, usize::MAX).is_err());
+    assert_eq!(check.judge(&here, 1), fresh);
 }
 
 #[test]
@@ -89,7 +121,7 @@ fn a_ridge_between_two_joints_is_climbed() {
         y: 0.5,
         yaw: 0.0,
     };
-    let known = PlacementCheck::new(&request).judge(&known, false).unwrap();
+    let known = PlacementCheck::new(&request).judge(&known, 1).unwrap();
     assert!(
         best.joint_margin >= known.joint_margin,
         "{best:?} {known:?}"
