@@ -170,6 +170,8 @@ computing() {
         part "Rust tests that compute" rust_tests "$profile" -E "not ($TALKING)" --test-threads "$(nproc)"
         part "documentation examples" cargo test --workspace --doc --quiet
     fi
+    # Those of examples/testing and examples/reference are run by tests; this one checks the programs in cells.
+    part "programs of examples/cells" "$ELITESERVER" test examples/cells
     # On the way a bounded number of the campaign's cases is among the tests (dev::cases).
     if [ "$all" = 1 ]; then
         part "campaign: every decoder, the evaluator and its generators; bounded, a line each" campaign
