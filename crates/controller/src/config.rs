@@ -99,7 +99,7 @@ impl ControllerConfig {
                 path: path.to_owned(),
                 source,
             })?;
-        Cell::from_text(text, path).map(Some)
+        Cell::from_text_beside_files(text, path).map(Some)
     }
 }
 

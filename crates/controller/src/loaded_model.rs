@@ -1,7 +1,7 @@
 //! The arm that was chosen, and what a recording must keep to build it again.
 
 use kinematics::{Calibration, RobotModel};
-use recorder::{CellFiles, Setup};
+use recorder::Setup;
 
 use crate::cell::Cell;
 use crate::config::ControllerConfig;
@@ -70,7 +70,7 @@ pub(crate) fn setup(
         urdf: loaded.urdf.clone(),
         calibration: loaded.model.calibration().map(Calibration::to_toml),
         cell: cell.map(|cell| cell.text().to_owned()),
-        files: CellFiles::new(),
+        files: cell.map(|cell| cell.files().clone()).unwrap_or_default(),
         home: config.home,
         tcp: config.tcp,
         payload: config.payload,

@@ -306,7 +306,5 @@ pub fn model_of(setup: &Setup) -> Result<RobotModel, RecordedModelError> {
 /// # Errors
 /// It is none of this version's.
 pub fn cell_of(setup: &Setup) -> Result<Option<Cell>, CellError> {
-    let text = setup.cell.clone();
-    text.map(|text| Cell::from_text(text, Path::new("the recorded cell file")))
-        .transpose()
+    Cell::of_recording(setup)
 }

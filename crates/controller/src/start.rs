@@ -185,6 +185,9 @@ impl PreparedController {
         let permissions = permissions(config)?;
         let loaded = LoadedModel::open(config)?;
         let cell = config.read_cell()?;
+        for mesh in cell.iter().flat_map(Cell::mesh_facts) {
+            tracing::info!("cell: {mesh}");
+        }
         let setup = setup(config, &loaded, cell.as_ref(), manner.powered_off);
         let mut cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
         if manner.contact_stops {

@@ -147,7 +147,9 @@ pub fn cycle_config(
         safety_inputs: cell.map(Cell::safety_inputs).unwrap_or_default(),
         powered_off: setup.powered_off,
         io: cell.map(Cell::io).unwrap_or_default(),
-        safety: cell.map(|cell| *cell.safety_bounds()).unwrap_or_default(),
+        safety: cell
+            .map(|cell| cell.safety_bounds().clone())
+            .unwrap_or_default(),
         belts: cell.map(Cell::belts).unwrap_or_default(),
         loads: cell.map(Cell::loads).unwrap_or_default(),
         surroundings: cell.map(Cell::surroundings).unwrap_or_default(),

@@ -6,6 +6,7 @@ mod gripper_bus;
 
 mod clearance;
 mod many;
+mod meshes;
 mod stepped;
 mod stopped_threads;
 mod zone_changes;

@@ -133,6 +133,49 @@ impl Polytope {
         })
     }
 
+    /// A box around the origin with these half edges, m.
+    ///
+    /// # Errors
+    ///
+    /// Edges that are not finite and above 0.
+    pub fn cuboid(half: [f64; 3]) -> Result<Self, PolytopeError> {
+        let sign = |bit: usize| if bit > 0 { 1.0 } else { -1.0 };
+        let corner = |k: usize| Vector3::new(sign(k & 1), sign(k & 2), sign(k & 4));
+        let half = Vector3::from(half);
+        let points = (0..8).map(|k| corner(k).component_mul(&half)).collect();
+        let loops = [
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+        ];
+        Self::new(points, &loops.map(Vec::from))
+    }
+
+    /// The body seen in a point mirror at the origin: every point p becomes −p.
+    #[must_use]
+    pub fn point_mirrored(&self) -> Self {
+        let turned = self.faces.iter().map(|face| Face {
+            normal: -face.normal,
+            ..*face
+        });
+        // Mirrored corners run clockwise, so each loop is turned around.
+        let mut corners = self.corners.clone();
+        for face in &self.faces {
+            let first = face.first_corner as usize;
+            corners[first..first + face.corner_count as usize].reverse();
+        }
+        Self {
+            points: self.points.iter().map(|p| -p).collect(),
+            faces: turned.collect(),
+            corners,
+            edges: self.edges.clone(),
+            bounding_radius: self.bounding_radius,
+        }
+    }
+
     /// The corners, m.
     pub const fn points(&self) -> &[Vector3<f64>] {
         &self.points
@@ -300,25 +343,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A box with these half edges, as a polytope.
     fn cuboid(half: [f64; 3]) -> Polytope {
-        let sign = |bit: usize| if bit > 0 { 1.0 } else { -1.0 };
-        let points = (0..8_usize).map(|k| {
-            Vector3::new(
-                half[0] * sign(k & 1),
-                half[1] * sign(k & 2),
-                half[2] * sign(k & 4),
-            )
-        });
-        let loops = [
-            vec![0, 4, 6, 2],
-            vec![1, 3, 7, 5],
-            vec![0, 1, 5, 4],
-            vec![2, 6, 7, 3],
-            vec![0, 2, 3, 1],
-            vec![4, 5, 7, 6],
-        ];
-        Polytope::new(points.collect(), &loops).unwrap()
+        Polytope::cuboid(half).unwrap()
     }
 
     #[test]
@@ -385,6 +411,8 @@ mod tests {
             let (distance, out) = cuboid(half).distance(&point);
             prop_assert!((distance - truth).abs() < 1e-12, "{distance} {truth}");
             prop_assert!((out.norm() - 1.0).abs() < 1e-12);
+            let (mirrored, back) = cuboid(half).point_mirrored().distance(&-point);
+            prop_assert!((mirrored - distance).abs() < 1e-12 && (back + out).norm() < 1e-9);
             // Going back along the way leads to the surface.
             let (left, _) = cuboid(half).distance(&(point - out * distance));
             prop_assert!(left.abs() < 1e-9, "{left}");

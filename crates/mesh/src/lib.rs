@@ -22,6 +22,7 @@
 //! # Ok::<(), mesh::MeshError>(())
 //! ```
 
+mod body;
 mod error;
 mod files;
 mod mesh;
@@ -29,6 +30,7 @@ mod pieces;
 mod read;
 mod solid;
 
+pub use body::MeshBody;
 pub use error::{FileError, MeshError, Place};
 pub use files::{Folder, MeshFiles};
 pub use mesh::Mesh;

@@ -12,7 +12,7 @@ use crate::{MAX_COORDINATE_M, MIN_EXTENT_M};
 const LEAST_VOLUME_SHARE: f64 = 1e-9;
 
 /// A closed surface whose triangles look outward, with what it encloses.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
     mesh: Arc<Mesh>,
     volume: f64,
@@ -90,6 +90,21 @@ impl Solid {
             centre: moments.centre,
             inertia: moments.inertia,
         })
+    }
+
+    /// The solid in a point mirror at the origin: every point p becomes −p.
+    #[must_use]
+    pub fn point_mirrored(&self) -> Self {
+        let points = self.mesh.points().iter().map(|point| -point).collect();
+        // Mirrored corners run clockwise.
+        let triangles = self.mesh.triangles().iter().map(|[a, b, c]| [*a, *c, *b]);
+        let file = self.mesh.file().clone();
+        Self {
+            mesh: Arc::new(Mesh::from_parts(file, points, triangles.collect())),
+            volume: self.volume,
+            centre: -self.centre,
+            inertia: self.inertia,
+        }
     }
 
     /// The closed surface, without doubled points.

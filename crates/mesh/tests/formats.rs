@@ -20,9 +20,15 @@ pub fn stl_text(mesh: &Mesh) -> Vec<u8> {
     (text + "endsolid two words\n").into_bytes()
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "the format has single precision")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the format has single precision"
+)]
 fn singles(point: &Vector3<f64>) -> Vec<u8> {
-    point.iter().flat_map(|&x| (x as f32).to_le_bytes()).collect()
+    point
+        .iter()
+        .flat_map(|&x| (x as f32).to_le_bytes())
+        .collect()
 }
 
 pub fn stl_binary(mesh: &Mesh) -> Vec<u8> {
@@ -62,7 +68,12 @@ pub fn obj(mesh: &Mesh) -> Vec<u8> {
 fn binary(mesh: &Mesh) -> (Vec<u8>, usize) {
     let mut bytes: Vec<u8> = mesh.points().iter().flat_map(singles).collect();
     let positions = bytes.len();
-    bytes.extend(mesh.triangles().iter().flatten().flat_map(|corner| corner.to_le_bytes()));
+    bytes.extend(
+        mesh.triangles()
+            .iter()
+            .flatten()
+            .flat_map(|corner| corner.to_le_bytes()),
+    );
     (bytes, positions)
 }
 
@@ -86,7 +97,10 @@ pub fn gltf(mesh: &Mesh, uri: Option<&str>, node: &str) -> String {
 }
 
 pub fn embedded(mesh: &Mesh, node: &str) -> Vec<u8> {
-    let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(binary(mesh).0));
+    let uri = format!(
+        "data:application/octet-stream;base64,{}",
+        STANDARD.encode(binary(mesh).0)
+    );
     gltf(mesh, Some(&uri), node).into_bytes()
 }
 
@@ -119,7 +133,11 @@ fn any_block() -> impl Strategy<Value = Mesh> {
 
 /// The surface with common points, whose order is that of the file.
 fn corners(mesh: &Mesh) -> Vec<Vector3<f64>> {
-    mesh.triangles().iter().flatten().map(|&corner| mesh.points()[corner as usize]).collect()
+    mesh.triangles()
+        .iter()
+        .flatten()
+        .map(|&corner| mesh.points()[corner as usize])
+        .collect()
 }
 
 proptest! {
@@ -151,8 +169,13 @@ proptest! {
 #[test]
 fn buffers_beside_the_file_are_found_in_its_folder() {
     let block = block([0.0; 3], [1.0; 3]);
-    let mut shelf = Shelf::of("parts/a.gltf", gltf(&block, Some("data%20of/a.bin"), r#"{"mesh": 0}"#));
-    shelf.0.insert("parts/data of/a.bin".to_owned(), binary(&block).0);
+    let mut shelf = Shelf::of(
+        "parts/a.gltf",
+        gltf(&block, Some("data%20of/a.bin"), r#"{"mesh": 0}"#),
+    );
+    shelf
+        .0
+        .insert("parts/data of/a.bin".to_owned(), binary(&block).0);
     let found = read("parts/a.gltf", 1.0, &mut shelf).unwrap();
     assert_eq!(corners(&found), corners(&block));
 }
@@ -163,10 +186,16 @@ fn nodes_move_turn_stretch_and_mirror() {
     // A quarter turn about z, then a shift; first a mirror and a stretch.
     let node = r#"{"mesh": 0, "translation": [1, 2, 3], "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476],
         "scale": [-2, 1, 1]}"#;
-    let found = read("a.gltf", 1.0, &mut Shelf::of("a.gltf", embedded(&block, node))).unwrap();
+    let found = read(
+        "a.gltf",
+        1.0,
+        &mut Shelf::of("a.gltf", embedded(&block, node)),
+    )
+    .unwrap();
     let turn = Rotation3::from_euler_angles(0.0, 0.0, std::f64::consts::FRAC_PI_2);
     for (found, point) in found.points().iter().zip(block.points()) {
-        let expected = turn * Vector3::new(-2.0 * point.x, point.y, point.z) + Vector3::new(1.0, 2.0, 3.0);
+        let expected =
+            turn * Vector3::new(-2.0 * point.x, point.y, point.z) + Vector3::new(1.0, 2.0, 3.0);
         assert!((found - expected).norm() < 1e-12);
     }
     // A mirror turns the order of corners, so that the triangles still look outward.
@@ -179,7 +208,12 @@ fn nodes_move_turn_stretch_and_mirror() {
     };
     assert!((volume(&found) - 2.0).abs() < 1e-12);
     let matrix = r#"{"mesh": 0, "matrix": [2,0,0,0, 0,1,0,0, 0,0,1,0, 5,6,7,1]}"#;
-    let found = read("a.gltf", 1.0, &mut Shelf::of("a.gltf", embedded(&block, matrix))).unwrap();
+    let found = read(
+        "a.gltf",
+        1.0,
+        &mut Shelf::of("a.gltf", embedded(&block, matrix)),
+    )
+    .unwrap();
     assert!((found.points()[1] - Vector3::new(7.0, 6.0, 7.0)).norm() < 1e-12);
 }
 

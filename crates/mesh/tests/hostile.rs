@@ -7,7 +7,9 @@ use crate::formats::{embedded, glb, gltf, obj, stl_binary, stl_text};
 use crate::shapes::{Shelf, block};
 
 fn refusal(name: &str, bytes: impl Into<Vec<u8>>) -> String {
-    read(name, 1.0, &mut Shelf::of(name, bytes)).unwrap_err().to_string()
+    read(name, 1.0, &mut Shelf::of(name, bytes))
+        .unwrap_err()
+        .to_string()
 }
 
 #[test]
@@ -18,9 +20,15 @@ fn names_and_scales_that_are_none() {
     );
     for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = read("a.stl", scale, &mut Shelf::default()).unwrap_err();
-        assert!(error.to_string().ends_with("allowed is a finite number above 0"));
+        assert!(
+            error
+                .to_string()
+                .ends_with("allowed is a finite number above 0")
+        );
     }
-    let error = read("b.stl", 1.0, &mut Shelf::default()).unwrap_err().to_string();
+    let error = read("b.stl", 1.0, &mut Shelf::default())
+        .unwrap_err()
+        .to_string();
     assert_eq!(error, "b.stl: it cannot be read: there is no b.stl");
 }
 
@@ -55,22 +63,52 @@ fn stl_that_is_damaged() {
     );
     let half = &text[..text.len() / 2];
     assert!(refusal("a.stl", half).starts_with("a.stl, line "));
-    assert!(refusal("a.stl", text.replace("endsolid", "")).starts_with("a.stl, line 86: \"two\" is there"));
-    assert_eq!(refusal("a.stl", "solid a\nendsolid a\n"), "a.stl: there is no triangle with an area in it");
+    assert!(
+        refusal("a.stl", text.replace("endsolid", ""))
+            .starts_with("a.stl, line 86: \"two\" is there")
+    );
+    assert_eq!(
+        refusal("a.stl", "solid a\nendsolid a\n"),
+        "a.stl: there is no triangle with an area in it"
+    );
 }
 
 #[test]
 fn obj_that_is_damaged() {
     let points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for (line, sentence) in [
-        ("v 1 2", "a.obj, line 4: \"\" is no finite number; a point v has three"),
-        ("v 1 2 nan", "a.obj, line 4: \"nan\" is no finite number; a point v has three"),
-        ("f 1 2", "a.obj, line 4: a face has 2 corners; allowed are 3 to 1000"),
-        ("f 1 2 4", "a.obj, line 4: a face names point \"4\"; before this line there are 3 points, from 1 or, backwards, from -1"),
-        ("f 1 2 0", "a.obj, line 4: a face names point \"0\"; before this line there are 3 points, from 1 or, backwards, from -1"),
-        ("f 1 2 -9223372036854775808", "a.obj, line 4: a face names point \"-9223372036854775808\"; before this line there are 3 points, from 1 or, backwards, from -1"),
-        ("surf 0 1", "a.obj, line 4: there is a curve or a curved surface; allowed are faces f of straight edges"),
-        ("\u{1}\u{2}", "a.obj, line 4: \"\\u{1}\\u{2}\" is no statement of OBJ"),
+        (
+            "v 1 2",
+            "a.obj, line 4: \"\" is no finite number; a point v has three",
+        ),
+        (
+            "v 1 2 nan",
+            "a.obj, line 4: \"nan\" is no finite number; a point v has three",
+        ),
+        (
+            "f 1 2",
+            "a.obj, line 4: a face has 2 corners; allowed are 3 to 1000",
+        ),
+        (
+            "f 1 2 4",
+            "a.obj, line 4: a face names point \"4\"; before this line there are 3 points, from 1 or, backwards, from -1",
+        ),
+        (
+            "f 1 2 0",
+            "a.obj, line 4: a face names point \"0\"; before this line there are 3 points, from 1 or, backwards, from -1",
+        ),
+        (
+            "f 1 2 -9223372036854775808",
+            "a.obj, line 4: a face names point \"-9223372036854775808\"; before this line there are 3 points, from 1 or, backwards, from -1",
+        ),
+        (
+            "surf 0 1",
+            "a.obj, line 4: there is a curve or a curved surface; allowed are faces f of straight edges",
+        ),
+        (
+            "\u{1}\u{2}",
+            "a.obj, line 4: \"\\u{1}\\u{2}\" is no statement of OBJ",
+        ),
         ("", "a.obj: there is no triangle with an area in it"),
     ] {
         assert_eq!(refusal("a.obj", format!("{points}{line}")), sentence);
@@ -87,32 +125,81 @@ fn gltf_that_is_damaged() {
         assert!(text.contains(from), "{from}");
         refusal("a.gltf", text.replace(from, to))
     };
-    assert!(changed("\"2.0\"", "\"1.0\"").contains("the version of glTF is \"1.0\"; allowed is 2.0"));
-    assert!(changed(r#""count": 8"#, r#""count": 1000000000"#).starts_with("a.gltf, accessors[0]: its count is"));
+    assert!(
+        changed("\"2.0\"", "\"1.0\"").contains("the version of glTF is \"1.0\"; allowed is 2.0")
+    );
+    assert!(
+        changed(r#""count": 8"#, r#""count": 1000000000"#)
+            .starts_with("a.gltf, accessors[0]: its count is")
+    );
     let beyond = changed(r#""count": 8"#, r#""count": 9"#);
     assert_eq!(
         beyond,
         "a.gltf, accessors[0]: 9 elements of 12 bytes, 12 apart, from byte 0 are beyond the 96 bytes of bufferViews[0]"
     );
-    assert!(changed(r#""byteLength": 96"#, r#""byteLength": 18446744073709551615"#).contains("bufferViews[0]"));
-    assert!(changed(r#""byteOffset": 96"#, r#""byteOffset": 18446744073709551615"#).contains("bufferViews[1]"));
-    assert!(changed(r#""byteLength": 96"#, r#""byteStride": 4, "byteLength": 96"#).contains("byteStride is 4"));
+    assert!(
+        changed(
+            r#""byteLength": 96"#,
+            r#""byteLength": 18446744073709551615"#
+        )
+        .contains("bufferViews[0]")
+    );
+    assert!(
+        changed(
+            r#""byteOffset": 96"#,
+            r#""byteOffset": 18446744073709551615"#
+        )
+        .contains("bufferViews[1]")
+    );
+    assert!(
+        changed(
+            r#""byteLength": 96"#,
+            r#""byteStride": 4, "byteLength": 96"#
+        )
+        .contains("byteStride is 4")
+    );
     assert!(changed(r#""count": 36"#, r#""count": 35"#).contains("no whole triangles"));
     assert!(changed("5126", "5130").contains("componentType is 5130"));
     assert!(changed("VEC3", "VEC2").contains("its type is \"VEC2\"; here it must be VEC3"));
     assert!(changed("\"POSITION\"", "\"COLOR_0\"").contains("no POSITION"));
-    assert!(changed(r#""material": 3"#, r#""mode": 5"#).contains("the mode of a primitive is 5; allowed is 4"));
-    assert!(changed(r#"{"mesh": 0}"#, r#"{"mesh": 0, "children": [0]}"#).contains("nodes[0]: it is reached twice"));
-    assert!(changed(r#"{"mesh": 0}"#, r#"{"mesh": 0, "children": [1]}"#).contains("nodes[1]: it is reached twice"));
-    assert!(changed(r#"{"mesh": 0}"#, r#"{"mesh": 7}"#).contains("nodes[1]: it names meshes[7]; there are 1"));
+    assert!(
+        changed(r#""material": 3"#, r#""mode": 5"#)
+            .contains("the mode of a primitive is 5; allowed is 4")
+    );
+    assert!(
+        changed(r#"{"mesh": 0}"#, r#"{"mesh": 0, "children": [0]}"#)
+            .contains("nodes[0]: it is reached twice")
+    );
+    assert!(
+        changed(r#"{"mesh": 0}"#, r#"{"mesh": 0, "children": [1]}"#)
+            .contains("nodes[1]: it is reached twice")
+    );
+    assert!(
+        changed(r#"{"mesh": 0}"#, r#"{"mesh": 7}"#)
+            .contains("nodes[1]: it names meshes[7]; there are 1")
+    );
     assert!(changed(r#"{"mesh": 0}"#, r#"{"mesh": 0, "skin": 0}"#).contains("skin"));
-    assert!(changed(r#"{"mesh": 0}"#, r#"{"mesh": 0, "rotation": [0,0,0,0]}"#).contains("no finite one"));
+    assert!(
+        changed(r#"{"mesh": 0}"#, r#"{"mesh": 0, "rotation": [0,0,0,0]}"#)
+            .contains("no finite one")
+    );
     assert!(changed(r#""scene": 0"#, r#""scene": 4"#).contains("scenes[4]"));
-    assert!(changed(r#""scene": 0"#, r#""extensionsRequired": ["KHR_draco_mesh_compression"]"#).contains("draco"));
+    assert!(
+        changed(
+            r#""scene": 0"#,
+            r#""extensionsRequired": ["KHR_draco_mesh_compression"]"#
+        )
+        .contains("draco")
+    );
     assert!(changed("base64,", "base64,!").contains("buffers[0]: its data are no base64"));
-    assert!(changed(";base64,", ";base32,").contains("its data are \"data:application/octet-stream"));
+    assert!(
+        changed(";base64,", ";base32,").contains("its data are \"data:application/octet-stream")
+    );
     assert!(refusal("a.gltf", "[".repeat(100_000)).contains("it is no glTF"));
-    let many = format!(r#"{{"asset": {{"version": "2.0"}}, "nodes": [{}{{}}]}}"#, "{},".repeat(100_000));
+    let many = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "nodes": [{}{{}}]}}"#,
+        "{},".repeat(100_000)
+    );
     assert!(refusal("a.gltf", many).contains("an array of at most 100000 elements"));
     let mut binary = glb(&cube);
     binary.pop();
@@ -129,12 +216,26 @@ fn gltf_that_is_damaged() {
 fn uris_never_leave_the_folder_of_the_file() {
     let cube = block([0.0; 3], [1.0; 3]);
     for uri in [
-        "../x", "a/../../x", "%2e%2e/x", "/etc/passwd", "%2Fetc/passwd", "http://there/x", "file:///etc/passwd", "a\\\\x",
-        "c:x", "", "%zz", "a%", "x%00",
+        "../x",
+        "a/../../x",
+        "%2e%2e/x",
+        "/etc/passwd",
+        "%2Fetc/passwd",
+        "http://there/x",
+        "file:///etc/passwd",
+        "a\\\\x",
+        "c:x",
+        "",
+        "%zz",
+        "a%",
+        "x%00",
     ] {
         let text = gltf(&cube, Some(uri), r#"{"mesh": 0}"#);
         let sentence = refusal("meshes/a.gltf", text);
-        assert!(sentence.starts_with("meshes/a.gltf, buffers[0]: its uri is "), "{uri}: {sentence}");
+        assert!(
+            sentence.starts_with("meshes/a.gltf, buffers[0]: its uri is "),
+            "{uri}: {sentence}"
+        );
     }
 }
 
@@ -148,12 +249,25 @@ fn a_folder_gives_what_is_in_it_and_nothing_else() {
     std::fs::write(root.join("meshes/b.bin"), "deeper").unwrap();
     let mut folder = Folder::new(&root);
     assert_eq!(folder.read("a.bin", 6).unwrap(), b"inside");
-    assert_eq!(folder.read("./meshes/../meshes//b.bin", 64).unwrap(), b"deeper");
+    assert_eq!(
+        folder.read("./meshes/../meshes//b.bin", 64).unwrap(),
+        b"deeper"
+    );
     assert_eq!(folder.read("a.bin", 5), Err(FileError::TooLong { most: 5 }));
     assert_eq!(folder.read("meshes", 5), Err(FileError::Irregular));
     assert_eq!(folder.read("", 5), Err(FileError::Irregular));
-    assert!(matches!(folder.read("none.bin", 5), Err(FileError::System(_))));
-    for path in ["../secret.bin", "meshes/../../secret.bin", "/etc/passwd", "..", "meshes\\b.bin", "c:x"] {
+    assert!(matches!(
+        folder.read("none.bin", 5),
+        Err(FileError::System(_))
+    ));
+    for path in [
+        "../secret.bin",
+        "meshes/../../secret.bin",
+        "/etc/passwd",
+        "..",
+        "meshes\\b.bin",
+        "c:x",
+    ] {
         assert_eq!(folder.read(path, 64), Err(FileError::Outside), "{path}");
     }
     #[cfg(unix)]
@@ -167,7 +281,10 @@ fn a_folder_gives_what_is_in_it_and_nothing_else() {
         assert_eq!(folder.read("link.bin", 64), Err(FileError::Outside));
         assert_eq!(folder.read("up/secret.bin", 64), Err(FileError::Outside));
         // Within the folder of the cell, but not of the file beside it.
-        assert_eq!(folder.read("meshes/beside.bin", 64), Err(FileError::Outside));
+        assert_eq!(
+            folder.read("meshes/beside.bin", 64),
+            Err(FileError::Outside)
+        );
         assert_eq!(folder.read("down.bin", 64).unwrap(), b"deeper");
         assert_eq!(folder.read("endless.stl", 64), Err(FileError::Outside));
         let mut devices = Folder::new("/dev");
@@ -182,14 +299,29 @@ fn the_buffers_of_a_file_are_bounded_together() {
         fn read(&mut self, path: &str, most: u64) -> Result<Vec<u8>, FileError> {
             if path == "a.gltf" {
                 let buffer = r#"{"uri": "b.bin", "byteLength": 40000000}"#;
-                let text = format!(r#"{{"asset": {{"version": "2.0"}}, "buffers": [{buffer}, {buffer}]}}"#);
+                let text = format!(
+                    r#"{{"asset": {{"version": "2.0"}}, "buffers": [{buffer}, {buffer}]}}"#
+                );
                 return Ok(text.into_bytes());
             }
-            if most < 40_000_000 { Err(FileError::TooLong { most }) } else { Ok(vec![0; 40_000_000]) }
+            if most < 40_000_000 {
+                Err(FileError::TooLong { most })
+            } else {
+                Ok(vec![0; 40_000_000])
+            }
         }
     }
     let error = read("a.gltf", 1.0, &mut Endless).unwrap_err();
-    assert!(matches!(error, MeshError::File { source: FileError::TooLong { most: 27_108_864 }, .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            MeshError::File {
+                source: FileError::TooLong { most: 27_108_864 },
+                ..
+            }
+        ),
+        "{error}"
+    );
 }
 
 proptest! {
@@ -241,7 +373,10 @@ fn check(name: &str, bytes: Vec<u8>) {
         }
         Err(error) => {
             let sentence = error.to_string();
-            assert!(sentence.starts_with("a.") && sentence.len() < 500, "{sentence}");
+            assert!(
+                sentence.starts_with("a.") && sentence.len() < 500,
+                "{sentence}"
+            );
         }
     }
 }

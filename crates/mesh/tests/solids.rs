@@ -11,7 +11,11 @@ use crate::shapes::{ball, block, both, mesh, solid, turned};
 /// The inertia of a box of density 1 about its centre.
 fn box_inertia(size: Vector3<f64>) -> Matrix3<f64> {
     let squares = size.component_mul(&size);
-    let about = Vector3::new(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y);
+    let about = Vector3::new(
+        squares.y + squares.z,
+        squares.x + squares.z,
+        squares.x + squares.y,
+    );
     Matrix3::from_diagonal(&(about * (size.x * size.y * size.z / 12.0)))
 }
 
@@ -53,11 +57,15 @@ fn a_ball_has_the_numbers_of_the_book() {
 #[test]
 fn a_tetrahedron_has_the_numbers_of_the_book() {
     let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let solid = solid(mesh(corners, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]));
+    let solid = solid(mesh(
+        corners,
+        vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+    ));
     assert!((solid.volume() - 1.0 / 6.0).abs() < 1e-15);
     assert!((solid.centre() - Vector3::repeat(0.25)).norm() < 1e-15);
     // About the centre: 3/80 V and 1/80 V times a² of the three squares and products.
-    let second = Matrix3::from_fn(|row, column| if row == column { 3.0 } else { -1.0 } / 80.0 / 6.0);
+    let second =
+        Matrix3::from_fn(|row, column| if row == column { 3.0 } else { -1.0 } / 80.0 / 6.0);
     let expected = Matrix3::identity() * second.trace() - second;
     assert!((solid.inertia() - expected).norm() < 1e-15);
 }
@@ -80,9 +88,17 @@ fn what_is_no_solid_is_refused_with_the_place() {
     );
     let mut one_turned = cube.triangles().to_vec();
     one_turned[5].swap(1, 2);
-    assert!(trouble(with(&one_turned)).contains("triangle 5 have the edge"), "{}", trouble(with(&one_turned)));
+    assert!(
+        trouble(with(&one_turned)).contains("triangle 5 have the edge"),
+        "{}",
+        trouble(with(&one_turned))
+    );
     let fin = [cube.triangles(), &[[0, 1, 7], [7, 1, 0]]].concat();
-    assert!(trouble(with(&fin)).contains("is of 4 triangles"), "{}", trouble(with(&fin)));
+    assert!(
+        trouble(with(&fin)).contains("is of 4 triangles"),
+        "{}",
+        trouble(with(&fin))
+    );
     let sheet = mesh(points[..3].to_vec(), vec![[0, 1, 2], [0, 2, 1]]);
     assert_eq!(
         trouble(sheet),
@@ -91,9 +107,14 @@ fn what_is_no_solid_is_refused_with_the_place() {
     let pair = both(&cube, &turned(&block([0.0, 0.0, 1.5], [1.0, 1.0, 2.5])));
     assert!(trouble(pair).contains("encloses no volume"));
     let line = mesh(points[..2].to_vec(), vec![[0, 1, 1]]);
-    assert_eq!(trouble(line), "shape: there is no triangle with an area in it");
+    assert_eq!(
+        trouble(line),
+        "shape: there is no triangle with an area in it"
+    );
     let far = block([0.0; 3], [50.0, 50.0, 100.1]);
-    assert!(trouble(far).ends_with("allowed are coordinates within 100 m (a file in millimetres needs a scale of 0.001)"));
+    assert!(trouble(far).ends_with(
+        "allowed are coordinates within 100 m (a file in millimetres needs a scale of 0.001)"
+    ));
     let small = block([0.0; 3], [1.0, 1.0, 9e-5]);
     assert!(trouble(small).contains("9e-5 m long along z"));
 }
@@ -101,9 +122,15 @@ fn what_is_no_solid_is_refused_with_the_place() {
 #[test]
 fn doubled_points_and_empty_triangles_do_no_harm() {
     let cube = block([0.0; 3], [1.0; 3]);
-    let loose = cube.triangles().iter().flatten().map(|&corner| cube.points()[corner as usize].into());
+    let loose = cube
+        .triangles()
+        .iter()
+        .flatten()
+        .map(|&corner| cube.points()[corner as usize].into());
     let mut points: Vec<[f64; 3]> = loose.collect();
-    let mut triangles: Vec<[u32; 3]> = (0..12).map(|number| [3 * number, 3 * number + 1, 3 * number + 2]).collect();
+    let mut triangles: Vec<[u32; 3]> = (0..12)
+        .map(|number| [3 * number, 3 * number + 1, 3 * number + 2])
+        .collect();
     points.push([-0.0, 0.0, -0.0]);
     triangles.push([0, 36, 1]);
     let solid = solid(mesh(points, triangles));
@@ -115,7 +142,10 @@ fn doubled_points_and_empty_triangles_do_no_harm() {
 #[test]
 fn a_mesh_checks_its_indices_and_numbers() {
     let error = mesh::Mesh::new("a", vec![Vector3::zeros()], vec![[0, 0, 1]]).unwrap_err();
-    assert_eq!(error.to_string(), "a, triangle 0: it names point 1; there are 1 points");
+    assert_eq!(
+        error.to_string(),
+        "a, triangle 0: it names point 1; there are 1 points"
+    );
     let error = mesh::Mesh::new("a", vec![Vector3::repeat(f64::NAN)], vec![[0, 0, 0]]).unwrap_err();
     assert!(matches!(error, MeshError::Damaged { .. }));
 }

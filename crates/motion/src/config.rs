@@ -247,7 +247,7 @@ impl CycleConfig {
     /// [`ConfigError`] for limits that cannot be used.
     pub fn target_safety_bounds(&self) -> Result<SafetyBounds, ConfigError> {
         let (limits, reduced) = (self.resolve()?, self.resolve_reduced()?);
-        let bounds = self.safety.with_link_overlap(limits.link_overlap);
+        let bounds = self.safety.clone().with_link_overlap(limits.link_overlap);
         Ok(bounds.with_reduced_range(reduced.position_min, reduced.position_max))
     }
 

@@ -10,11 +10,13 @@ use crate::common;
 use core::f64::consts::FRAC_PI_2;
 
 use common::{Bench, ideal, movel};
+use kinematics::polytope::Polytope;
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
 use motion::contact::{Environment, Obstacle, PlacedShape, RIGID_STIFFNESS, Shape};
 use motion::{CycleConfig, PlantKind};
 use motion_api::{CommandKind, Outcome, StopReason};
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 const HOME: JointPositions =
     JointPositions([0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0]);
@@ -36,6 +38,7 @@ fn obstacle(shape: Shape, pose: Pose, stiffness: Option<f64>) -> Obstacle {
     Obstacle {
         name: "plate".to_owned(),
         solid: PlacedShape { pose, shape },
+        body: None,
         stiffness,
         damping: 0.0,
         friction: 0.0,
@@ -199,6 +202,11 @@ fn tool(shape: Shape) -> PlacedShape {
     }
 }
 
+/// A box as a convex body of flat faces, which meshes give.
+fn flat_faces(half: [f64; 3]) -> Shape {
+    Shape::Polytope(Arc::new(Polytope::cuboid(half).unwrap()))
+}
+
 #[test]
 fn flat_tools_press_with_their_face() {
     let half = [0.02, 0.02, 0.05];
@@ -206,10 +214,11 @@ fn flat_tools_press_with_their_face() {
         radius: 0.02,
         half_length: 0.05,
     };
-    for shape in [Shape::Box { half }, cylinder] {
+    for shape in [Shape::Box { half }, cylinder, flat_faces(half)] {
         for below in [
             Shape::Plane,
             Shape::Box { half: [0.1; 3] },
+            flat_faces([0.1; 3]),
             Shape::Cylinder {
                 radius: 0.1,
                 half_length: 0.1,
@@ -220,8 +229,11 @@ fn flat_tools_press_with_their_face() {
                 let top = tcp_at_home(&config).xyz;
                 let lower = if below == Shape::Plane { 0.0 } else { 0.1 };
                 let pose = Pose::from_translation(top[0], top[1], top[2] - 0.002 - lower);
-                config.surroundings.tool = Some(tool(shape));
-                let mut bench = Bench::new(among(config, vec![obstacle(below, pose, stiffness)]));
+                config.surroundings.tool = vec![tool(shape.clone())];
+                let mut bench = Bench::new(among(
+                    config,
+                    vec![obstacle(below.clone(), pose, stiffness)],
+                ));
                 let press = if stiffness.is_some() { 0.001 } else { 2e-5 };
                 assert_eq!(down(&mut bench, 0.002 + press, 0.02), Outcome::Done);
                 bench.run(250);
@@ -456,9 +468,10 @@ fn pressed_into(
         Shape::Cylinder { half_length, .. } => half_length,
         Shape::Sphere { radius } => radius,
         Shape::Plane => 0.0,
+        Shape::Polytope(ref body) => body.reach(&Vector3::z()),
     };
     let pose = Pose::from_translation(top[0], top[1], top[2] - 0.003 - above);
-    config.surroundings.tool = tool.map(self::tool);
+    config.surroundings.tool = tool.map(self::tool).into_iter().collect();
     let mut bench = Bench::new(among(config, vec![obstacle(shape, pose, Some(stiffness))]));
     bench.do_it(CommandKind::SetCollisionDetection(false));
     let outcome = down(&mut bench, 0.003 + press, 0.02);
@@ -501,19 +514,23 @@ fn thin_and_soft_things_push_out_the_way_they_were_entered_however_deep() {
     let round = Shape::Sphere { radius: 0.05 };
     for plant in [PlantKind::Rigid, PlantKind::Ideal] {
         for (shape, stiffness, press) in [
-            (sheet, 5e3, 0.008),
-            (sheet, 5e3, 0.0099),
-            (slab, 2e3, 0.012),
-            (slab, 2e3, 0.019),
-            (disc, 5e3, 0.009),
-            (ball, 2e3, 0.03),
+            (sheet.clone(), 5e3, 0.008),
+            (sheet.clone(), 5e3, 0.0099),
+            (slab.clone(), 2e3, 0.012),
+            (slab.clone(), 2e3, 0.019),
+            (disc.clone(), 5e3, 0.009),
+            (flat_faces([0.1, 0.1, 0.005]), 5e3, 0.0099),
+            (flat_faces([0.1, 0.1, 0.01]), 2e3, 0.019),
+            (ball.clone(), 2e3, 0.03),
         ] {
-            for tool in [None, Some(flat), Some(pin), Some(round)] {
+            let tools = [&flat, &pin, &round, &flat_faces([0.02, 0.02, 0.05])]
+                .map(|tool| Some(tool.clone()));
+            for tool in [None].into_iter().chain(tools) {
                 let place = format!("{plant:?} {shape:?} {press} {tool:?}");
                 if shape == ball && tool.is_some() {
                     continue;
                 }
-                let (force, wanted) = pressed_into(shape, tool, plant, press, stiffness);
+                let (force, wanted) = pressed_into(shape.clone(), tool, plant, press, stiffness);
                 assert!(
                     (force.z / wanted - 1.0).abs() < 0.02,
                     "{place}: {force} {wanted}"
@@ -522,7 +539,7 @@ fn thin_and_soft_things_push_out_the_way_they_were_entered_however_deep() {
             }
         }
         // Right through to the other side: the tool's shaft is still held.
-        let (force, wanted) = pressed_into(sheet, None, plant, 0.014, 5e3);
+        let (force, wanted) = pressed_into(sheet.clone(), None, plant, 0.014, 5e3);
         assert!(
             (force.z / wanted - 1.0).abs() < 0.02,
             "{plant:?}: {force} {wanted}"
@@ -592,4 +609,30 @@ fn among_two_hundred_obstacles_the_arm_feels_those_that_it_touches_to_the_bit() 
     assert!(alone.stops.is_empty(), "{:?}", alone.stops);
     assert!(force(&alone).z > 10.0, "{}", force(&alone));
     assert_eq!(alone.states, crowded.states);
+}
+
+#[test]
+fn pieces_of_one_body_share_its_stiffness() {
+    for (body, share) in [(Some(0), 1.0), (None, 2.0)] {
+        let mut config = rigid();
+        let top = tcp_at_home(&config).xyz;
+        config.surroundings.tool = vec![tool(flat_faces([0.02, 0.02, 0.05]))];
+        let pieces = [-0.1, 0.1].map(|x| Obstacle {
+            body,
+            ..obstacle(
+                flat_faces([0.1, 0.1, 0.1]),
+                Pose::from_translation(top[0] + x, top[1], top[2] - 0.102),
+                Some(2e4),
+            )
+        });
+        let mut bench = Bench::new(among(config, pieces.into()));
+        assert_eq!(down(&mut bench, 0.003, 0.02), Outcome::Done);
+        bench.run(250);
+        let pressed = depth(&bench, top[2] - 0.002);
+        let stiffness = force(&bench).z / pressed;
+        assert!(
+            (stiffness / (share * 2e4) - 1.0).abs() < 0.02,
+            "{body:?}: {stiffness}"
+        );
+    }
 }

@@ -440,6 +440,7 @@ fn a_thin_soft_sheet_holds_the_tool_that_is_pressed_deep_into_it() {
                         half: [0.25, 0.25, 0.005],
                     },
                 },
+                body: None,
                 stiffness: Some(5000.0),
                 damping: 0.0,
                 friction: 0.0,

@@ -368,21 +368,30 @@ fn a_setpoint_reaches_the_plant_only_through_the_limiter() {
 #[test]
 fn contact_allocates_nothing() {
     use kinematics::Pose;
+    use kinematics::polytope::Polytope;
     use motion::contact::{Obstacle, PlacedShape, Shape};
     let mut config = ideal("cs66");
     let tool = Shape::Cylinder {
         radius: 0.03,
         half_length: 0.05,
     };
-    config.surroundings.tool = Some(PlacedShape {
-        pose: Pose::from_translation(0.0, 0.0, 0.05),
-        shape: tool,
-    });
+    // A tool of two pieces, as a mesh has them.
+    config.surroundings.tool = vec![
+        PlacedShape {
+            pose: Pose::from_translation(0.0, 0.0, 0.05),
+            shape: tool.clone(),
+        },
+        PlacedShape {
+            pose: Pose::from_translation(0.02, 0.0, 0.05),
+            shape: Shape::Polytope(Polytope::cuboid([0.03, 0.03, 0.05]).unwrap().into()),
+        },
+    ];
     let [x, y, z] = config.first_state().actual_tcp_pose.xyz;
     let shapes = [
         Shape::Box { half: [0.05; 3] },
         tool,
         Shape::Sphere { radius: 0.05 },
+        Shape::Polytope(Polytope::cuboid([0.05; 3]).unwrap().into()),
     ];
     config.surroundings.obstacles = shapes
         .into_iter()
@@ -392,6 +401,7 @@ fn contact_allocates_nothing() {
                 pose: Pose::from_translation(x, y, z - 0.11),
                 shape,
             },
+            body: None,
             stiffness: Some(1e3),
             damping: 10.0,
             friction: 0.3,

@@ -105,7 +105,7 @@ impl Case {
             let plane = SafetyPlane::new(point.into(), normal.into(), PlaneMode::Normal, None);
             bounds = bounds.with_plane(plane.unwrap()).unwrap();
         }
-        config.safety = bounds;
+        config.safety = bounds.clone();
         let switches = PlaneSwitches::default();
         if bounds
             .violation_at(&model, &home, &tcp, &switches)

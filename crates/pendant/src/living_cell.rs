@@ -46,6 +46,7 @@ pub fn describe(model: &RobotModel, cell: &Cell) -> Value {
 
 fn shape(shape: &BodyShape) -> (&'static str, Vec<f64>) {
     match *shape {
+        BodyShape::Mesh(_) => ("mesh", Vec::new()),
         BodyShape::Box { size } => ("box", size.to_vec()),
         BodyShape::Cylinder { radius, length } => ("cylinder", vec![radius, length]),
         BodyShape::Sphere { radius } => ("sphere", vec![radius]),
@@ -62,13 +63,17 @@ fn grippers(world: &WorldDescription) -> Value {
             "direction": vacuum.direction,
             "radius": vacuum.radius,
         }),
-        GripperKind::Fingers(fingers) => json!({
-            "name": gripper.name,
-            "kind": "fingers",
-            "axis": fingers.axis,
-            "size": fingers.finger.0,
-            "pose": matrix(&fingers.finger.1),
-        }),
+        GripperKind::Fingers(fingers) => {
+            let (shape, size) = shape(&fingers.finger.0);
+            json!({
+                "name": gripper.name,
+                "kind": "fingers",
+                "axis": fingers.axis,
+                "shape": shape,
+                "size": size,
+                "pose": matrix(&fingers.finger.1),
+            })
+        }
     });
     grippers.collect()
 }

@@ -74,6 +74,7 @@ fn obstacles(cell: &Cell) -> Value {
             ObstacleShape::Box(size) => ("box", size.to_vec()),
             ObstacleShape::Cylinder { radius, length } => ("cylinder", vec![radius, length]),
             ObstacleShape::Sphere { radius } => ("sphere", vec![radius]),
+            ObstacleShape::Mesh(_) => ("mesh", Vec::new()),
             ObstacleShape::Plane | ObstacleShape::Arrow { .. } => ("plane", Vec::new()),
         };
         json!({

@@ -28,7 +28,7 @@ pub fn check(cell: &WorldDescription) -> Result<PointSet, WorldError> {
     }
     for obstacle in &cell.obstacles {
         let entry = register.name("obstacle", &obstacle.name)?;
-        entry.shape(&obstacle.shape, true)?;
+        entry.shape("size", &obstacle.shape, true)?;
         entry.pose("pose", &obstacle.pose)?;
         entry.not_negative("friction", obstacle.friction)?;
     }
@@ -129,7 +129,7 @@ fn counts(cell: &WorldDescription) -> Result<(), WorldError> {
 }
 
 fn check_part(entry: &Entry<'_>, part: &PartDescription) -> Result<(), WorldError> {
-    entry.shape(&part.shape, false)?;
+    entry.shape("size", &part.shape, false)?;
     match part.mass {
         Mass::Total(mass) => entry.within(
             "mass",
@@ -224,7 +224,7 @@ fn check_fingers(
         "0.001 m to 1 m",
     )?;
     entry.direction("axis", &fingers.axis)?;
-    entry.edges("finger", &fingers.finger.0)?;
+    entry.shape("finger", &fingers.finger.0, false)?;
     entry.pose("finger", &fingers.finger.1)?;
     entry.positive("force", fingers.force)?;
     entry.within(

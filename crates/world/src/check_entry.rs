@@ -87,13 +87,21 @@ impl Entry<'_> {
         }
     }
 
-    pub(crate) fn shape(&self, shape: &BodyShape, may_be_plane: bool) -> Result<(), WorldError> {
+    /// `key` is what the lengths of the shape are called.
+    pub(crate) fn shape(
+        &self,
+        key: &'static str,
+        shape: &BodyShape,
+        may_be_plane: bool,
+    ) -> Result<(), WorldError> {
         match shape {
-            BodyShape::Box { size } => self.edges("size", size),
-            BodyShape::Cylinder { radius, length } => self.edges("size", &[*radius, *length, 1.0]),
-            BodyShape::Sphere { radius } => self.edges("size", &[*radius, 1.0, 1.0]),
+            BodyShape::Box { size } => self.edges(key, size),
+            BodyShape::Cylinder { radius, length } => self.edges(key, &[*radius, *length, 1.0]),
+            BodyShape::Sphere { radius } => self.edges(key, &[*radius, 1.0, 1.0]),
+            // Its size was looked at when it became a solid.
+            BodyShape::Mesh(_) => Ok(()),
             BodyShape::Plane if may_be_plane => Ok(()),
-            BodyShape::Plane => Err(self.refuse("shape", "plane", "box, cylinder or sphere")),
+            BodyShape::Plane => Err(self.refuse("shape", "plane", "box, cylinder, sphere or mesh")),
         }
     }
 

@@ -3,8 +3,12 @@
 //! Each struct is one table of the cell file with its keys. Lengths are metres, angles radians, times seconds, poses are in the base frame
 //! of the arm unless the field says otherwise. Nothing here is checked: [`World::new`](crate::World::new) does that.
 
+use std::sync::Arc;
+
 use kinematics::{Capsule, Pose};
+use mesh::MeshBody;
 use motion_api::IoPoint;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// The whole cell.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -74,8 +78,8 @@ pub struct ArmShape {
     pub tool: Option<(BodyShape, Pose)>,
 }
 
-/// A solid, centred on its own frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A solid; all but a mesh are centred on their own frame.
+#[derive(Clone, Debug, PartialEq)]
 pub enum BodyShape {
     /// Edges along the axes.
     Box {
@@ -96,6 +100,19 @@ pub enum BodyShape {
     },
     /// The half space below z = 0; for obstacles only.
     Plane,
+    /// A mesh, in the frame of its file. Its convex pieces touch.
+    Mesh(Arc<MeshBody>),
+}
+
+impl BodyShape {
+    /// The shape in a point mirror at the origin of its frame. Only a mesh differs from its image.
+    #[must_use]
+    pub fn point_mirrored(&self) -> Self {
+        match self {
+            Self::Mesh(body) => Self::Mesh(Arc::new(body.point_mirrored())),
+            symmetric => symmetric.clone(),
+        }
+    }
 }
 
 /// An obstacle. Its pose is the retracted place where an actuator moves it.
@@ -213,8 +230,8 @@ pub struct Fingers {
     pub stroke: f64,
     /// Direction that the finger on the positive side opens to, flange frame; of any length.
     pub axis: [f64; 3],
-    /// Edges of a finger's box, m, and its pose in the flange frame when closed. The other finger is its mirror image.
-    pub finger: ([f64; 3], Pose),
+    /// Shape of a finger, and its pose in the flange frame when closed. The other finger is its mirror image.
+    pub finger: (BodyShape, Pose),
     /// Force of each finger, N.
     pub force: f64,
     /// Speed of each finger, m/s.
@@ -229,6 +246,33 @@ pub struct Fingers {
     pub closed: Option<IoPoint>,
     /// Input: the fingers press something.
     pub gripping: Option<IoPoint>,
+}
+
+impl Fingers {
+    /// Unit vector to the positive side, flange frame.
+    pub fn opening_direction(&self) -> Vector3<f64> {
+        Vector3::from(self.axis).normalize()
+    }
+
+    /// The shapes of the two fingers, that of the positive side first.
+    pub fn shapes(&self) -> [BodyShape; 2] {
+        [self.finger.0.clone(), self.finger.0.point_mirrored()]
+    }
+
+    /// Where the two fingers are at an opening (m), flange frame.
+    pub fn poses(&self, width: f64) -> [Pose; 2] {
+        let axis = self.opening_direction();
+        let closed = self.finger.1;
+        let mirror = Matrix3::identity() - axis * axis.transpose() * 2.0;
+        // A mirrored frame is left-handed. Turned through its origin it is right-handed again, as the mirrored shape is.
+        let rotation = Rotation3::from_matrix_unchecked(-(mirror * closed.rotation.matrix()));
+        let other = Pose::new(rotation, mirror * closed.translation);
+        let apart = axis * (width / 2.0);
+        [
+            Pose::new(closed.rotation, closed.translation + apart),
+            Pose::new(other.rotation, other.translation - apart),
+        ]
+    }
 }
 
 /// What tells fingers where to go.

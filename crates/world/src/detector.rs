@@ -54,7 +54,7 @@ impl Detector {
                 let sees = parts
                     .bodies
                     .values()
-                    .any(|part| is_inside(pose, size, &engine.pose(part.body)));
+                    .any(|part| is_inside(pose, size, &parts.center(engine, part)));
                 (
                     DetectorState {
                         sees,
@@ -108,8 +108,8 @@ fn first_hit(
         .map(|(_, distance)| distance)
 }
 
-/// Whether the origin of a frame is inside a box.
-pub(crate) fn is_inside(middle: &Pose, size: &[f64; 3], of: &Pose) -> bool {
-    let at = middle.rotate_back(of.translation - middle.translation);
+/// Whether a point is inside a box.
+pub(crate) fn is_inside(middle: &Pose, size: &[f64; 3], point: &Vector3<f64>) -> bool {
+    let at = middle.rotate_back(point - middle.translation);
     (0..3).all(|k| at[k].abs() <= size[k] / 2.0)
 }

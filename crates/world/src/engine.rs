@@ -11,9 +11,11 @@
 use crate::description::{BodyShape, Settings};
 use crate::materials::{Materials, Owner};
 use kinematics::{Pose, Twist, Wrench};
+use mesh::MeshBody;
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::dynamics::{
-    FrictionModel, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SpringCoefficients,
+    FrictionModel, MassProperties, RigidBodyBuilder, RigidBodyHandle, RigidBodyType,
+    SpringCoefficients,
 };
 use rapier3d_f64::geometry::{
     ColliderBuilder, ColliderHandle, Group, InteractionGroups, InteractionTestMode, SharedShape,
@@ -167,7 +169,21 @@ impl Engine {
         material: Material,
     ) -> ColliderHandle {
         let (solid, turn) = engine_shape(shape);
-        self.attach_solid(body, solid, engine_pose(pose) * turn, mass, material)
+        let collider = self.attach_solid(body, solid, engine_pose(pose) * turn, mass, material);
+        // Pieces may overlap, and have other middles: what the mesh itself weighs counts.
+        if let BodyShape::Mesh(mesh) = shape
+            && mass > 0.0
+            && let Some(collider) = self.physics.colliders.get_mut(collider)
+        {
+            let solid = mesh.solid();
+            let inertia = solid.inertia() * (mass / solid.volume());
+            collider.set_mass_properties(MassProperties::with_inertia_matrix(
+                vector(solid.centre()),
+                mass,
+                inertia.into(),
+            ));
+        }
+        collider
     }
 
     pub(crate) fn attach_solid(
@@ -389,6 +405,7 @@ pub(crate) fn our_pose(pose: &EnginePose) -> Pose {
 pub(crate) fn engine_shape(shape: &BodyShape) -> (SharedShape, EnginePose) {
     let upright = EnginePose::IDENTITY;
     match *shape {
+        BodyShape::Mesh(ref mesh) => (compound(mesh), upright),
         BodyShape::Box { size } => (
             SharedShape::cuboid(size[0] / 2.0, size[1] / 2.0, size[2] / 2.0),
             upright,
@@ -405,4 +422,15 @@ pub(crate) fn engine_shape(shape: &BodyShape) -> (SharedShape, EnginePose) {
         BodyShape::Sphere { radius } => (SharedShape::ball(radius), upright),
         BodyShape::Plane => (SharedShape::halfspace(Vector::Z), upright),
     }
+}
+
+/// The convex pieces of a mesh as one shape of the engine.
+fn compound(mesh: &MeshBody) -> SharedShape {
+    let pieces = mesh.pieces().iter().filter_map(|piece| {
+        let points: Vec<Vector> = piece.body.points().iter().map(|p| vector(*p)).collect();
+        // A piece is a convex body already; one that the engine finds flat carries nothing.
+        let shape = SharedShape::convex_hull(&points)?;
+        Some((EnginePose::from_translation(vector(piece.middle)), shape))
+    });
+    SharedShape::compound(pieces.collect())
 }

@@ -5,7 +5,7 @@
 
 use crate::arm::add_touches;
 use crate::description::{BodyShape, FingerControl, Fingers};
-use crate::engine::{ARM, Engine, Material, engine_pose, vector};
+use crate::engine::{ARM, Engine, Material, engine_shape, our_vector, vector};
 use crate::error::OrderError;
 use crate::gripper::GripContext;
 use crate::hold::Hold;
@@ -14,7 +14,7 @@ use crate::parts::{PartNumber, PartTable};
 use crate::state::FingerState;
 use kinematics::{Pose, Wrench};
 use motion_api::PointLevels;
-use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
+use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::geometry::{BoundingVolume, ColliderHandle, Ray};
 
@@ -51,10 +51,10 @@ pub(crate) struct FingerPair {
     plan: Fingers,
     /// Unit vector to the positive side, flange frame.
     axis: Vector3<f64>,
-    /// Middle of each finger's box in the flange frame when closed, positive side first.
+    /// Each finger in the flange frame when closed, positive side first.
     closed: [Pose; 2],
-    /// Half of the extent of a finger along the axis, and half of the edges of its inner face.
-    half: [f64; 3],
+    /// Inner faces, in the same order.
+    faces: [InnerFace; 2],
     bodies: [RigidBodyHandle; 2],
     colliders: [ColliderHandle; 2],
     width: f64,
@@ -70,12 +70,13 @@ pub(crate) struct FingerPair {
 
 impl FingerPair {
     pub(crate) fn new(plan: &Fingers, index: usize, engine: &mut Engine) -> Self {
-        let axis = *Unit::new_normalize(Vector3::from(plan.axis));
-        let (size, pose) = plan.finger;
-        let mirror = Matrix3::identity() - axis * axis.transpose() * 2.0;
-        // A box is its own mirror image, so its mirrored frame may be turned into a right-handed one.
-        let rotation = Rotation3::from_matrix_unchecked(-(mirror * pose.rotation.matrix()));
-        let closed = [pose, Pose::new(rotation, mirror * pose.translation)];
+        let axis = plan.opening_direction();
+        let shapes = plan.shapes();
+        let closed = plan.poses(0.0);
+        let faces = [0, 1].map(|side: usize| {
+            let inwards = if side == 0 { -axis } else { axis };
+            InnerFace::new(&shapes[side], closed[side].rotate_back(inwards))
+        });
         let material = Material {
             owner: Owner::Gripper(index as u32),
             friction: plan.friction,
@@ -83,19 +84,13 @@ impl FingerPair {
             group: ARM,
         };
         let bodies = [0, 1].map(|_| engine.add_driven(&Pose::IDENTITY));
-        let colliders = bodies.map(|body| {
-            engine.attach(
-                body,
-                &BodyShape::Box { size },
-                &Pose::IDENTITY,
-                0.0,
-                material,
-            )
+        let colliders = [0, 1].map(|side: usize| {
+            engine.attach(bodies[side], &shapes[side], &Pose::IDENTITY, 0.0, material)
         });
         Self {
             axis,
             closed,
-            half: size.map(|edge| edge / 2.0),
+            faces,
             bodies,
             colliders,
             width: plan.stroke,
@@ -297,27 +292,18 @@ impl FingerPair {
             .get(parts.bodies.get(&part)?.collider)?;
         let finger = *flange * self.finger(side);
         let inwards = flange.rotate(self.axis) * if side == 0 { -1.0 } else { 1.0 };
-        let extent = self.plan.stroke + self.half.iter().sum::<f64>();
-        let middle = engine_pose(&finger).translation;
+        let face = &self.faces[side];
+        let middle = vector(finger.transform_point(face.middle));
         if !collider
             .compute_aabb()
-            .loosened(extent)
+            .loosened(self.plan.stroke + face.reach)
             .contains_local_point(middle)
         {
             return None;
         }
-        // The edge of the box that lies along the axis is the depth, the others span the face.
-        let local = finger.rotate_back(inwards);
-        let depth_axis = local.iamax();
-        let depth = self.half[depth_axis];
-        let across = [(depth_axis + 1) % 3, (depth_axis + 2) % 3];
-        let share = |i: usize| (2.0 * i as f64 / (RAYS - 1) as f64 - 1.0) * (1.0 - 1e-6);
         let mut nearest: Option<f64> = None;
-        for i in 0..RAYS * RAYS {
-            let mut at = Vector3::zeros();
-            at[across[0]] = share(i % RAYS) * self.half[across[0]];
-            at[across[1]] = share(i / RAYS) * self.half[across[1]];
-            let ray = Ray::new(vector(finger.transform_point(at)), vector(inwards));
+        for FaceRay { origin, depth } in &face.rays {
+            let ray = Ray::new(vector(finger.transform_point(*origin)), vector(inwards));
             if let Some(distance) =
                 collider
                     .shape()
@@ -478,6 +464,60 @@ impl FingerPair {
             self.hold = None;
             self.slip = Vector3::zeros();
             self.state = FingerState::Lost;
+        }
+    }
+}
+
+/// The side of a finger that looks at the other one, as rays that go out of it; in the frame of the finger.
+#[derive(Clone, Debug)]
+struct InnerFace {
+    /// Middle of the finger.
+    middle: Vector3<f64>,
+    /// How far a place of the finger can be from its middle, m, at most.
+    reach: f64,
+    rays: Vec<FaceRay>,
+}
+
+/// A ray from inside or behind a finger through its inner face.
+#[derive(Clone, Debug)]
+struct FaceRay {
+    origin: Vector3<f64>,
+    /// Way from the origin to the face, m.
+    depth: f64,
+}
+
+impl InnerFace {
+    /// `inwards` is a unit vector towards the other finger.
+    fn new(shape: &BodyShape, inwards: Vector3<f64>) -> Self {
+        let (solid, turn) = engine_shape(shape);
+        let around = solid.compute_aabb(&turn);
+        let (middle, half) = (
+            our_vector(around.center()),
+            our_vector(around.half_extents()),
+        );
+        // The edge of the box that lies along the axis is the depth, the others span the face.
+        let depth_axis = inwards.iamax();
+        let across = [(depth_axis + 1) % 3, (depth_axis + 2) % 3];
+        let share = |i: usize| (2.0 * i as f64 / (RAYS - 1) as f64 - 1.0) * (1.0 - 1e-6);
+        let far = half.norm() + TOUCH;
+        let rays = (0..RAYS * RAYS).filter_map(|i| {
+            let mut origin = middle;
+            origin[across[0]] += share(i % RAYS) * half[across[0]];
+            origin[across[1]] += share(i / RAYS) * half[across[1]];
+            let depth = match shape {
+                BodyShape::Box { .. } => half[depth_axis],
+                // Where a ray meets no finger, there is no face.
+                _ => {
+                    let back = Ray::new(vector(origin + inwards * far), vector(-inwards));
+                    far - solid.cast_ray(&turn, &back, 2.0 * far, true)?
+                }
+            };
+            Some(FaceRay { origin, depth })
+        });
+        Self {
+            middle,
+            reach: half.sum(),
+            rays: rays.collect(),
         }
     }
 }

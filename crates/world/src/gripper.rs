@@ -175,10 +175,10 @@ impl Gripper {
             &engine.contacts(part.collider),
             about,
         );
-        let pose = *motion.now() * hold.flange_from_part;
-        let support: Vector3<f64> = hold.support_force(engine, parts, &pose);
+        let center = *motion.now() * hold.flange_from_center();
+        let support: Vector3<f64> = hold.support_force(engine, parts, motion);
         output.tool_wrench.force += support;
-        output.tool_wrench.moment += (pose.translation - about).cross(&support);
+        output.tool_wrench.moment += (center.translation - about).cross(&support);
         let body = parts.mass(part).expressed_in(&hold.flange_from_part);
         output.held_body = output.held_body.joined_with(&body);
         if let Some(slot) = output.held_parts.get_mut(number) {

@@ -25,6 +25,8 @@ const ASIDE: f64 = 1e-3;
 pub(crate) struct Hold {
     pub(crate) part: PartNumber,
     pub(crate) flange_from_part: Pose,
+    /// Centre of mass in the frame of the part.
+    center: Vector3<f64>,
     /// How far the part can be pushed back before the gripper bears on it, flange frame.
     pub(crate) play: Vector3<f64>,
     support: Option<Support>,
@@ -35,8 +37,8 @@ pub(crate) struct Hold {
 struct Support {
     /// Against gravity, unit vector.
     up: Vector3<f64>,
-    /// Where the part's centre was.
-    center: Vector3<f64>,
+    /// Where the origin of the part's frame was.
+    origin: Vector3<f64>,
 }
 
 /// What a held part needs from its gripper, about its centre, base axes.
@@ -59,7 +61,8 @@ impl Hold {
         let body = parts.bodies.get_mut(&part)?;
         body.gripper = Some(gripper);
         let (handle, collider, template) = (body.body, body.collider, body.template);
-        let weight = engine.gravity() * parts.templates[template].mass.mass;
+        let mass = parts.templates[template].mass;
+        let weight = engine.gravity() * mass.mass;
         let pose = engine.pose(handle);
         let mut borne = Wrench::default();
         add_touches(&mut borne, &engine.contacts(collider), pose.translation);
@@ -69,12 +72,19 @@ impl Hold {
         Some(Self {
             part,
             flange_from_part: flange.inverse() * pose,
+            center: mass.com,
             play: Vector3::zeros(),
             support: stands.then_some(Support {
                 up,
-                center: pose.translation,
+                origin: pose.translation,
             }),
         })
+    }
+
+    /// Frame at the part's centre of mass, with the axes of the part.
+    pub(crate) fn flange_from_center(&self) -> Pose {
+        let center = self.flange_from_part.transform_point(self.center);
+        Pose::new(self.flange_from_part.rotation, center)
     }
 
     /// Lets the flange come nearer to a part that still stands, by what play there is. A part that was lifted keeps its place.
@@ -108,7 +118,7 @@ impl Hold {
     ) {
         if let Some(part) = parts.bodies.get_mut(&self.part) {
             part.gripper = None;
-            let mut velocity = motion.velocity_before(&self.flange_from_part);
+            let mut velocity = motion.velocity_before(&self.flange_from_center());
             velocity.linear += slip;
             engine.free(part.body, &velocity);
         }
@@ -129,8 +139,9 @@ impl Hold {
             };
         };
         let mass = parts.mass(part);
-        let pose = *motion.now() * self.flange_from_part;
-        let (rate, turning) = motion.acceleration(&self.flange_from_part);
+        let flange_from_center = self.flange_from_center();
+        let pose = *motion.now() * flange_from_center;
+        let (rate, turning) = motion.acceleration(&flange_from_center);
         let mut around = Wrench::default();
         add_touches(
             &mut around,
@@ -138,27 +149,29 @@ impl Hold {
             pose.translation,
         );
         let lever = motion.now().translation - pose.translation;
-        around.force += touched_by.force + self.support_force(engine, parts, &pose);
+        around.force += touched_by.force + self.support_force(engine, parts, motion);
         around.moment += touched_by.moment + lever.cross(&touched_by.force);
         let inertia = pose.rotation.matrix() * mass.inertia * pose.rotation.matrix().transpose();
         let force = (rate.linear - engine.gravity()) * mass.mass - around.force;
         let moment = inertia * rate.angular + turning.cross(&(inertia * turning)) - around.moment;
         Need {
             wrench: Wrench { force, moment },
-            stands: self.lift(&pose).is_some_and(|lift| lift < SLACK),
+            stands: self.lift_in(motion).is_some_and(|lift| lift < SLACK),
         }
     }
 
-    /// What still bears the part at `pose`, N.
+    /// What still bears the part where the flange is now, N.
     pub(crate) fn support_force(
         &self,
         engine: &Engine,
         parts: &PartTable,
-        pose: &Pose,
+        motion: &FlangeMotion,
     ) -> Vector3<f64> {
-        let (Some(support), Some(lift), Some(part)) =
-            (self.support, self.lift(pose), parts.bodies.get(&self.part))
-        else {
+        let (Some(support), Some(lift), Some(part)) = (
+            self.support,
+            self.lift_in(motion),
+            parts.bodies.get(&self.part),
+        ) else {
             return Vector3::zeros();
         };
         let share = kinematics::bounds::within(1.0 - (lift - SLACK) / (LIFT - SLACK), 0.0, 1.0);
@@ -166,9 +179,11 @@ impl Hold {
         support.up * (weight * share)
     }
 
-    fn lift(&self, pose: &Pose) -> Option<f64> {
+    /// How far the part was lifted since it was taken, m.
+    fn lift_in(&self, motion: &FlangeMotion) -> Option<f64> {
+        let pose = *motion.now() * self.flange_from_part;
         self.support
-            .map(|s| (pose.translation - s.center).dot(&s.up))
+            .map(|support| (pose.translation - support.origin).dot(&support.up))
     }
 
     /// Forgets what bore the part once it is lifted, or has been moved to where nothing is below it.
@@ -177,7 +192,7 @@ impl Hold {
             return;
         };
         let pose = engine.pose(part.body);
-        let way = pose.translation - support.center;
+        let way = pose.translation - support.origin;
         let lift = way.dot(&support.up);
         let is_aside = (way - support.up * lift).norm() > ASIDE;
         if lift > LIFT || is_aside && !self.has_something_below(engine, parts, &pose, support.up) {

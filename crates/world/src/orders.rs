@@ -156,7 +156,7 @@ impl World {
 
     /// Shape of the parts of a template.
     pub fn part_shape(&self, template: usize) -> Option<BodyShape> {
-        self.parts.templates.get(template).map(|t| t.shape)
+        self.parts.templates.get(template).map(|t| t.shape.clone())
     }
 
     /// Mass properties of the parts of a template, in the frame of the part.

@@ -73,9 +73,11 @@ impl World {
                 }
                 let up = Unit::try_new(-self.engine.gravity(), 1e-9).unwrap_or(Vector3::z_axis());
                 let pose = self.engine.pose(part.body);
+                let center = self.parts.center(&self.engine, part);
+                let turn = Rotation3::from_axis_angle(&up, angle);
                 let turned = Pose::new(
-                    Rotation3::from_axis_angle(&up, angle) * pose.rotation,
-                    pose.translation,
+                    turn * pose.rotation,
+                    center + turn * (pose.translation - center),
                 );
                 self.engine.place(part.body, &turned);
             }

@@ -56,7 +56,7 @@ impl PartTable {
         for part in &cell.parts {
             parts.templates.push(Template {
                 name: part.name.as_str().into(),
-                shape: part.shape,
+                shape: part.shape.clone(),
                 mass: mass_properties(part),
                 friction: part.friction,
                 restitution: part.restitution,
@@ -166,30 +166,47 @@ impl PartTable {
         })
     }
 
+    /// Centre of mass of a part, base frame.
+    pub(crate) fn center(&self, engine: &Engine, part: &PartBody) -> Vector3<f64> {
+        engine.pose(part.body).transform_point(self.mass(part).com)
+    }
+
     /// Mass properties of a part in its own frame.
     pub(crate) fn mass(&self, part: &PartBody) -> RigidBody {
         self.templates[part.template].mass
     }
 }
 
-/// Of a uniform solid about its centre, in its axes.
+/// Of a uniform solid, in its frame.
 fn mass_properties(part: &PartDescription) -> RigidBody {
-    let (volume, squares) = match part.shape {
+    let about_middle = |volume: f64, squares: Vector3<f64>| {
+        (volume, Vector3::zeros(), Matrix3::from_diagonal(&squares))
+    };
+    // Volume, centre, and inertia about it for each kilogram.
+    let (volume, com, inertia) = match part.shape {
         BodyShape::Box { size: [x, y, z] } => {
             let [xx, yy, zz] = [x * x, y * y, z * z].map(|s| s / 12.0);
-            (x * y * z, Vector3::new(yy + zz, xx + zz, xx + yy))
+            about_middle(x * y * z, Vector3::new(yy + zz, xx + zz, xx + yy))
         }
         BodyShape::Cylinder { radius, length } => {
             let across = radius * radius / 4.0 + length * length / 12.0;
             let volume = core::f64::consts::PI * radius * radius * length;
-            (volume, Vector3::new(across, across, radius * radius / 2.0))
+            about_middle(volume, Vector3::new(across, across, radius * radius / 2.0))
         }
         BodyShape::Sphere { radius } => {
             let volume = 4.0 / 3.0 * core::f64::consts::PI * radius * radius * radius;
-            (volume, Vector3::repeat(0.4 * radius * radius))
+            about_middle(volume, Vector3::repeat(0.4 * radius * radius))
+        }
+        BodyShape::Mesh(ref mesh) => {
+            let solid = mesh.solid();
+            (
+                solid.volume(),
+                solid.centre(),
+                solid.inertia() / solid.volume(),
+            )
         }
         // Refused by the check: a half space has no mass.
-        BodyShape::Plane => (0.0, Vector3::zeros()),
+        BodyShape::Plane => about_middle(0.0, Vector3::zeros()),
     };
     let mass = match part.mass {
         Mass::Total(mass) => mass,
@@ -197,7 +214,7 @@ fn mass_properties(part: &PartDescription) -> RigidBody {
     };
     RigidBody {
         mass,
-        com: Vector3::zeros(),
-        inertia: Matrix3::from_diagonal(&(squares * mass)),
+        com,
+        inertia: inertia * mass,
     }
 }

@@ -143,7 +143,7 @@ impl Cups {
     fn limits(&self, hold: &Hold, context: &GripContext<'_>) -> Vec<CupLimit> {
         let friction = context.friction(hold.part, None);
         let flange = context.motion.now();
-        let center = (*flange * hold.flange_from_part).translation;
+        let center = (*flange * hold.flange_from_center()).translation;
         let area = core::f64::consts::PI * self.plan.radius * self.plan.radius;
         let sealed = self
             .cups

@@ -303,15 +303,15 @@ impl World {
             let Some(part) = self.parts.bodies.get(&number) else {
                 continue;
             };
-            let pose = self.engine.pose(part.body);
+            let center = self.parts.center(&self.engine, part);
             let sink = self
                 .sinks
                 .iter()
-                .position(|sink| is_inside(&sink.pose, &sink.size, &pose));
+                .position(|sink| is_inside(&sink.pose, &sink.size, &center));
             if let Some(sink) = sink {
                 self.state.sinks[sink] += 1;
                 self.take_out(number);
-            } else if self.settings.floor.is_none() && pose.translation.z < LOST_BELOW {
+            } else if self.settings.floor.is_none() && center.z < LOST_BELOW {
                 let lost = self.take_out(number);
                 self.state.lost_below.extend(lost.map(|part| part.name));
             }

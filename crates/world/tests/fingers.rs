@@ -23,7 +23,12 @@ fn cell(force: f64, at: [f64; 6]) -> WorldDescription {
         kind: GripperKind::Fingers(Fingers {
             stroke: 0.08,
             axis: [0.0, 1.0, 0.0],
-            finger: ([0.02, 0.01, 0.04], pose([0.0, 0.005, 0.1, 0.0, 0.0, 0.0])),
+            finger: (
+                BodyShape::Box {
+                    size: [0.02, 0.01, 0.04],
+                },
+                pose([0.0, 0.005, 0.1, 0.0, 0.0, 0.0]),
+            ),
             force,
             speed: 0.05,
             friction: 0.5,

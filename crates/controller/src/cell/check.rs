@@ -24,6 +24,10 @@ type ValidationResult = Result<(), InvalidValue>;
 pub(super) struct TableCheck(String);
 
 impl TableCheck {
+    pub(super) fn called(words: &str) -> Self {
+        Self(words.to_owned())
+    }
+
     pub(super) fn named(kind: &str, name: &str) -> Self {
         Self(format!("{kind} \"{name}\""))
     }
@@ -94,7 +98,8 @@ impl TableCheck {
         Ok(())
     }
 
-    pub(super) fn shape(&self, shape: ShapeName, size: &Size) -> ValidationResult {
+    /// Whether a simple shape has the lengths that it needs.
+    pub(super) fn size(&self, shape: ShapeName, size: &Size) -> ValidationResult {
         let numbers = size.numbers();
         if numbers.len() != shape.numbers_of_size() {
             let allowed = match shape {
@@ -102,6 +107,7 @@ impl TableCheck {
                 ShapeName::Cylinder => "a cylinder needs radius, length",
                 ShapeName::Sphere => "a sphere needs its radius",
                 ShapeName::Plane => "a plane has no size",
+                ShapeName::Mesh => "a mesh has the size of its file",
             };
             return Err(self.wrong("size", format_args!("{numbers:?}"), allowed));
         }
@@ -166,7 +172,7 @@ pub(super) fn values(cell: &Tables) -> ValidationResult {
                 "every obstacle needs a name of its own",
             ));
         }
-        table.shape(obstacle.shape, &obstacle.size)?;
+        obstacle.shape_keys().check(&table, true)?;
         table.finite("pose", &obstacle.pose)?;
         if let Some(stiffness) = obstacle.stiffness
             && !(stiffness > 0.0 && stiffness <= RIGID_STIFFNESS)
@@ -180,10 +186,7 @@ pub(super) fn values(cell: &Tables) -> ValidationResult {
     }
     if let Some(tool) = &cell.tool {
         let table = TableCheck("tool".to_owned());
-        if tool.shape == ShapeName::Plane {
-            return Err(table.wrong("shape", "\"plane\"", "allowed are box, cylinder and sphere"));
-        }
-        table.shape(tool.shape, &tool.size)?;
+        tool.shape_keys().check(&table, false)?;
         table.finite("pose", &tool.pose)?;
     }
     for (index, touch) in cell.touch.iter().enumerate() {

@@ -1,42 +1,38 @@
 //! The cell as distances are measured in it.
 
 use kinematics::dynamics::GRAVITY_UPRIGHT;
-use kinematics::{Pose, RobotModel, RpyPose};
-use motion::contact;
-use path_planning::{CollisionScene, ObstaclePlace, PlacedShape, Shape, TouchRule};
+use kinematics::{Pose, RobotModel};
+use path_planning::{CollisionScene, ObstaclePlace, TouchRule};
 use world::World;
 use world::description::BodyShape;
 
 use super::Cell;
-use super::schema::{ShapeName, SixNumbers, Size};
+use super::convert::pose_of;
+use super::shape::{ShapeKeys, distance_pieces};
 use super::world::WorldSettings;
 
 impl Cell {
     /// The arm among `[[obstacle]]`, with `[tool]` and the pairs of `[[touch]]`.
     pub fn collision_scene(&self, model: RobotModel, flange_from_tcp: Pose) -> CollisionScene {
         let tables = self.tables();
-        let tool = tables.tool.as_ref().and_then(|tool| {
-            Some(PlacedShape {
-                pose: pose(tool.pose),
-                shape: shape(tool.shape, &tool.size)?,
-            })
-        });
-        let mut scene = CollisionScene::new(model, tool, flange_from_tcp);
+        let pieces = |keys: &ShapeKeys<'_>, pose: Pose| {
+            let solid = keys.solid(self.meshes());
+            solid.map_or_else(Vec::new, |solid| distance_pieces(&solid, pose))
+        };
+        let tool = tables.tool.as_ref();
+        let tool = tool.map(|tool| pieces(&tool.shape_keys(), pose_of(&tool.pose)));
+        let mut scene = CollisionScene::new(model, tool.unwrap_or_default(), flange_from_tcp);
         for obstacle in &tables.obstacle {
-            let Some(shape) = shape(obstacle.shape, &obstacle.size) else {
-                continue;
-            };
-            let pieces = vec![PlacedShape::centred(shape)];
-            let place = ObstaclePlace::Standing(pose(obstacle.pose));
+            let place = ObstaclePlace::Standing(pose_of(&obstacle.pose));
+            let pieces = pieces(&obstacle.shape_keys(), Pose::IDENTITY);
             scene.add_obstacle(obstacle.name.clone(), pieces, place);
         }
-        for obstacle in self.world_obstacles() {
-            let pieces = vec![PlacedShape::centred(shape_in_contact(obstacle.solid.shape))];
-            let place = ObstaclePlace::Standing(obstacle.solid.pose);
-            scene.add_obstacle(obstacle.name, pieces, place);
+        for (name, solid, pose) in self.world_solids() {
+            let pieces = distance_pieces(&solid, Pose::IDENTITY);
+            scene.add_obstacle(name, pieces, ObstaclePlace::Standing(pose));
         }
-        for (name, shape, pose) in self.parts_at_start(scene.model()) {
-            let pieces = vec![PlacedShape::centred(shape)];
+        for (name, solid, pose) in self.parts_at_start(scene.model()) {
+            let pieces = distance_pieces(&solid, Pose::IDENTITY);
             scene.add_obstacle(name, pieces, ObstaclePlace::Standing(pose));
         }
         scene.allow_touches(tables.touch.iter().map(|touch| TouchRule {
@@ -49,7 +45,7 @@ impl Cell {
 
 impl Cell {
     /// The parts that are there before the first cycle.
-    fn parts_at_start(&self, model: &RobotModel) -> Vec<(String, Shape, Pose)> {
+    fn parts_at_start(&self, model: &RobotModel) -> Vec<(String, BodyShape, Pose)> {
         let settings = WorldSettings {
             model,
             step_time: 0.004,
@@ -68,62 +64,8 @@ impl Cell {
         parts
             .filter_map(|part| {
                 let template = description.parts.get(part.template)?;
-                Some((
-                    part.name.to_string(),
-                    shape_of_body(&template.shape),
-                    part.pose,
-                ))
+                Some((part.name.to_string(), template.shape.clone(), part.pose))
             })
             .collect()
-    }
-}
-
-/// The shape of a body of the world.
-pub(crate) const fn shape_of_body(body: &BodyShape) -> Shape {
-    match *body {
-        BodyShape::Box { size: [x, y, z] } => Shape::Box {
-            half: [x / 2.0, y / 2.0, z / 2.0],
-        },
-        BodyShape::Cylinder { radius, length } => Shape::Cylinder {
-            radius,
-            half_length: length / 2.0,
-        },
-        BodyShape::Sphere { radius } => Shape::Sphere { radius },
-        BodyShape::Plane => Shape::Plane,
-    }
-}
-
-const fn shape_in_contact(shape: contact::Shape) -> Shape {
-    match shape {
-        contact::Shape::Box { half } => Shape::Box { half },
-        contact::Shape::Cylinder {
-            radius,
-            half_length,
-        } => Shape::Cylinder {
-            radius,
-            half_length,
-        },
-        contact::Shape::Sphere { radius } => Shape::Sphere { radius },
-        contact::Shape::Plane => Shape::Plane,
-    }
-}
-
-fn pose(numbers: SixNumbers) -> Pose {
-    Pose::from_rpy(&RpyPose::from_array(numbers))
-}
-
-/// The file was checked: the size has as many numbers as the shape needs.
-fn shape(name: ShapeName, size: &Size) -> Option<Shape> {
-    match (name, size.numbers()) {
-        (ShapeName::Box, &[x, y, z]) => Some(Shape::Box {
-            half: [x / 2.0, y / 2.0, z / 2.0],
-        }),
-        (ShapeName::Cylinder, &[radius, length]) => Some(Shape::Cylinder {
-            radius,
-            half_length: length / 2.0,
-        }),
-        (ShapeName::Sphere, &[radius]) => Some(Shape::Sphere { radius }),
-        (ShapeName::Plane, _) => Some(Shape::Plane),
-        _ => None,
     }
 }

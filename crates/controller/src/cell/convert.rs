@@ -7,19 +7,24 @@ use core::f64::consts::TAU;
 
 use kinematics::safety::{self, SafetyPlane, SafetySettingError, SafetyTool};
 use kinematics::{JointTorques, Payload, Pose, RpyPose, SafetyBounds, Wrench};
-use motion::contact::{self, Environment, Obstacle, PlacedShape};
+use motion::contact::{Environment, Obstacle, PlacedShape};
 use motion::external::{TimedWrench, WrenchFrame};
 use motion::modes::encoder::Belt;
 use motion::{Drivetrain, PlantParameters};
+use world::description::BodyShape;
 
 use super::Cell;
+use super::meshes::Meshes;
 use super::schema::{
-    Conveyor, ExternalWrench, LoadFrame as TableFrame, PlaneMode, ShapeName, SixNumbers, Size,
-    Tables,
+    self, Conveyor, ExternalWrench, LoadFrame as TableFrame, PlaneMode, SixNumbers, Tables,
 };
+use super::shape::{ShapeKeys, contact_pieces};
 
 /// `[[safety_plane]]` and `[tool]`.
-pub(super) fn safety_bounds(tables: &Tables) -> Result<SafetyBounds, SafetySettingError> {
+pub(super) fn safety_bounds(
+    tables: &Tables,
+    meshes: &Meshes,
+) -> Result<SafetyBounds, SafetySettingError> {
     let mut bounds = SafetyBounds::default();
     for plane in &tables.safety_plane {
         let mode = match plane.mode {
@@ -31,18 +36,19 @@ pub(super) fn safety_bounds(tables: &Tables) -> Result<SafetyBounds, SafetySetti
         let plane = SafetyPlane::new(plane.point, plane.normal, mode, plane.ci_pair)?;
         bounds = bounds.with_plane(plane)?;
     }
-    let Some(tool) = &tables.tool else {
+    let Some(table) = &tables.tool else {
         return Ok(bounds);
     };
-    let pose = Pose::from_rpy(&RpyPose::from_array(tool.pose));
-    let size = tool.size.numbers();
-    let number = |k: usize| size.get(k).copied().unwrap_or(f64::NAN);
-    let tool = match tool.shape {
-        ShapeName::Box => Some(SafetyTool::cuboid(pose, [number(0), number(1), number(2)])?),
-        ShapeName::Cylinder => Some(SafetyTool::cylinder(pose, number(0), number(1))?),
-        ShapeName::Sphere => Some(SafetyTool::ball(pose, number(0))?),
+    let pose = Pose::from_rpy(&RpyPose::from_array(table.pose));
+    let tool = match table.shape_keys().solid(meshes) {
+        Some(BodyShape::Box { size }) => Some(SafetyTool::cuboid(pose, size)?),
+        Some(BodyShape::Cylinder { radius, length }) => {
+            Some(SafetyTool::cylinder(pose, radius, length)?)
+        }
+        Some(BodyShape::Sphere { radius }) => Some(SafetyTool::ball(pose, radius)?),
+        Some(BodyShape::Mesh(mesh)) => Some(SafetyTool::hull(pose, mesh.hull_corners())?),
         // Refused when the file was read.
-        ShapeName::Plane => None,
+        Some(BodyShape::Plane) | None => None,
     };
     Ok(bounds.with_tool(tool))
 }
@@ -71,55 +77,50 @@ pub(super) fn truth(tables: &Tables) -> PlantParameters {
 /// What the arm touches: obstacles that stand still, floor and conveyors of a world; the tool; what grippers may hold.
 pub(super) fn surroundings(cell: &Cell) -> Environment {
     let tables = cell.tables();
-    let obstacle = |table: &super::schema::Obstacle| Obstacle {
-        name: table.name.clone(),
-        solid: solid(table.shape, &table.size, table.pose),
-        stiffness: table.stiffness,
-        damping: table.damping.unwrap_or(0.0),
-        friction: table.friction.unwrap_or(0.0),
-    };
-    let still = tables
-        .obstacle
-        .iter()
-        .filter(|table| !cell.is_moved(&table.name));
+    let still = tables.obstacle.iter().enumerate();
+    let still = still.filter(|(_, table)| !cell.is_moved(&table.name));
+    let still = still.flat_map(|(number, table)| obstacles(cell, number, table));
     let part_shapes = match tables.gripper.is_empty() {
         true => Vec::new(),
-        false => super::world::description(tables)
-            .map(|world| {
-                world
-                    .parts
-                    .iter()
-                    .map(|part| super::world::contact_shape(&part.shape))
-                    .collect()
-            })
-            .unwrap_or_default(),
+        false => {
+            let parts = tables.part.iter();
+            parts
+                .map(|table| pieces(cell, &table.shape_keys(), Pose::IDENTITY))
+                .collect()
+        }
     };
     let tool = tables.tool.as_ref();
+    let tool = tool.map(|tool| pieces(cell, &tool.shape_keys(), pose_of(&tool.pose)));
     Environment {
-        obstacles: still.map(obstacle).chain(cell.world_obstacles()).collect(),
-        tool: tool.map(|tool| solid(tool.shape, &tool.size, tool.pose)),
+        obstacles: still.chain(cell.world_obstacles()).collect(),
+        tool: tool.unwrap_or_default(),
         part_shapes,
     }
 }
 
-/// A shape whose size was checked when the file was read.
-fn solid(shape: ShapeName, size: &Size, pose: SixNumbers) -> PlacedShape {
-    let size = size.numbers();
-    let number = |k: usize| size.get(k).copied().unwrap_or(f64::NAN);
-    PlacedShape {
-        pose: Pose::from_rpy(&RpyPose::from_array(pose)),
-        shape: match shape {
-            ShapeName::Box => contact::Shape::Box {
-                half: [0, 1, 2].map(|k| number(k) / 2.0),
-            },
-            ShapeName::Cylinder => contact::Shape::Cylinder {
-                radius: number(0),
-                half_length: number(1) / 2.0,
-            },
-            ShapeName::Sphere => contact::Shape::Sphere { radius: number(0) },
-            ShapeName::Plane => contact::Shape::Plane,
-        },
-    }
+/// An obstacle of the file as the arm meets it: one for each convex piece.
+fn obstacles(cell: &Cell, number: usize, table: &schema::Obstacle) -> Vec<Obstacle> {
+    let pieces = pieces(cell, &table.shape_keys(), pose_of(&table.pose));
+    let body = (pieces.len() > 1).then_some(number);
+    let obstacle = |solid| Obstacle {
+        name: table.name.clone(),
+        solid,
+        body,
+        stiffness: table.stiffness,
+        damping: table.damping.unwrap_or(0.0),
+        friction: table.friction.unwrap_or(0.0),
+    };
+    pieces.into_iter().map(obstacle).collect()
+}
+
+/// The convex pieces of a shape; none for a mesh that is not there, which the reading of the file refused.
+fn pieces(cell: &Cell, keys: &ShapeKeys<'_>, pose: Pose) -> Vec<PlacedShape> {
+    let solid = keys.solid(&cell.meshes);
+    solid.map_or_else(Vec::new, |solid| contact_pieces(&solid, pose))
+}
+
+pub(super) fn pose_of(numbers: &SixNumbers) -> Pose {
+    Pose::from_rpy(&RpyPose::from_array(*numbers))
 }
 
 /// Ticks of an encoder for a metre of a belt, or for a radian of a turntable.

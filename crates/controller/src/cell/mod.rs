@@ -8,12 +8,15 @@ mod check;
 pub(crate) mod collision_scene;
 pub mod connections;
 mod convert;
+mod meshes;
 pub mod point;
 mod scene;
 pub mod schema;
+pub(crate) mod shape;
 pub mod world;
 pub mod world_schema;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -23,6 +26,7 @@ use io_bus::{Fieldbus, SimulatedPeers};
 use kinematics::SafetyBounds;
 use kinematics::safety::SafetySettingError;
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
+use mesh::{MeshBody, MeshFiles};
 use motion::contact::Environment;
 use motion::external::TimedWrench;
 use motion::modes::encoder::Belt;
@@ -30,11 +34,14 @@ use motion::{
     InputPair, IoSetup, LimitOverrides, PlantParameters, SafetyInputs, SensorNoise, TimedInput,
     WireSetup,
 };
+use recorder::Setup;
 use supervision::ThreadSupervisor;
 use thiserror::Error;
 use toml::de::{DeTable, DeValue};
 
 use crate::cell_world::{CellWorld, gripper_bus};
+pub use meshes::{CellMeshError, MeshFacts};
+use meshes::{Meshes, NoFiles, RecordedFiles};
 use schema::{ActiveLevel, InputValue, SafetyFunction, SerialPort, Tables};
 use world_schema::GripperBus;
 
@@ -92,6 +99,16 @@ pub enum CellError {
         /// What is behind it.
         device: String,
     },
+    /// A mesh that cannot be.
+    #[error("{}: {table}: {source}", path.display())]
+    Mesh {
+        /// The cell file.
+        path: PathBuf,
+        /// The table with its name.
+        table: String,
+        /// What is wrong with the mesh.
+        source: Box<CellMeshError>,
+    },
     /// A world of parts that cannot be.
     #[error("{}: {source}", path.display())]
     World {
@@ -114,6 +131,7 @@ pub enum CellError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
     tables: Tables,
+    meshes: Meshes,
     safety: SafetyBounds,
     text: String,
 }
@@ -153,22 +171,49 @@ impl Cell {
                 source,
             }
         })?;
-        Self::from_text(text, path)
+        Self::from_text_beside_files(text, path)
     }
 
-    /// Checks the text of a file; `path` is what errors call it.
+    /// Checks the text of a file; `path` is what errors call it, and meshes are read from its folder.
+    ///
+    /// # Errors
+    /// The errors of [`Cell::load`].
+    pub fn from_text_beside_files(text: String, path: &Path) -> Result<Self, CellError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::with_files(text, path, &mut mesh::Folder::new(folder))
+    }
+
+    /// Checks a text that has no folder, so that it cannot name a mesh; `path` is what errors call it.
     ///
     /// # Errors
     /// The errors of [`Cell::load`].
     pub fn from_text(text: String, path: &Path) -> Result<Self, CellError> {
-        let tables = parse(&text, path)?;
-        let safety = convert::safety_bounds(&tables).map_err(|source| CellError::Safety {
-            path: path.to_owned(),
-            source,
-        })?;
+        Self::with_files(text, path, &mut NoFiles)
+    }
+
+    /// The cell of a recording, whose text and files it holds.
+    ///
+    /// # Errors
+    /// It is none of this version's.
+    pub fn of_recording(setup: &Setup) -> Result<Option<Self>, CellError> {
+        let cell = setup.cell.clone().map(|text| {
+            let path = Path::new("the recorded cell file");
+            Self::with_files(text, path, &mut RecordedFiles(&setup.files))
+        });
+        cell.transpose()
+    }
+
+    fn with_files(text: String, path: &Path, files: &mut dyn MeshFiles) -> Result<Self, CellError> {
+        let (tables, meshes) = parse(&text, path, files)?;
+        let safety =
+            convert::safety_bounds(&tables, &meshes).map_err(|source| CellError::Safety {
+                path: path.to_owned(),
+                source,
+            })?;
         let cell = Self {
             safety,
             tables,
+            meshes,
             text,
         };
         cell.check_drivers(path)?;
@@ -208,6 +253,31 @@ impl Cell {
     /// Every table of the file.
     pub const fn tables(&self) -> &Tables {
         &self.tables
+    }
+
+    /// Every file that the tables name, by the path as they name it, for the recording.
+    pub const fn files(&self) -> &BTreeMap<String, Arc<[u8]>> {
+        self.meshes.files()
+    }
+
+    pub(crate) const fn meshes(&self) -> &Meshes {
+        &self.meshes
+    }
+
+    /// What there is to say of each mesh of the cell, in the order of the tables.
+    pub fn mesh_facts(&self) -> Vec<MeshFacts> {
+        let shapes = meshes::shapes(&self.tables);
+        let facts = shapes.filter_map(|(table, keys)| {
+            let keys = keys.mesh()?;
+            let body = self.meshes.body(&keys)?;
+            Some(MeshFacts::new(table, keys.file, &body))
+        });
+        facts.collect()
+    }
+
+    /// The meshes of the cell, each once, in a fixed order.
+    pub fn mesh_bodies(&self) -> impl Iterator<Item = &Arc<MeshBody>> {
+        self.meshes.bodies()
     }
 
     /// The file as written, for the recording.
@@ -380,7 +450,11 @@ impl Cell {
 }
 
 /// Reads the text of a file and checks what each table says; `path` is named in errors.
-fn parse(text: &str, path: &Path) -> Result<Tables, CellError> {
+fn parse(
+    text: &str,
+    path: &Path,
+    files: &mut dyn MeshFiles,
+) -> Result<(Tables, Meshes), CellError> {
     let tables: Tables = toml::from_str(text).map_err(|error| schema_error(text, path, &error))?;
     let invalid = |wrong: check::InvalidValue| CellError::Value {
         path: path.to_owned(),
@@ -390,14 +464,19 @@ fn parse(text: &str, path: &Path) -> Result<Tables, CellError> {
         allowed: wrong.allowed,
     };
     check::values(&tables).map_err(invalid)?;
+    let meshes = Meshes::read(&tables, files).map_err(|(table, source)| CellError::Mesh {
+        path: path.to_owned(),
+        table,
+        source: Box::new(source),
+    })?;
     if world::has_world(&tables) {
-        let description = world::description(&tables).map_err(invalid)?;
+        let description = world::description(&tables, &meshes).map_err(invalid)?;
         ::world::check(&description).map_err(|source| CellError::World {
             path: path.to_owned(),
             source: Box::new(source),
         })?;
     }
-    Ok(tables)
+    Ok((tables, meshes))
 }
 
 /// serde names unknown keys but not the key of a wrong value: that one is read from the line it stands in.

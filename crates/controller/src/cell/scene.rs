@@ -2,11 +2,11 @@
 
 use kinematics::{RobotModel, RpyPose};
 use nalgebra::Vector3;
-use recorder::{ObstacleShape, SceneObstacle};
+use recorder::SceneObstacle;
 
 use super::Cell;
 use super::point::{IoDirection, IoGroup, IoPointName};
-use super::schema::ShapeName;
+use super::shape::drawn_shape;
 use super::world::WorldSettings;
 
 impl Cell {
@@ -31,19 +31,10 @@ impl Cell {
         let obstacles = self.tables().obstacle.iter();
         obstacles
             .filter_map(|obstacle| {
-                // The file was checked: the size has as many numbers as the shape needs.
-                let shape = match (obstacle.shape, obstacle.size.numbers()) {
-                    (ShapeName::Box, &[x, y, z]) => ObstacleShape::Box([x, y, z]),
-                    (ShapeName::Cylinder, &[radius, length]) => {
-                        ObstacleShape::Cylinder { radius, length }
-                    }
-                    (ShapeName::Sphere, &[radius]) => ObstacleShape::Sphere { radius },
-                    (ShapeName::Plane, _) => ObstacleShape::Plane,
-                    _ => return None,
-                };
+                let solid = obstacle.shape_keys().solid(self.meshes())?;
                 Some(SceneObstacle {
                     name: obstacle.name.clone(),
-                    shape,
+                    shape: drawn_shape(&solid),
                     pose: RpyPose::from_array(obstacle.pose),
                 })
             })

@@ -69,11 +69,12 @@ pub struct Tables {
     pub fault: Vec<FaultTable>,
 }
 
-/// The shape of an obstacle or tool.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+/// The shape of an obstacle, a tool, a part or a finger.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ShapeName {
     /// `size` is x, y, z.
+    #[default]
     Box,
     /// `size` is radius, length.
     Cylinder,
@@ -81,6 +82,8 @@ pub enum ShapeName {
     Sphere,
     /// No size; the z axis of the pose is the normal.
     Plane,
+    /// No size; `file` has it.
+    Mesh,
 }
 
 impl ShapeName {
@@ -90,7 +93,7 @@ impl ShapeName {
             Self::Box => 3,
             Self::Cylinder => 2,
             Self::Sphere => 1,
-            Self::Plane => 0,
+            Self::Plane | Self::Mesh => 0,
         }
     }
 }
@@ -130,6 +133,12 @@ pub struct Obstacle {
     /// Lengths of the shape, m.
     #[serde(default)]
     pub size: Size,
+    /// File of a mesh, relative to the folder of the cell file.
+    pub file: Option<String>,
+    /// Metres for a unit of that file.
+    pub scale: Option<f64>,
+    /// Most convex pieces of the mesh.
+    pub pieces: Option<i64>,
     /// Pose of the obstacle in the base frame.
     pub pose: SixNumbers,
     /// N/m; hard without it.
@@ -149,6 +158,12 @@ pub struct Tool {
     /// Lengths of the shape, m.
     #[serde(default)]
     pub size: Size,
+    /// File of a mesh, relative to the folder of the cell file.
+    pub file: Option<String>,
+    /// Metres for a unit of that file.
+    pub scale: Option<f64>,
+    /// Most convex pieces of the mesh.
+    pub pieces: Option<i64>,
     /// Pose of the shape in the flange frame.
     pub pose: SixNumbers,
 }

@@ -6,7 +6,7 @@ use super::*;
 use motion::contact::Shape as Shape3d;
 
 fn cell(text: &str) -> Result<Tables, CellError> {
-    parse(text, Path::new("c.toml"))
+    parse(text, Path::new("c.toml"), &mut NoFiles).map(|(tables, _)| tables)
 }
 
 /// Every table with every key.
@@ -146,7 +146,11 @@ fn every_table_and_key_is_read() {
 fn obstacles_tool_and_sensor_reach_the_arm() {
     let cell = Cell::from_text(WHOLE.to_owned(), Path::new("c.toml")).unwrap();
     let around = cell.surroundings();
-    let shapes: Vec<_> = around.obstacles.iter().map(|o| o.solid.shape).collect();
+    let shapes: Vec<_> = around
+        .obstacles
+        .iter()
+        .map(|o| o.solid.shape.clone())
+        .collect();
     let half = [0.6, 0.4, 0.025];
     assert_eq!(
         shapes,
@@ -167,7 +171,7 @@ fn obstacles_tool_and_sensor_reach_the_arm() {
         (None, 0.0, 0.0)
     );
     assert_eq!(
-        around.tool.map(|tool| tool.shape),
+        around.tool.first().map(|tool| tool.shape.clone()),
         Some(Shape3d::Cylinder {
             radius: 0.02,
             half_length: 0.05

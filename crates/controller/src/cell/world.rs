@@ -2,8 +2,8 @@
 //!
 //! What a kind of an entry needs, and which keys it does not have, is settled here; ranges and names are checked by the world itself.
 
-use kinematics::{Pose, RobotModel, RpyPose};
-use motion::contact::{self, Obstacle, PlacedShape};
+use kinematics::{Capsule, Pose, RobotModel};
+use motion::contact::Obstacle;
 use motion_api::IoPoint;
 use nalgebra::Vector3;
 use world::description::*;
@@ -11,11 +11,14 @@ use world::{FLOOR, WorldDescription};
 
 use super::Cell;
 use super::check::{InvalidValue, TableCheck};
+use super::convert::pose_of;
+use super::meshes::Meshes;
 use super::point::{IoDirection, IoPointName};
-use super::schema::{self, ShapeName, SixNumbers, Size, Tables};
+use super::schema::{self, Tables};
+use super::shape::{ShapeKeys, contact_pieces};
 use super::world_schema::{
     ActuatorEnd, ActuatorKindName, ActuatorTable, DetectorKindName, DetectorTable, FaultName,
-    FaultTable, FingerTable, GripperBus, GripperKindName, GripperTable, PartTable, SourceTable,
+    FaultTable, GripperBus, GripperKindName, GripperTable, PartTable, SourceTable,
 };
 
 /// Friction of an obstacle towards parts where the file gives none.
@@ -46,8 +49,8 @@ impl Cell {
             return None;
         }
         // The tables were converted when the file was read, so they can be again.
-        let mut description = description(self.tables()).ok()?;
-        description.arm = arm_shape(self.tables(), settings.model);
+        let mut description = description(self.tables(), self.meshes()).ok()?;
+        description.arm = self.arm_shape(settings.model);
         description.settings.period = settings.step_time;
         description.settings.seed = settings.seed;
         let own = self.tables().world.unwrap_or_default();
@@ -58,33 +61,59 @@ impl Cell {
 
     /// What the arm touches in the world besides the obstacles: floor and conveyors.
     pub(super) fn world_obstacles(&self) -> Vec<Obstacle> {
-        let floor = self.tables().world.and_then(|world| world.floor);
-        let floor = floor.map(|height| Obstacle {
-            name: FLOOR.to_owned(),
-            solid: PlacedShape {
-                pose: Pose::from_translation(0.0, 0.0, height),
-                shape: contact::Shape::Plane,
-            },
-            stiffness: None,
-            damping: 0.0,
-            friction: 0.0,
-        });
-        let belts = self.tables().conveyor.iter().filter_map(|belt| {
-            let (pose, size) = (belt.pose?, belt.size?);
-            Some(Obstacle {
-                name: belt.name.clone()?,
-                solid: PlacedShape {
-                    pose: pose_of(&pose),
-                    shape: contact::Shape::Box {
-                        half: size.map(|edge| edge / 2.0),
-                    },
-                },
+        let solids = self.world_solids().into_iter();
+        let obstacles = solids.flat_map(|(name, solid, pose)| {
+            let pieces = contact_pieces(&solid, pose).into_iter();
+            pieces.map(move |solid| Obstacle {
+                name: name.clone(),
+                solid,
+                body: None,
                 stiffness: None,
                 damping: 0.0,
                 friction: 0.0,
             })
         });
+        obstacles.collect()
+    }
+
+    /// What stands still in the cell, floor and conveyors included: name, solid, pose in the base frame.
+    pub fn standing_solids(&self) -> Vec<(String, BodyShape, Pose)> {
+        let tables = self.tables().obstacle.iter();
+        let still = tables.filter(|table| !self.is_moved(&table.name));
+        let obstacles = still.filter_map(|table| {
+            let solid = table.shape_keys().solid(self.meshes())?;
+            Some((table.name.clone(), solid, pose_of(&table.pose)))
+        });
+        obstacles.chain(self.world_solids()).collect()
+    }
+
+    /// `[tool]`: its solid, and the pose in the flange frame.
+    pub fn tool_solid(&self) -> Option<(BodyShape, Pose)> {
+        let tool = self.tables().tool.as_ref()?;
+        let solid = tool.shape_keys().solid(self.meshes())?;
+        Some((solid, pose_of(&tool.pose)))
+    }
+
+    /// Floor and conveyors: name, solid, pose in the base frame.
+    pub(super) fn world_solids(&self) -> Vec<(String, BodyShape, Pose)> {
+        let floor = self.tables().world.and_then(|world| world.floor);
+        let floor = floor.map(|height| {
+            let pose = Pose::from_translation(0.0, 0.0, height);
+            (FLOOR.to_owned(), BodyShape::Plane, pose)
+        });
+        let belts = self.tables().conveyor.iter().filter_map(|belt| {
+            let (pose, size) = (belt.pose?, belt.size?);
+            Some((belt.name.clone()?, BodyShape::Box { size }, pose_of(&pose)))
+        });
         floor.into_iter().chain(belts).collect()
+    }
+
+    /// The outside of the arm, with the tool.
+    fn arm_shape(&self, model: &RobotModel) -> ArmShape {
+        ArmShape {
+            links: link_capsules(model),
+            tool: self.tool_solid(),
+        }
     }
 
     /// Names of obstacles that actuators move: the arm meets them in the world.
@@ -135,11 +164,20 @@ pub(super) fn has_world(tables: &Tables) -> bool {
 ///
 /// # Errors
 /// The first table whose keys do not go together.
-pub(super) fn description(tables: &Tables) -> Result<WorldDescription, InvalidValue> {
+pub(super) fn description(
+    tables: &Tables,
+    meshes: &Meshes,
+) -> Result<WorldDescription, InvalidValue> {
     let mut world = WorldDescription::default();
     world.settings.floor = tables.world.and_then(|world| world.floor);
-    world.obstacles = tables.obstacle.iter().map(obstacle).collect();
-    world.parts = tables.part.iter().map(part).collect::<Result<_, _>>()?;
+    let obstacles = tables.obstacle.iter();
+    world.obstacles = obstacles
+        .filter_map(|table| obstacle(table, meshes))
+        .collect();
+    let parts = tables.part.iter();
+    world.parts = parts
+        .map(|table| part(table, meshes))
+        .collect::<Result<_, _>>()?;
     check_buses(tables)?;
     world.frictions = tables
         .friction
@@ -153,7 +191,7 @@ pub(super) fn description(tables: &Tables) -> Result<WorldDescription, InvalidVa
     world.grippers = tables
         .gripper
         .iter()
-        .map(gripper)
+        .map(|table| gripper(table, meshes))
         .collect::<Result<_, _>>()?;
     let belts = tables.conveyor.iter().enumerate();
     world.conveyors = belts
@@ -187,52 +225,17 @@ pub(super) fn description(tables: &Tables) -> Result<WorldDescription, InvalidVa
     Ok(world)
 }
 
-fn pose_of(numbers: &SixNumbers) -> Pose {
-    Pose::from_rpy(&RpyPose::from_array(*numbers))
-}
-
-fn body_shape(shape: ShapeName, size: &Size) -> BodyShape {
-    let size = size.numbers();
-    let number = |k: usize| size.get(k).copied().unwrap_or(f64::NAN);
-    match shape {
-        ShapeName::Box => BodyShape::Box {
-            size: [number(0), number(1), number(2)],
-        },
-        ShapeName::Cylinder => BodyShape::Cylinder {
-            radius: number(0),
-            length: number(1),
-        },
-        ShapeName::Sphere => BodyShape::Sphere { radius: number(0) },
-        ShapeName::Plane => BodyShape::Plane,
-    }
-}
-
-/// A shape of the world as the contacts of the arm know it.
-pub(super) const fn contact_shape(shape: &BodyShape) -> contact::Shape {
-    match *shape {
-        BodyShape::Box { size: [x, y, z] } => contact::Shape::Box {
-            half: [x / 2.0, y / 2.0, z / 2.0],
-        },
-        BodyShape::Cylinder { radius, length } => contact::Shape::Cylinder {
-            radius,
-            half_length: length / 2.0,
-        },
-        BodyShape::Sphere { radius } => contact::Shape::Sphere { radius },
-        BodyShape::Plane => contact::Shape::Plane,
-    }
-}
-
-fn obstacle(table: &schema::Obstacle) -> ObstacleDescription {
-    ObstacleDescription {
+fn obstacle(table: &schema::Obstacle, meshes: &Meshes) -> Option<ObstacleDescription> {
+    Some(ObstacleDescription {
         name: table.name.clone(),
-        shape: body_shape(table.shape, &table.size),
+        shape: table.shape_keys().solid(meshes)?,
         pose: pose_of(&table.pose),
         friction: table.friction.unwrap_or(OBSTACLE_FRICTION),
-    }
+    })
 }
 
-/// Capsules of the links in the frames of their joints, and the tool. The last link ends at the flange, whose capsule is rounder than that.
-fn arm_shape(tables: &Tables, model: &RobotModel) -> ArmShape {
+/// Capsules of the links in the frames of their joints. The last link ends at the flange, whose capsule is rounder than that.
+fn link_capsules(model: &RobotModel) -> Vec<(usize, Capsule)> {
     let frames = model.forward(&kinematics::JointPositions::ZERO);
     let flange_from_wrist =
         frames.base_from_flange.inverse() * frames.base_from_joint[kinematics::DOF - 1];
@@ -251,19 +254,23 @@ fn arm_shape(tables: &Tables, model: &RobotModel) -> ArmShape {
             links.push((joint, capsule));
         }
     }
-    let tool = tables.tool.as_ref();
-    ArmShape {
-        links,
-        tool: tool.map(|tool| (body_shape(tool.shape, &tool.size), pose_of(&tool.pose))),
-    }
+    links
 }
 
-fn part(table: &PartTable) -> Result<PartDescription, InvalidValue> {
+/// The solid of something that is no plane.
+fn solid(
+    check: &TableCheck,
+    keys: &ShapeKeys<'_>,
+    meshes: &Meshes,
+) -> Result<BodyShape, InvalidValue> {
+    keys.check(check, false)?;
+    let solid = keys.solid(meshes);
+    solid.ok_or_else(|| check.missing("file", "the mesh was not read"))
+}
+
+fn part(table: &PartTable, meshes: &Meshes) -> Result<PartDescription, InvalidValue> {
     let check = TableCheck::named("part", &table.name);
-    if table.shape == ShapeName::Plane {
-        return Err(check.wrong("shape", "\"plane\"", "allowed are box, cylinder and sphere"));
-    }
-    check.shape(table.shape, &table.size)?;
+    let shape = solid(&check, &table.shape_keys(), meshes)?;
     let mass = match (table.mass, table.density) {
         (Some(mass), None) => Mass::Total(mass),
         (None, Some(density)) => Mass::Density(density),
@@ -295,7 +302,7 @@ fn part(table: &PartTable) -> Result<PartDescription, InvalidValue> {
     }
     Ok(PartDescription {
         name: table.name.clone(),
-        shape: body_shape(table.shape, &table.size),
+        shape,
         mass,
         pose: pose_of(&table.pose),
         friction: table.friction.unwrap_or(0.5),
@@ -345,11 +352,11 @@ fn refuse_keys(
     }
 }
 
-fn gripper(table: &GripperTable) -> Result<Gripper, InvalidValue> {
+fn gripper(table: &GripperTable, meshes: &Meshes) -> Result<Gripper, InvalidValue> {
     let check = TableCheck::named("gripper", &table.name);
     let kind = match table.kind {
         GripperKindName::Vacuum => GripperKind::Vacuum(vacuum(&check, table)?),
-        GripperKindName::Fingers => GripperKind::Fingers(fingers(&check, table)?),
+        GripperKindName::Fingers => GripperKind::Fingers(fingers(&check, table, meshes)?),
     };
     Ok(Gripper {
         name: table.name.clone(),
@@ -403,7 +410,11 @@ fn vacuum(check: &TableCheck, table: &GripperTable) -> Result<Vacuum, InvalidVal
     })
 }
 
-fn fingers(check: &TableCheck, table: &GripperTable) -> Result<Fingers, InvalidValue> {
+fn fingers(
+    check: &TableCheck,
+    table: &GripperTable,
+    meshes: &Meshes,
+) -> Result<Fingers, InvalidValue> {
     refuse_keys(
         check,
         "fingers",
@@ -423,19 +434,20 @@ fn fingers(check: &TableCheck, table: &GripperTable) -> Result<Fingers, InvalidV
         ],
     )?;
     let control = finger_control(check, table)?;
-    let FingerTable { size, pose } = table.finger.ok_or_else(|| {
+    let finger = table.finger.as_ref().ok_or_else(|| {
         check.missing(
             "finger",
-            "the box of a finger is needed: { size = […], pose = […] }",
+            "the shape of a finger is needed: { size = […], pose = […] } for a box",
         )
     })?;
+    let shape = solid(check, &finger.shape_keys(), meshes)?;
     let number = |key: &'static str, value: Option<f64>, what: &str| {
         value.ok_or_else(|| check.missing(key, what))
     };
     Ok(Fingers {
         stroke: number("stroke", table.stroke, "the opening in m is needed")?,
         axis: table.axis.unwrap_or([0.0, 1.0, 0.0]),
-        finger: (size, pose_of(&pose)),
+        finger: (shape, pose_of(&finger.pose)),
         force: number("force", table.force, "the force in N is needed")?,
         speed: number("speed", table.speed, "the speed in m/s is needed")?,
         friction: table.friction.unwrap_or(0.5),

@@ -30,6 +30,12 @@ pub struct PartTable {
     /// Lengths of the shape, m.
     #[serde(default)]
     pub size: Size,
+    /// File of a mesh, relative to the folder of the cell file.
+    pub file: Option<String>,
+    /// Metres for a unit of that file.
+    pub scale: Option<f64>,
+    /// Most convex pieces of the mesh.
+    pub pieces: Option<i64>,
     /// Mass, kg.
     pub mass: Option<f64>,
     /// Density, kg/m³.
@@ -89,12 +95,22 @@ impl GripperProtocol {
     }
 }
 
-/// A finger's box.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+/// The shape of a finger.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FingerTable {
-    /// Edges, m.
-    pub size: [f64; 3],
+    /// Shape of the finger, a box where it is not given.
+    #[serde(default)]
+    pub shape: ShapeName,
+    /// Lengths of the shape, m.
+    #[serde(default)]
+    pub size: Size,
+    /// File of a mesh, relative to the folder of the cell file.
+    pub file: Option<String>,
+    /// Metres for a unit of that file.
+    pub scale: Option<f64>,
+    /// Most convex pieces of the mesh.
+    pub pieces: Option<i64>,
     /// Pose in the flange frame when closed.
     pub pose: SixNumbers,
 }

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use kinematics::Pose;
-use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, Unit, UnitQuaternion, Vector3};
 use recorder::{ObstacleShape, SceneBody, SceneFrame};
 use world::description::{
-    BodyShape, ConveyorDescription, DetectorKind, Fingers, Gripper, GripperKind, Surface, Vacuum,
-    WorldDescription,
+    ConveyorDescription, DetectorKind, Gripper, GripperKind, Surface, Vacuum, WorldDescription,
 };
 
 use super::picture::WorldPicture;
 use super::topic::GripperRow;
+use crate::cell::shape::drawn_shape;
 
 type Color = [f64; 4];
 
@@ -69,7 +69,7 @@ impl SceneBodies {
                     None => SceneFrame::Base,
                 },
                 pose: part.pose,
-                shape: shape(&table.shape),
+                shape: drawn_shape(&table.shape),
                 color: self.colors.get(part.template).copied().unwrap_or(PART),
             });
         }
@@ -77,7 +77,7 @@ impl SceneBodies {
             if let Some(pose) = picture.obstacles.get(&obstacle.name) {
                 // Its identifier is that of the obstacle at rest, which it takes the place of.
                 let id = format!("obstacle/{}", obstacle.name);
-                bodies.push(body(id, *pose, shape(&obstacle.shape), MOVED));
+                bodies.push(body(id, *pose, drawn_shape(&obstacle.shape), MOVED));
             }
         }
         for (number, conveyor) in self.description.conveyors.iter().enumerate() {
@@ -211,27 +211,12 @@ fn add_gripper(bodies: &mut Vec<SceneBody>, gripper: &Gripper, row: &GripperRow)
             }
         }
         GripperKind::Fingers(fingers) => {
-            for (number, pose) in finger_poses(fingers, row.width).into_iter().enumerate() {
-                let shape = ObstacleShape::Box(fingers.finger.0);
-                add(number, "finger", pose, shape, FINGER);
+            let poses = fingers.poses(row.width).into_iter();
+            for (number, (pose, shape)) in poses.zip(fingers.shapes()).enumerate() {
+                add(number, "finger", pose, drawn_shape(&shape), FINGER);
             }
         }
     }
-}
-
-/// Where the two fingers are at an opening, flange frame.
-fn finger_poses(fingers: &Fingers, width: f64) -> [Pose; 2] {
-    let axis = Vector3::from(fingers.axis).normalize();
-    let closed = fingers.finger.1;
-    let mirror = Matrix3::identity() - axis * axis.transpose() * 2.0;
-    // A box is its own mirror image, so its mirrored frame may be turned into a right-handed one.
-    let rotation = Rotation3::from_matrix_unchecked(-(mirror * closed.rotation.matrix()));
-    let other = Pose::new(rotation, mirror * closed.translation);
-    let apart = axis * (width / 2.0);
-    [
-        Pose::new(closed.rotation, closed.translation + apart),
-        Pose::new(other.rotation, other.translation - apart),
-    ]
 }
 
 /// The rotation that turns z into a direction; half a turn about x where it is opposite.
@@ -244,15 +229,6 @@ fn turn_of_z_to(direction: Vector3<f64>) -> Rotation3<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
     });
     turn.to_rotation_matrix()
-}
-
-fn shape(shape: &BodyShape) -> ObstacleShape {
-    match *shape {
-        BodyShape::Box { size } => ObstacleShape::Box(size),
-        BodyShape::Cylinder { radius, length } => ObstacleShape::Cylinder { radius, length },
-        BodyShape::Sphere { radius } => ObstacleShape::Sphere { radius },
-        BodyShape::Plane => ObstacleShape::Plane,
-    }
 }
 
 /// `#rrggbb` as red, green, blue and full opacity.
@@ -409,11 +385,13 @@ size = [0.2, 0.2, 0.2]
 
     #[test]
     fn fingers_stand_as_far_apart_as_their_opening_says() {
-        let fingers = Fingers {
+        let fingers = world::description::Fingers {
             stroke: 0.06,
             axis: [0.0, 2.0, 0.0],
             finger: (
-                [0.02, 0.01, 0.03],
+                world::description::BodyShape::Box {
+                    size: [0.02, 0.01, 0.03],
+                },
                 Pose::from_translation(0.0, 0.005, 0.125),
             ),
             force: 40.0,
@@ -424,7 +402,7 @@ size = [0.2, 0.2, 0.2]
             closed: None,
             gripping: None,
         };
-        let [near, far] = finger_poses(&fingers, 0.04);
+        let [near, far] = fingers.poses(0.04);
         let gap = near.translation.y - far.translation.y;
         // The inner faces: half a finger on each side.
         assert!((gap - 0.01 - 0.04).abs() < 1e-12, "{gap}");

@@ -10,9 +10,10 @@ use elite_syntax::parser::parse;
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, CycleFrame, ProgramId, RobotState};
 use parking_lot::Mutex;
-use path_planning::{ClearanceTracker, CollisionScene, ObstaclePlace, PlacedShape, Shape};
+use path_planning::{ClearanceTracker, CollisionScene, ObstaclePlace};
+use world::description::BodyShape;
 
-use crate::cell::collision_scene::shape_of_body;
+use crate::cell::shape::distance_pieces;
 use crate::cell_world::CellWorld;
 use crate::cell_world::topic::{PartRow, WorldMessage};
 
@@ -53,7 +54,7 @@ struct MeasuredProgram {
     /// What hangs on the flange whatever the world says.
     held_throughout: Vec<String>,
     /// Shapes of parts by the names of their templates.
-    part_shapes: Vec<(String, Shape)>,
+    part_shapes: Vec<(String, BodyShape)>,
     /// What the world said of cycles that have not been shown yet.
     world_messages: VecDeque<WorldMessage>,
     /// The gripper that holds a part, by the name of the part.
@@ -145,7 +146,7 @@ impl ClearanceObserver {
     /// Has parts and actuators where the world has them in every cycle.
     pub fn follow_world(self: &Arc<Self>, world: &CellWorld) {
         let parts = world.description().parts.iter();
-        let shapes = parts.map(|part| (part.name.clone(), shape_of_body(&part.shape)));
+        let shapes = parts.map(|part| (part.name.clone(), part.shape.clone()));
         self.measured.lock().part_shapes = shapes.collect();
         let observer = Arc::downgrade(self);
         world.follow(Box::new(move |message| {
@@ -243,7 +244,7 @@ impl MeasuredProgram {
                     let name = part.name.split(['[', '#']).next().unwrap_or_default();
                     let mut shapes = self.part_shapes.iter();
                     if let Some((_, shape)) = shapes.find(|(template, _)| template == name) {
-                        let pieces = vec![PlacedShape::centred(shape.clone())];
+                        let pieces = distance_pieces(shape, Pose::IDENTITY);
                         self.scene.add_obstacle(part.name.clone(), pieces, place);
                     }
                 }

@@ -227,7 +227,7 @@ pub fn run_while(
     })));
     let end = ScriptChannels::from(script);
     let robot = Robot::new(model, end, timeline.clone(), listener.clone())
-        .with_safety_bounds(standing.safety_bounds);
+        .with_safety_bounds(standing.safety_bounds.clone());
     let supervisor = Supervisor::new(TaskSettings {
         robot: Arc::new(robot),
         observer: listener.clone(),

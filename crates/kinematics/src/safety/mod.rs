@@ -13,6 +13,7 @@ use crate::joint::JointPositions;
 use crate::model::RobotModel;
 use crate::pose::Pose;
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 pub use plane::{PlaneMode, PlaneSwitches, SafetyPlane};
 
@@ -42,18 +43,31 @@ pub enum SafetySettingError {
     TooManyPlanes,
     #[error("the size of the tool's {shape} is {size:?}, every number must be finite and positive")]
     ToolSize { shape: &'static str, size: [f64; 3] },
+    #[error(
+        "the hull of the tool has the point {point:?}, at least one point is needed and all must be finite"
+    )]
+    ToolPoint { point: Option<[f64; 3]> },
 }
 
-/// Shape of the tool beyond its TCP, centred on its own frame. Metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Shape of the tool beyond its TCP; all but a hull are centred on their own frame. Metres.
+#[derive(Clone, Debug, PartialEq)]
 enum Shape {
-    Ball { radius: f64 },
-    Box { half: [f64; 3] },
-    Cylinder { radius: f64, half_length: f64 },
+    Ball {
+        radius: f64,
+    },
+    Box {
+        half: [f64; 3],
+    },
+    Cylinder {
+        radius: f64,
+        half_length: f64,
+    },
+    /// The smallest convex body around points.
+    Hull(Arc<[Vector3<f64>]>),
 }
 
 /// A tool that must not cross safety planes either.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SafetyTool {
     flange_from_shape: Pose,
     shape: Shape,
@@ -118,9 +132,34 @@ impl SafetyTool {
         )
     }
 
+    /// The smallest convex body around points, m.
+    ///
+    /// # Errors
+    /// No points, or one that is not finite.
+    pub fn hull(
+        flange_from_shape: Pose,
+        points: Arc<[Vector3<f64>]>,
+    ) -> Result<Self, SafetySettingError> {
+        let is_sound = |p: &Vector3<f64>| p.iter().all(|x| x.is_finite());
+        match points.iter().find(|p| !is_sound(p)) {
+            Some(bad) => Err(SafetySettingError::ToolPoint {
+                point: Some((*bad).into()),
+            }),
+            None if points.is_empty() => Err(SafetySettingError::ToolPoint { point: None }),
+            None => Ok(Self {
+                flange_from_shape,
+                shape: Shape::Hull(points),
+            }),
+        }
+    }
+
     /// How far the shape reaches from its origin along a unit vector of its own frame, m.
     fn reach(&self, direction: Vector3<f64>) -> f64 {
         match self.shape {
+            Shape::Hull(ref points) => points
+                .iter()
+                .map(|p| p.dot(&direction))
+                .fold(f64::NEG_INFINITY, f64::max),
             Shape::Ball { radius } => radius,
             Shape::Box { half } => direction.abs().dot(&Vector3::from(half)),
             Shape::Cylinder {
@@ -137,7 +176,7 @@ impl SafetyTool {
     fn height(&self, plane: &SafetyPlane, base_from_flange: &Pose) -> f64 {
         let base_from_shape = *base_from_flange * self.flange_from_shape;
         plane.height(base_from_shape.translation)
-            - self.reach(base_from_shape.rotate_back(plane.normal))
+            - self.reach(-base_from_shape.rotate_back(plane.normal))
     }
 }
 
@@ -187,7 +226,7 @@ pub enum SafetyViolation {
 }
 
 /// The safety settings that bound positions. Starts with none; joint ranges are the model's.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SafetyBounds {
     planes: [Option<SafetyPlane>; SAFETY_PLANES_MAX],
     tool: Option<SafetyTool>,
@@ -263,7 +302,7 @@ impl SafetyBounds {
                 (ProtectedPart::Tcp, Some(plane.height(tcp))),
                 (
                     ProtectedPart::Tool,
-                    self.tool.map(|tool| tool.height(plane, flange)),
+                    self.tool.as_ref().map(|tool| tool.height(plane, flange)),
                 ),
                 (
                     ProtectedPart::Elbow,
@@ -376,10 +415,10 @@ mod tests {
             bounds.violation_at(&arm, &STRETCHED, tcp, &PlaneSwitches::default())
         };
         let bounds = SafetyBounds::default().with_plane(above(0.05)).unwrap();
-        assert_eq!(check(bounds, &Pose::IDENTITY), None);
+        assert_eq!(check(bounds.clone(), &Pose::IDENTITY), None);
         // The flange's y axis points up here.
         let low = Pose::from_translation(0.0, -0.03, 0.0);
-        let found = check(bounds, &low).unwrap();
+        let found = check(bounds.clone(), &low).unwrap();
         assert_eq!(
             found.to_string(),
             "the TCP is 0.0140 m behind safety plane 0"
@@ -393,8 +432,8 @@ mod tests {
         let below =
             SafetyPlane::new([0.0, 0.0, 0.1], [0.0, 0.0, -1.0], PlaneMode::Both, None).unwrap();
         let bounds = SafetyBounds::default().with_plane(below).unwrap();
-        assert_eq!(check(bounds, &Pose::IDENTITY), None);
-        let found = check(bounds.with_restricted_elbow(true), &Pose::IDENTITY).unwrap();
+        assert_eq!(check(bounds.clone(), &Pose::IDENTITY), None);
+        let found = check(bounds.clone().with_restricted_elbow(true), &Pose::IDENTITY).unwrap();
         assert_eq!(
             found.to_string(),
             "the elbow is 0.0625 m behind safety plane 0"

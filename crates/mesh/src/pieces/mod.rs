@@ -56,6 +56,19 @@ pub struct ConvexPieces {
 }
 
 impl ConvexPieces {
+    /// The pieces in a point mirror at the origin: every point p becomes −p.
+    #[must_use]
+    pub fn point_mirrored(&self) -> Self {
+        let mirrored = self.pieces.iter().map(|piece| ConvexPiece {
+            middle: -piece.middle,
+            body: Arc::new(piece.body.point_mirrored()),
+        });
+        Self {
+            pieces: mirrored.collect(),
+            ..*self
+        }
+    }
+
     /// The pieces, of which there is at least one.
     pub fn pieces(&self) -> &[ConvexPiece] {
         &self.pieces
@@ -95,6 +108,14 @@ pub fn convex_pieces(solid: &Solid, most: usize) -> ConvexPieces {
         cutting.divide(worst, most);
     }
     cutting.finish(low, high)
+}
+
+/// The corners of the convex hull of points, m; all of them where they span no volume.
+pub(crate) fn hull_corners(points: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+    let (low, high) = bounds_of(points.iter().copied());
+    let tolerance = TOLERANCE * (high - low).norm() / 4.0;
+    let hull = hull_of(&points, usize::MAX, tolerance);
+    hull.map_or(points, |hull| hull.points)
 }
 
 /// The parts, or one of all of them where they are too many.

@@ -128,6 +128,7 @@ mod tests {
                     half: [0.015, 0.1, 0.02],
                 },
             },
+            body: None,
             stiffness: Some(10_000.0),
             damping: 0.0,
             friction: 0.0,

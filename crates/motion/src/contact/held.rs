@@ -6,17 +6,17 @@
 
 use kinematics::{Pose, Wrench};
 use motion_api::{HeldPart, MAX_GRIPPERS};
-use nalgebra::Vector3;
 
 use super::entry::slot;
 use super::law::ContactForces;
 use super::nearest::ContactPoint;
-use super::{ArmPart, Contact, ContactList, ContactModel, MARGIN, PlacedShape, Shape, nearest};
+use super::{ArmPart, Contact, ContactList, ContactModel, MARGIN, PlacedShape, nearest};
 
 /// What hangs in the grippers.
 #[derive(Clone, Debug)]
 pub(super) struct HeldParts {
-    shapes: Vec<Shape>,
+    /// Convex pieces of each template, in the part's frame.
+    shapes: Vec<Vec<PlacedShape>>,
     parts: [Option<HeldPart>; MAX_GRIPPERS],
     /// For each pair of gripper and obstacle: the depth at which the part counts as only just touching, m.
     rest_depths: Vec<f64>,
@@ -25,7 +25,7 @@ pub(super) struct HeldParts {
 }
 
 impl HeldParts {
-    pub(super) fn new(shapes: Vec<Shape>, obstacles: usize) -> Self {
+    pub(super) fn new(shapes: Vec<Vec<PlacedShape>>, obstacles: usize) -> Self {
         let pairs = if shapes.is_empty() {
             0
         } else {
@@ -37,6 +37,12 @@ impl HeldParts {
             rest_depths: vec![0.0; pairs],
             forces: [Wrench::default(); MAX_GRIPPERS],
         }
+    }
+
+    /// Convex pieces of a part, in its frame; none for a template that does not exist.
+    fn pieces_of(&self, part: &HeldPart) -> &[PlacedShape] {
+        let pieces = self.shapes.get(usize::from(part.template));
+        pieces.map_or(&[], Vec::as_slice)
     }
 }
 
@@ -53,10 +59,12 @@ impl ContactModel {
                 (Some(now), Some(before)) if now.template == before.template
             );
             self.held.parts[number] = *part;
-            let Some(solid) = self.held_solid(number) else {
+            let Some(part) = part else {
                 continue;
             };
-            let extent = solid.pose.translation.norm() + solid.bounding_radius();
+            let pieces = self.held.pieces_of(part).iter();
+            let extent = part.flange_from_part.translation.norm()
+                + pieces.map(PlacedShape::extent).fold(0.0, f64::max);
             self.broad_phase
                 .replace(slot(ArmPart::Held(number)), extent);
             // One that slips between fingers stays the part that it was.
@@ -82,14 +90,6 @@ impl ContactModel {
         }
     }
 
-    /// The part in a gripper, in the flange frame.
-    fn held_solid(&self, number: usize) -> Option<PlacedShape> {
-        let part = self.held.parts[number]?;
-        let shape = *self.held.shapes.get(usize::from(part.template))?;
-        let pose = part.flange_from_part;
-        Some(PlacedShape { pose, shape })
-    }
-
     pub(super) fn touches_of_held_parts(
         &mut self,
         base_from_flange: &Pose,
@@ -99,10 +99,8 @@ impl ContactModel {
             return;
         }
         for number in 0..MAX_GRIPPERS {
-            if let (Some(solid), Some(part)) = (self.held_solid(number), self.held.parts[number]) {
-                let held = solid.expressed_in(base_from_flange);
-                let play = base_from_flange.rotate(part.play.into());
-                self.touches_of_held_part(number, (&held, play), touches);
+            if let Some(part) = self.held.parts[number] {
+                self.touches_of_held_part(number, &part, base_from_flange, touches);
             }
         }
     }
@@ -110,31 +108,39 @@ impl ContactModel {
     fn touches_of_held_part(
         &mut self,
         number: usize,
-        (held, play): (&PlacedShape, Vector3<f64>),
+        held_part: &HeldPart,
+        base_from_flange: &Pose,
         touches: &mut ContactList,
     ) {
         let Self {
             obstacles,
             entry_faces,
             broad_phase,
-            held: HeldParts { rest_depths, .. },
+            held,
             ..
         } = self;
         let part = ArmPart::Held(number);
+        let base_from_part = *base_from_flange * held_part.flange_from_part;
+        let play = base_from_flange.rotate(held_part.play.into());
         let first = number * obstacles.len();
         broad_phase.check_due_pairs(slot(part), |obstacle| {
             let solid = &obstacles[obstacle].solid;
-            let rest = &mut rest_depths[first + obstacle];
             let mut places = [None::<ContactPoint>; nearest::MAX_FEATURES];
             let mut next = places.iter_mut();
-            let mut deepest = 0.0_f64;
-            nearest::solid(held, solid, MARGIN, &mut |place, feature| {
-                let place = entry_faces.reorient_feature(part, feature, obstacle, obstacles, place);
-                deepest = deepest.max(place.depth);
-                if let Some(next) = next.next() {
-                    *next = Some(place);
-                }
-            });
+            let (mut deepest, mut least_gap) = (0.0_f64, f64::INFINITY);
+            for piece in held.pieces_of(held_part) {
+                let piece = piece.expressed_in(&base_from_part);
+                nearest::solid(&piece, solid, MARGIN, &mut |place, feature| {
+                    let place =
+                        entry_faces.reorient_feature(part, feature, obstacle, obstacles, place);
+                    deepest = deepest.max(place.depth);
+                    if let Some(next) = next.next() {
+                        *next = Some(place);
+                    }
+                });
+                least_gap = least_gap.min(piece.least_gap(solid));
+            }
+            let rest = &mut held.rest_depths[first + obstacle];
             *rest = rest.min(deepest);
             for mut place in places.into_iter().flatten() {
                 place.depth -= *rest + place.normal.dot(&play).max(0.0);
@@ -144,7 +150,7 @@ impl ContactModel {
                     place,
                 });
             }
-            held.least_gap(solid) - MARGIN
+            least_gap - MARGIN
         });
     }
 }

@@ -269,7 +269,7 @@ fn distribute_stiffness(
         let Some(row) = &mut rows[k] else { continue };
         let (mut sum, mut most) = (0.0_f64, 0.0_f64);
         for (other, depth) in touches.iter().zip(depths) {
-            if (other.part, other.obstacle) == (touch.part, touch.obstacle) {
+            if other.part == touch.part && is_one_body(obstacles, other.obstacle, touch.obstacle) {
                 sum += depth.max(0.0);
                 most = most.max(*depth);
             }
@@ -289,6 +289,11 @@ fn distribute_stiffness(
             0.0
         };
     }
+}
+
+/// Whether two obstacles, by index, are the same or pieces of one body.
+fn is_one_body(obstacles: &[Obstacle], a: usize, b: usize) -> bool {
+    a == b || obstacles[a].body.is_some() && obstacles[a].body == obstacles[b].body
 }
 
 impl ContactRow {

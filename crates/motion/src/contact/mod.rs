@@ -13,6 +13,8 @@ mod near;
 mod nearest;
 pub mod solid;
 #[cfg(test)]
+mod test_bodies;
+#[cfg(test)]
 mod tests;
 
 use kinematics::{
@@ -44,6 +46,9 @@ pub struct Obstacle {
     pub name: String,
     /// In the base frame.
     pub solid: PlacedShape,
+    /// Obstacles with the same number are convex pieces of one body and share its stiffness; `None` for a body of one
+    /// piece.
+    pub body: Option<usize>,
     /// N/m; `None` is hard.
     pub stiffness: Option<f64>,
     /// N s/m, against going deeper and against coming back.
@@ -57,10 +62,10 @@ pub struct Obstacle {
 pub struct Environment {
     /// What can be hit.
     pub obstacles: Vec<Obstacle>,
-    /// The tool, in the flange frame. Without it a ball at the TCP touches.
-    pub tool: Option<PlacedShape>,
-    /// Shapes of what grippers may hold, by number of the template.
-    pub part_shapes: Vec<Shape>,
+    /// Convex pieces of the tool, in the flange frame. Without any a ball at the TCP touches.
+    pub tool: Vec<PlacedShape>,
+    /// Convex pieces of what grippers may hold, in the part's frame, by number of the template.
+    pub part_shapes: Vec<Vec<PlacedShape>>,
 }
 
 impl Environment {
@@ -177,7 +182,7 @@ impl ContactList {
 #[derive(Debug)]
 pub(crate) struct ContactModel {
     pub obstacles: Vec<Obstacle>,
-    tool: Option<PlacedShape>,
+    tool: Vec<PlacedShape>,
     links: CollisionModel,
     chain: Chain,
     /// Links and obstacles that never touch.
@@ -195,11 +200,12 @@ impl ContactModel {
         home: &JointPositions,
     ) -> Self {
         let links = model.collision();
-        let extents = core::array::from_fn(|part| match &surroundings.tool {
-            _ if part > DOF => 0.0,
-            Some(tool) if part == DOF => tool.pose.translation.norm() + tool.bounding_radius(),
-            None if part == DOF => TCP_BALL,
-            _ => links.bounding_radius(part + 1),
+        let pieces = surroundings.tool.iter();
+        let tool_extent = pieces.map(PlacedShape::extent).fold(TCP_BALL, f64::max);
+        let extents = core::array::from_fn(|part| match part {
+            0..DOF => links.bounding_radius(part + 1),
+            DOF => tool_extent,
+            _ => 0.0,
         });
         Self {
             excluded_pairs: surroundings.links_inside_obstacles(model, home),
@@ -313,47 +319,57 @@ impl ContactModel {
             broad_phase: near,
             ..
         } = self;
-        let tool = tool.map(|tool| tool.expressed_in(base_from_flange));
-        let ball = match tool {
-            None => {
-                let tcp = *base_from_flange * *flange_from_tcp;
-                let center = tcp.transform_point(Vector3::new(0.0, 0.0, -TCP_BALL));
-                Some((center, TCP_BALL))
+        let tcp_ball = tool.is_empty().then(|| {
+            let tcp = *base_from_flange * *flange_from_tcp;
+            let center = tcp.transform_point(Vector3::new(0.0, 0.0, -TCP_BALL));
+            PlacedShape {
+                pose: Pose::from_translation(center.x, center.y, center.z),
+                shape: Shape::Sphere { radius: TCP_BALL },
             }
-            Some(PlacedShape {
-                pose,
-                shape: Shape::Sphere { radius },
-            }) => Some((pose.translation, radius)),
-            Some(_) => None,
-        };
-        let part = ArmPart::Tool;
+        });
         near.check_due_pairs(DOF, |obstacle| {
-            let solid = &obstacles[obstacle].solid;
-            if let Some((center, radius)) = ball {
-                let mut gap = solid.distance(center).0 - radius - MARGIN;
-                let place = among::ball((center, radius), obstacle, obstacles, MARGIN, entries);
-                if let Some(place) = place {
-                    gap = 0.0;
-                    touches.push(Contact {
-                        part,
-                        obstacle,
-                        place,
-                    });
-                }
-                return gap;
-            }
-            let Some(tool) = &tool else {
-                return f64::INFINITY;
+            let mut gap_of = |piece: &PlacedShape| {
+                touches_of_tool_piece(piece, obstacle, obstacles, entries, touches)
             };
-            nearest::solid(tool, solid, MARGIN, &mut |place, feature| {
-                let place = entries.reorient_feature(part, feature, obstacle, obstacles, place);
-                touches.push(Contact {
-                    part,
-                    obstacle,
-                    place,
-                });
-            });
-            tool.least_gap(solid) - MARGIN
+            match &tcp_ball {
+                Some(ball) => gap_of(ball),
+                None => tool
+                    .iter()
+                    .map(|piece| gap_of(&piece.expressed_in(base_from_flange)))
+                    .fold(f64::INFINITY, f64::min),
+            }
         });
     }
+}
+
+/// Where a piece of the tool, in the base frame, touches an obstacle. Gives how wide the gap beyond the margin is at least, m.
+fn touches_of_tool_piece(
+    piece: &PlacedShape,
+    obstacle: usize,
+    obstacles: &[Obstacle],
+    entries: &mut EntryFaces,
+    touches: &mut ContactList,
+) -> f64 {
+    let part = ArmPart::Tool;
+    let solid = &obstacles[obstacle].solid;
+    let mut push = |place| {
+        touches.push(Contact {
+            part,
+            obstacle,
+            place,
+        });
+    };
+    if let Shape::Sphere { radius } = piece.shape {
+        let center = piece.pose.translation;
+        let gap = solid.distance(center).0 - radius - MARGIN;
+        let place = among::ball((center, radius), obstacle, obstacles, MARGIN, entries);
+        return place.map_or(gap, |place| {
+            push(place);
+            0.0
+        });
+    }
+    nearest::solid(piece, solid, MARGIN, &mut |place, feature| {
+        push(entries.reorient_feature(part, feature, obstacle, obstacles, place));
+    });
+    piece.least_gap(solid) - MARGIN
 }

@@ -6,7 +6,8 @@
 use core::f64::consts::TAU;
 use kinematics::elementary::{cos, sin};
 
-use kinematics::Capsule;
+use kinematics::polytope::Polytope;
+use kinematics::{Capsule, Pose};
 use nalgebra::Vector3;
 
 use super::solid::{PlacedShape, Shape};
@@ -32,8 +33,9 @@ pub(super) enum Feature {
     OfObstacle,
 }
 
-/// Most places at which two bodies are looked at: two boxes with their corners and edges.
-pub(super) const MAX_FEATURES: usize = 40;
+/// Most places at which two bodies are looked at for one contact: two boxes with their corners and edges have 40. Of
+/// polytopes the first ones count.
+pub(super) const MAX_FEATURES: usize = 64;
 
 /// Distances of bodies are known this well, m.
 const ROUNDING: f64 = 1e-9;
@@ -196,8 +198,47 @@ fn features(
                 look(middle + first * radius);
             }
         }
+        Shape::Polytope(ref polytope) => {
+            features_of_polytope(polytope, &body.pose, other, margin, found)
+        }
         // Balls and planes have none; they are looked at from the other side.
         Shape::Sphere { .. } | Shape::Plane => {}
+    }
+}
+
+/// The corners and edges of a polytope that come nearest to `other`, within `margin`.
+fn features_of_polytope(
+    polytope: &Polytope,
+    base_from_polytope: &Pose,
+    other: &PlacedShape,
+    margin: f64,
+    found: &mut impl FnMut(Vector3<f64>, f64, Vector3<f64>),
+) {
+    let corner = |number: usize| base_from_polytope.transform_point(polytope.points()[number]);
+    let mut distances = [f64::INFINITY; Polytope::MAX_POINTS];
+    for (number, known) in distances
+        .iter_mut()
+        .enumerate()
+        .take(polytope.points().len())
+    {
+        let point = corner(number);
+        let (distance, out) = other.distance(point);
+        *known = distance;
+        if distance < margin {
+            found(point, distance, out);
+        }
+    }
+    for edge in polytope.edges() {
+        let [first, last] = edge.ends;
+        let ends = (distances[first], distances[last]);
+        if let Some(point) =
+            inner_minimum_between(other, (corner(first), corner(last)), ends, margin)
+        {
+            let (distance, out) = other.distance(point);
+            if distance < margin {
+                found(point, distance, out);
+            }
+        }
     }
 }
 
@@ -243,8 +284,18 @@ fn inner_minimum(
     p1: Vector3<f64>,
     margin: f64,
 ) -> Option<Vector3<f64>> {
+    let ends = (other.distance(p0).0, other.distance(p1).0);
+    inner_minimum_between(other, (p0, p1), ends, margin)
+}
+
+/// The inner minimum of a line whose ends have known distances, `first` and `last`.
+fn inner_minimum_between(
+    other: &PlacedShape,
+    (p0, p1): (Vector3<f64>, Vector3<f64>),
+    (first, last): (f64, f64),
+    margin: f64,
+) -> Option<Vector3<f64>> {
     let at = |t: f64| other.distance(p0 + (p1 - p0) * t).0;
-    let (first, last) = (at(0.0), at(1.0));
     // No distance changes faster than the place.
     if other.shape == Shape::Plane || (first + last - (p1 - p0).norm()) / 2.0 > margin {
         return None;
@@ -282,8 +333,9 @@ fn golden_section_minimum(
 
 #[cfg(test)]
 mod tests {
+    use super::super::test_bodies;
     use super::*;
-    use kinematics::{Pose, RpyPose};
+    use kinematics::RpyPose;
     use proptest::prelude::*;
 
     fn shape() -> impl Strategy<Value = Shape> {
@@ -294,8 +346,11 @@ mod tests {
                 radius,
                 half_length
             }),
-            length.prop_map(|radius| Shape::Sphere { radius }),
+            length.clone().prop_map(|radius| Shape::Sphere { radius }),
             Just(Shape::Plane),
+            [length.clone(), length.clone(), length.clone()].prop_map(test_bodies::block),
+            (length.clone(), length)
+                .prop_map(|(radius, half)| test_bodies::faceted_cylinder(radius, half)),
         ]
     }
 
@@ -323,6 +378,14 @@ mod tests {
     /// A point on or in a body, by three numbers from -1 to 1.
     fn surface_point(shape: &Shape, u: f64, v: f64, c: f64) -> Vector3<f64> {
         match *shape {
+            Shape::Polytope(ref body) => {
+                // Between two corners and the middle.
+                let corners = body.points();
+                let corner = |t: f64| {
+                    corners[((t + 1.0) / 2.0 * (corners.len() - 1) as f64).round() as usize]
+                };
+                (corner(u) + (corner(v) - corner(u)) * c.abs()) * c.abs().sqrt()
+            }
             Shape::Box { half } => Vector3::new(u * half[0], v * half[1], c * half[2]),
             Shape::Cylinder {
                 radius,
@@ -359,9 +422,9 @@ mod tests {
             half_length: 1.0,
         };
         for (body, other, gap) in [
-            (at(0.0, cube), at(0.3, cube), 0.1),
-            (at(0.0, cube), at(0.3, long), 0.15),
-            (at(0.3, long), at(0.0, cube), 0.15),
+            (at(0.0, cube.clone()), at(0.3, cube.clone()), 0.1),
+            (at(0.0, cube.clone()), at(0.3, long.clone()), 0.15),
+            (at(0.3, long.clone()), at(0.0, cube.clone()), 0.15),
         ] {
             assert!((body.least_gap(&other) - gap).abs() < 1e-12, "{body:?}");
         }

@@ -2,12 +2,23 @@
 //!
 //! The distances are exact, and along a straight line convex; where two bodies touch is found with them, in `nearest`.
 
+use std::sync::Arc;
+
 use kinematics::Pose;
 use kinematics::elementary::hypot;
+use kinematics::polytope::{Face, Polytope};
 use nalgebra::Vector3;
 
-/// A shape, centred on its own frame. Metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Faces of a polytope whose normals have a product above this are one rounded surface: 16 facets around are, a chamfer
+/// of 30 degrees is not.
+const ROUNDED_COSINE: f64 = 0.9;
+/// Faces whose normals have a product below this look away from each other.
+const OPPOSITE_COSINE: f64 = -0.5;
+/// And below this product they are of different kinds, as the sides of a box are.
+const DIFFERENT_COSINE: f64 = 0.5;
+
+/// A shape. All but a polytope are centred on their own frame. Metres.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// Edges along the axes.
     Box {
@@ -28,6 +39,8 @@ pub enum Shape {
     },
     /// The half space below z = 0.
     Plane,
+    /// A convex body with flat faces, of a mesh for instance.
+    Polytope(Arc<Polytope>),
 }
 
 /// A way out of a solid.
@@ -42,7 +55,7 @@ pub(super) struct SurfaceExit {
 }
 
 /// A shape somewhere.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PlacedShape {
     /// Where the solid is: in the base frame for obstacles, in the flange frame for tools.
     pub pose: Pose,
@@ -55,7 +68,7 @@ impl PlacedShape {
     pub(super) fn expressed_in(&self, a_from_b: &Pose) -> Self {
         Self {
             pose: *a_from_b * self.pose,
-            shape: self.shape,
+            shape: self.shape.clone(),
         }
     }
 
@@ -74,6 +87,7 @@ impl PlacedShape {
                 (norm - radius, out)
             }
             Shape::Plane => (p.z, Vector3::z()),
+            Shape::Polytope(ref body) => body.distance(&p),
         };
         (distance, self.pose.rotate(out))
     }
@@ -98,6 +112,18 @@ impl PlacedShape {
                 [Some(nearest), Some(through_end), None]
             }
             Shape::Sphere { .. } | Shape::Plane => [Some(nearest), None, None],
+            Shape::Polytope(ref body) => {
+                let first = body.nearest_plane(&p);
+                let second = nearest_face(body, &p, |face| is_different(face, first.0));
+                let third = second.and_then(|second| {
+                    let is_third =
+                        |face: &Face| is_different(face, first.0) && is_different(face, second.0);
+                    nearest_face(body, &p, is_third)
+                });
+                [Some(first), second, third].map(|exit| {
+                    exit.map(|(face, distance)| (distance, self.pose.rotate(face.normal)))
+                })
+            }
         }
     }
 
@@ -138,6 +164,13 @@ impl PlacedShape {
             }
             Shape::Sphere { radius } => exit_from_ball(p, radius, towards)?,
             Shape::Plane => (p.z, Vector3::z()),
+            Shape::Polytope(ref body) => {
+                let (face, distance) = face_towards(body, &p, &towards)?;
+                let is_beside = body.faces().iter().any(|other| {
+                    other.normal.dot(&face.normal) > OPPOSITE_COSINE && other.distance(p) > 0.0
+                });
+                (!is_beside).then_some((distance, face.normal))?
+            }
         };
         (distance < 0.0).then(|| (distance, self.pose.rotate(out)))
     }
@@ -183,6 +216,26 @@ impl PlacedShape {
                 [side, None]
             }
             Shape::Sphere { .. } | Shape::Plane => [None, None],
+            Shape::Polytope(ref body) => {
+                let Some((face, _)) = face_towards(body, &p, &towards) else {
+                    return [None, None];
+                };
+                let meets = |other: &Face| {
+                    let along = other.normal.dot(&face.normal);
+                    along < ROUNDED_COSINE && along > -ROUNDED_COSINE
+                };
+                let first = nearest_face(body, &p, meets);
+                let second = first.and_then(|first| {
+                    nearest_face(body, &p, |face| meets(face) && is_different(face, first.0))
+                });
+                [first, second].map(|exit| {
+                    exit.map(|(face, distance)| SurfaceExit {
+                        distance,
+                        normal: self.pose.rotate(face.normal),
+                        width: body.reach(&face.normal) + body.reach(&-face.normal),
+                    })
+                })
+            }
         }
     }
 
@@ -196,36 +249,54 @@ impl PlacedShape {
                 half_length,
             } => hypot(p.x, p.y) > radius && p.z.abs() > half_length,
             Shape::Sphere { .. } | Shape::Plane => false,
+            Shape::Polytope(ref body) => {
+                let (distance, _) = body.distance(&p);
+                body.nearest_plane(&p).1 < distance
+            }
         }
     }
 
     /// A lower bound of the distance to another solid, m: by the planes along the faces of both, and by the balls
     /// around them. Negative or too small where only an edge parts them.
     pub(super) fn least_gap(&self, other: &Self) -> f64 {
-        let way = other.pose.translation - self.pose.translation;
-        let along = |normal: Vector3<f64>| {
-            way.dot(&normal).abs() - self.half_width(&normal) - other.half_width(&normal)
-        };
         let by_balls = other.distance(self.pose.translation).0 - self.bounding_radius();
-        [self, other].into_iter().fold(by_balls, |gap, solid| {
-            let axes = solid.pose.rotation.matrix();
-            match solid.shape {
-                Shape::Box { .. } => axes
-                    .column_iter()
-                    .fold(gap, |gap, axis| gap.max(along(axis.into_owned()))),
-                Shape::Cylinder { .. } => gap.max(along(axes.column(2).into_owned())),
-                Shape::Plane if core::ptr::eq(solid, other) => {
-                    let normal = axes.column(2).into_owned();
-                    gap.max(-way.dot(&normal) - self.half_width(&normal))
-                }
-                Shape::Sphere { .. } | Shape::Plane => gap,
-            }
-        })
+        by_balls
+            .max(self.gap_along_faces(other))
+            .max(other.gap_along_faces(self))
     }
 
-    /// How far it reaches from its middle along a unit vector, m; infinite for a plane.
-    fn half_width(&self, normal: &Vector3<f64>) -> f64 {
-        let n = self.pose.rotate_back(*normal);
+    /// The widest gap between the plane of a face and another solid, m.
+    fn gap_along_faces(&self, other: &Self) -> f64 {
+        let way = other.pose.translation - self.pose.translation;
+        let along =
+            |normal: Vector3<f64>| way.dot(&normal) - self.reach(&normal) - other.reach(&-normal);
+        let both_ways = |axis: Vector3<f64>| along(axis).max(along(-axis));
+        let axes = self.pose.rotation.matrix();
+        match &self.shape {
+            Shape::Box { .. } => axes
+                .column_iter()
+                .map(|axis| both_ways(axis.into_owned()))
+                .fold(f64::NEG_INFINITY, f64::max),
+            Shape::Cylinder { .. } => both_ways(axes.column(2).into_owned()),
+            Shape::Plane => {
+                let normal = axes.column(2).into_owned();
+                way.dot(&normal) - other.reach(&-normal)
+            }
+            Shape::Sphere { .. } => f64::NEG_INFINITY,
+            Shape::Polytope(body) => body
+                .faces()
+                .iter()
+                .map(|face| {
+                    let normal = self.pose.rotate(face.normal);
+                    way.dot(&normal) - face.offset - other.reach(&-normal)
+                })
+                .fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// How far it reaches from the origin of its frame along a unit vector, m; infinite for a plane.
+    fn reach(&self, direction: &Vector3<f64>) -> f64 {
+        let n = self.pose.rotate_back(*direction);
         match self.shape {
             Shape::Box { half } => (0..3).map(|k| half[k] * n[k].abs()).sum(),
             Shape::Cylinder {
@@ -234,7 +305,13 @@ impl PlacedShape {
             } => half_length * n.z.abs() + radius * hypot(n.x, n.y),
             Shape::Sphere { radius } => radius,
             Shape::Plane => f64::INFINITY,
+            Shape::Polytope(ref body) => body.reach(&n),
         }
+    }
+
+    /// How far its farthest point is from the origin of the frame that it is placed in, at most, m; infinite for a plane.
+    pub(super) fn extent(&self) -> f64 {
+        self.pose.translation.norm() + self.bounding_radius()
     }
 
     /// Radius of the ball around the origin of its frame that holds it, m; infinite for a plane.
@@ -247,8 +324,42 @@ impl PlacedShape {
             } => hypot(radius, half_length),
             Shape::Sphere { radius } => radius,
             Shape::Plane => f64::INFINITY,
+            Shape::Polytope(ref body) => body.bounding_radius(),
         }
     }
+}
+
+/// The face that is nearest to a point, among those that count, and the distance from its plane, m.
+fn nearest_face<'a>(
+    body: &'a Polytope,
+    point: &Vector3<f64>,
+    counts: impl Fn(&Face) -> bool,
+) -> Option<(&'a Face, f64)> {
+    let faces = body.faces().iter().filter(|face| counts(face));
+    faces
+        .map(|face| (face, face.distance(*point)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The face that a direction belongs to: of a rounded surface the one that is nearest to the point.
+fn face_towards<'a>(
+    body: &'a Polytope,
+    point: &Vector3<f64>,
+    towards: &Vector3<f64>,
+) -> Option<(&'a Face, f64)> {
+    nearest_face(body, point, |face| {
+        face.normal.dot(towards) > ROUNDED_COSINE
+    })
+    .or_else(|| {
+        let faces = body.faces().iter();
+        let best = faces.max_by(|a, b| a.normal.dot(towards).total_cmp(&b.normal.dot(towards)))?;
+        Some((best, best.distance(*point)))
+    })
+}
+
+/// Whether two faces have as little in common as the sides of a box.
+fn is_different(a: &Face, b: &Face) -> bool {
+    a.normal.dot(&b.normal) < DIFFERENT_COSINE
 }
 
 /// The way out of a ball, or of a circle, around the origin from `p`; `towards` is the one before. `None` beside it.

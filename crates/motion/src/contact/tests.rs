@@ -8,7 +8,9 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use super::{ArmPart, Contact, ContactModel, Environment, Obstacle, PlacedShape, Shape};
+use super::{
+    ArmPart, Contact, ContactModel, Environment, Obstacle, PlacedShape, Shape, test_bodies,
+};
 
 /// Where the obstacles are: out of the arm's reach, so that nothing but the body under test is near.
 const FAR: Vector3<f64> = Vector3::new(5.0, 0.0, 0.0);
@@ -28,6 +30,7 @@ fn tilted_block(xyz: [f64; 3], rpy: [f64; 3], size: [f64; 3]) -> Obstacle {
                 half: size.map(|edge| edge / 2.0),
             },
         },
+        body: None,
         stiffness: Some(1e5),
         damping: 0.0,
         friction: 0.0,
@@ -46,14 +49,17 @@ impl MovedBody {
     fn new(shape: Shape, part: ArmPart, obstacles: Vec<Obstacle>) -> Self {
         let model = RobotModel::built_in("cs66").unwrap();
         let home = JointPositions([0.0, -1.5, 1.5, -1.5, -1.5, 0.0]);
-        let tool = PlacedShape {
+        let body = PlacedShape {
             pose: Pose::IDENTITY,
-            shape,
+            shape: shape.clone(),
         };
         let environment = Environment {
             obstacles,
-            tool: (part == ArmPart::Tool).then_some(tool),
-            part_shapes: vec![shape],
+            tool: match part {
+                ArmPart::Tool => vec![body.clone()],
+                _ => Vec::new(),
+            },
+            part_shapes: vec![vec![body]],
         };
         let mut contacts = ContactModel::new(environment, &model, &home);
         if let ArmPart::Held(slot) = part {
@@ -96,7 +102,7 @@ impl MovedBody {
     /// How far the body reaches from its origin in a direction, turned like that, m.
     fn reach(&mut self, rotation: Rotation3<f64>, direction: Vector3<f64>) -> f64 {
         let turned = rotation.inverse() * direction;
-        match (self.part, self.shape) {
+        match (self.part, &self.shape) {
             (ArmPart::Link(link), _) => {
                 self.frames.base_from_joint[link] = Pose::new(rotation, Vector3::zeros());
                 let capsules = self.contacts.links.capsules_in_base(link + 1, &self.frames);
@@ -104,7 +110,7 @@ impl MovedBody {
                     capsules.map(|c| c.p0.dot(&direction).max(c.p1.dot(&direction)) + c.radius);
                 ends.fold(f64::NEG_INFINITY, f64::max)
             }
-            (_, Shape::Box { half }) => turned.abs().dot(&Vector3::from(half)),
+            (_, Shape::Box { half }) => turned.abs().dot(&Vector3::from(*half)),
             (
                 _,
                 Shape::Cylinder {
@@ -112,8 +118,9 @@ impl MovedBody {
                     half_length,
                 },
             ) => turned.xy().norm() * radius + turned.z.abs() * half_length,
-            (_, Shape::Sphere { radius }) => radius,
+            (_, Shape::Sphere { radius }) => *radius,
             (_, Shape::Plane) => f64::INFINITY,
+            (_, Shape::Polytope(body)) => body.reach(&turned),
         }
     }
 }
@@ -141,7 +148,7 @@ fn a_peg_that_grazes_the_upper_edge_of_a_wall_is_not_thrown_up_when_its_rim_touc
         for part in [ArmPart::Held(0), ArmPart::Tool] {
             // The side of the wall at x = 0, its top at z = 0.
             let wall = block([-0.01, 0.0, -0.015], [0.02, 0.06, 0.03]);
-            let mut body = MovedBody::new(shape, part, vec![wall]);
+            let mut body = MovedBody::new(shape.clone(), part, vec![wall]);
             let mut most = 0.0_f64;
             for step in 0..2200_i32 {
                 let down = f64::from(step) * 1e-5;
@@ -261,6 +268,9 @@ fn body() -> impl Strategy<Value = (Shape, ArmPart)> {
             half_length
         }),
         length().prop_map(|radius| Shape::Sphere { radius }),
+        [length(), length(), length()].prop_map(test_bodies::block),
+        (length(), length())
+            .prop_map(|(radius, half_length)| test_bodies::faceted_cylinder(radius, half_length)),
     ];
     let part = prop_oneof![
         3 => Just(ArmPart::Held(0)),
@@ -269,6 +279,19 @@ fn body() -> impl Strategy<Value = (Shape, ArmPart)> {
         1 => Just(ArmPart::Link(2)),
     ];
     (shape, part)
+}
+
+/// Boxes as they are, or as polytopes, which meshes give.
+fn obstacles(as_polytopes: bool, boxes: Vec<Obstacle>) -> Vec<Obstacle> {
+    let mut obstacles = boxes;
+    for obstacle in &mut obstacles {
+        if let Shape::Box { half } = obstacle.solid.shape
+            && as_polytopes
+        {
+            obstacle.solid.shape = test_bodies::block(half);
+        }
+    }
+    obstacles
 }
 
 proptest! {
@@ -281,8 +304,10 @@ proptest! {
         (shape, part) in body(),
         size in prop::array::uniform3(0.01..0.1_f64),
         path in around(),
+        as_polytope in any::<bool>(),
     ) {
-        let mut body = MovedBody::new(shape, part, vec![block([0.0; 3], size)]);
+        let obstacle = obstacles(as_polytope, vec![block([0.0; 3], size)]);
+        let mut body = MovedBody::new(shape, part, obstacle);
         let half = size.map(|edge| edge / 2.0);
         for step in 0..500_i32 {
             let time = f64::from(step) / 500.0;
@@ -312,7 +337,8 @@ fn peg() -> impl Strategy<Value = (Shape, ArmPart)> {
     let square = Shape::Box {
         half: [0.01, 0.01, 0.04],
     };
-    let shape = prop_oneof![Just(round), Just(square)];
+    let faceted = test_bodies::faceted_cylinder(0.01, 0.04);
+    let shape = prop_oneof![Just(round), Just(square), Just(faceted)];
     (
         shape,
         prop_oneof![Just(ArmPart::Held(0)), Just(ArmPart::Tool)],
@@ -328,8 +354,9 @@ proptest! {
         (shape, part) in peg(),
         sway in [wave(), wave(), wave(), wave()],
         deepest in 0.0299..0.0302_f64,
+        as_polytopes in any::<bool>(),
     ) {
-        let mut body = MovedBody::new(shape, part, hole());
+        let mut body = MovedBody::new(shape, part, obstacles(as_polytopes, hole()));
         let mut has_touched = false;
         for step in 0..900_i32 {
             let time = f64::from(step) / 900.0;
@@ -365,7 +392,7 @@ fn a_body_crosses_the_joint_of_two_thin_tiles_that_it_is_pressed_into() {
             for pressed in [0.0003, 0.003, 0.008] {
                 // Their tops at z = 0, the joint at x = 0.
                 let tiles = [-0.1, 0.1].map(|x| block([x, 0.0, -0.005], [0.2, 0.2, 0.01]));
-                let mut body = MovedBody::new(shape, part, tiles.into());
+                let mut body = MovedBody::new(shape.clone(), part, tiles.into());
                 let place = |x: f64, z: f64| Pose::from_translation(x, 0.0, z + 0.04);
                 for step in 0..100_i32 {
                     let _ = body.depth_at(&place(

@@ -26,6 +26,7 @@ pub fn over_plate(config: CycleConfig, gap: f64, stiffness: f64, tilt: f64) -> C
             pose,
             shape: Shape::Plane,
         },
+        body: None,
         stiffness: Some(stiffness),
         damping: 0.0,
         friction: 0.0,

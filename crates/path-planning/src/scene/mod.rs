@@ -66,7 +66,7 @@ pub struct PlacedArm {
 #[derive(Clone, Debug)]
 pub struct CollisionScene {
     model: RobotModel,
-    tool: Option<PlacedShape>,
+    tool: Vec<PlacedShape>,
     flange_from_tcp: Pose,
     obstacles: Vec<Obstacle>,
     touches: Vec<TouchRule>,
@@ -76,11 +76,16 @@ pub struct CollisionScene {
 }
 
 impl CollisionScene {
-    /// An arm with a tool in the flange frame; without one a ball of a millimetre at the TCP touches.
-    pub fn new(model: RobotModel, tool: Option<PlacedShape>, flange_from_tcp: Pose) -> Self {
+    /// An arm with the convex pieces of a tool in the flange frame; without any a ball of a millimetre at the TCP
+    /// touches.
+    pub fn new(
+        model: RobotModel,
+        tool: impl IntoIterator<Item = PlacedShape>,
+        flange_from_tcp: Pose,
+    ) -> Self {
         let mut scene = Self {
             model,
-            tool,
+            tool: tool.into_iter().collect(),
             flange_from_tcp,
             obstacles: Vec::new(),
             touches: Vec::new(),
@@ -122,7 +127,7 @@ impl CollisionScene {
     pub fn set_tcp(&mut self, flange_from_tcp: Pose) {
         if self.flange_from_tcp != flange_from_tcp {
             self.flange_from_tcp = flange_from_tcp;
-            if self.tool.is_none() {
+            if self.tool.is_empty() {
                 self.rebuild();
             }
         }
@@ -275,16 +280,12 @@ impl CollisionScene {
 
     fn make_bodies(&self) -> Vec<Body> {
         let mut bodies = Body::of_links(&self.model);
-        match &self.tool {
-            Some(tool) => bodies.push(Body::on_flange(BodyOwner::Tool, tool.clone(), &self.model)),
-            None => {
-                let ball = Pose::from_translation(0.0, 0.0, -TCP_BALL);
-                let ball = PlacedShape {
-                    pose: self.flange_from_tcp * ball,
-                    shape: Shape::Sphere { radius: TCP_BALL },
-                };
-                bodies.push(Body::on_flange(BodyOwner::Tool, ball, &self.model));
-            }
+        let tcp_ball = self.tool.is_empty().then(|| PlacedShape {
+            pose: self.flange_from_tcp * Pose::from_translation(0.0, 0.0, -TCP_BALL),
+            shape: Shape::Sphere { radius: TCP_BALL },
+        });
+        for piece in self.tool.iter().cloned().chain(tcp_ball) {
+            bodies.push(Body::on_flange(BodyOwner::Tool, piece, &self.model));
         }
         for (number, obstacle) in self.obstacles.iter().enumerate() {
             let ObstaclePlace::Held(flange_from_part) = obstacle.place else {

@@ -69,8 +69,10 @@ pub enum SceneFrame {
 }
 
 /// Shape of an obstacle or a body, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ObstacleShape {
+    /// A mesh.
+    Mesh(Arc<mesh::Mesh>),
     /// Lengths along x, y and z.
     Box([f64; 3]),
     /// Along z.
@@ -173,6 +175,7 @@ fn draw_shape(
                 .spheres
                 .push(ball(frame_from_shape.translation, 2.0 * radius, color));
         }
+        ObstacleShape::Mesh(_) => {}
         ObstacleShape::Plane => {
             let (side, thickness) = PLATE;
             // The upper face of the plate is the plane.

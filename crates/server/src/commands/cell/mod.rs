@@ -166,6 +166,10 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
         true => text.push_str(&told("nothing stands in the cell\n")),
         false => text.push_str(&format!("{}\n", counts.join(pick(", ", "，")))),
     }
+    for mesh in cell.mesh_facts() {
+        let said = format!("{}\n", EscapedLines(&format!("  {mesh}")));
+        text.push_str(&told(&said));
+    }
     let name_of = |connection: &Connection| {
         let mut names = cell.point_names();
         names
@@ -242,5 +246,25 @@ fn to_json(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> Jso
         .iter()
         .map(|finding| json!({"severity": "warning", "message": finding.message}))
         .collect();
-    json!({"counts": counts, "connections": connections, "buses": buses, "findings": findings})
+    let meshes: Vec<Json> = cell
+        .mesh_facts()
+        .iter()
+        .map(|mesh| {
+            json!({
+                "table": mesh.table,
+                "file": mesh.file,
+                "triangles": mesh.triangles,
+                "volume": mesh.volume,
+                "pieces": mesh.pieces,
+                "deviation": mesh.deviation,
+            })
+        })
+        .collect();
+    json!({
+        "counts": counts,
+        "meshes": meshes,
+        "connections": connections,
+        "buses": buses,
+        "findings": findings,
+    })
 }

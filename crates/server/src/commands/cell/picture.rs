@@ -4,7 +4,7 @@ use controller::cell::Cell;
 use controller::cell_world::{BodyShape, DetectorKind, GripperKind, Surface, WorldDescription};
 use kinematics::{Pose, RpyPose};
 use motion::CycleConfig;
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector3};
 
 use crate::plot::{Curve, Figure, PlotPanel};
 
@@ -77,17 +77,16 @@ pub(super) fn figure(
 
 fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
     let mut solids = Vec::new();
-    let obstacles = cell.surroundings().obstacles;
-    for obstacle in &obstacles {
-        let shape = body_shape(&obstacle.solid.shape);
+    let obstacles = cell.standing_solids();
+    for (name, shape, pose) in &obstacles {
         solids.push(Solid {
-            name: obstacle.name.clone(),
+            name: name.clone(),
             color: STANDS,
-            corners: corners(&shape, &obstacle.solid.pose),
+            corners: corners(shape, pose),
         });
     }
     let Some(world) = world else { return solids };
-    let is_still = |name: &str| obstacles.iter().any(|obstacle| obstacle.name == name);
+    let is_still = |name: &str| obstacles.iter().any(|(standing, ..)| standing == name);
     for moved in world
         .obstacles
         .iter()
@@ -140,24 +139,6 @@ fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
     solids
 }
 
-/// A shape of an obstacle or the tool; a plane has no outline.
-fn body_shape(shape: &motion::contact::Shape) -> BodyShape {
-    match *shape {
-        motion::contact::Shape::Box { half } => BodyShape::Box {
-            size: half.map(|half| 2.0 * half),
-        },
-        motion::contact::Shape::Cylinder {
-            radius,
-            half_length,
-        } => BodyShape::Cylinder {
-            radius,
-            length: 2.0 * half_length,
-        },
-        motion::contact::Shape::Sphere { radius } => BodyShape::Sphere { radius },
-        motion::contact::Shape::Plane => BodyShape::Plane,
-    }
-}
-
 /// What looks: beams and lines of sight, regions.
 fn add_detectors(solids: &mut Vec<Solid>, world: &WorldDescription) {
     for detector in &world.detectors {
@@ -197,8 +178,8 @@ fn add_flange(
             corners: corners(shape, &(*flange * pose)),
         });
     };
-    if let Some(tool) = cell.surroundings().tool {
-        add("tool", &body_shape(&tool.shape), tool.pose);
+    if let Some((tool, pose)) = cell.tool_solid() {
+        add("tool", &tool, pose);
     }
     for gripper in world.iter().flat_map(|world| &world.grippers) {
         match &gripper.kind {
@@ -219,16 +200,10 @@ fn add_flange(
                 }
             }
             GripperKind::Fingers(fingers) => {
-                let axis = Vector3::from(fingers.axis).normalize();
-                let (size, closed) = fingers.finger;
-                let mirror = Matrix3::identity() - axis * axis.transpose() * 2.0;
-                let opened = closed.translation + axis * (fingers.stroke / 2.0);
-                // A box is its own mirror image, so its mirrored frame may be turned into a right-handed one.
-                let turned = -(mirror * closed.rotation.matrix());
-                let shape = BodyShape::Box { size };
-                add(&gripper.name, &shape, Pose::new(closed.rotation, opened));
-                let other = Rotation3::from_matrix_unchecked(turned);
-                add(&gripper.name, &shape, Pose::new(other, mirror * opened));
+                let poses = fingers.poses(fingers.stroke).into_iter();
+                for (shape, pose) in fingers.shapes().iter().zip(poses) {
+                    add(&gripper.name, shape, pose);
+                }
             }
         }
     }
@@ -285,6 +260,11 @@ fn corners(shape: &BodyShape, pose: &Pose) -> Vec<[f64; 3]> {
                 circle((radius * radius - z * z).max(0.0).sqrt(), z)
             })
             .collect(),
+        BodyShape::Mesh(ref mesh) => {
+            let points = mesh.solid().mesh().points().iter();
+            points.map(|point| (*point).into()).collect()
+        }
+        // A plane has no outline.
         BodyShape::Plane => Vec::new(),
     };
     local

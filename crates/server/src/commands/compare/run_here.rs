@@ -3,10 +3,10 @@
 //! What the recording does not say is as `run` has it. The run is recorded, and compared from there like any other.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use elite_runtime::TaskEnd;
-use recorder::Setup;
+use recorder::{CellFiles, Setup};
 use tempfile::TempDir;
 use thiserror::Error;
 
@@ -116,6 +116,7 @@ fn config_of(
         Some(text) => {
             let path = folder.join("cell.toml");
             std::fs::write(&path, text)?;
+            write_cell_files(folder, &setup.files)?;
             Some(path)
         }
         None => None,
@@ -125,4 +126,20 @@ fn config_of(
         ..ControllerConfig::default()
     };
     Ok(recorded_settings(setup, model, cell, others)?)
+}
+/// Puts the files of a recorded cell beside its text. A path that leads elsewhere is left out: the cell refuses it.
+fn write_cell_files(folder: &Path, files: &CellFiles) -> std::io::Result<()> {
+    for (path, content) in files {
+        let is_within = Path::new(path)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_)));
+        if is_within {
+            let path = folder.join(path);
+            if let Some(parent) = path.parent() {
+                std::fs::create_dir_all(parent)?;
+            }
+            std::fs::write(path, content)?;
+        }
+    }
+    Ok(())
 }

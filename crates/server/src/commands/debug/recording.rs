@@ -14,8 +14,9 @@ use controller::recorded_run::{InitialSetupError, RecordedRun, RecordedRunError}
 use controller::start_configuration::recorded_settings;
 use editor::dap::{RecordedProgram, RunTarget};
 use elite_runtime::ProgramText;
+use mesh::MeshFiles;
 use motion_api::ProgramId;
-use recorder::{Recording, RecordingEntry, Setup, Topic};
+use recorder::{CellFiles, Recording, RecordingEntry, Setup, Topic};
 
 /// The program and the robot of a recording; `given` is what `launch` says beside it.
 ///
@@ -118,7 +119,10 @@ fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, St
         (None, None) => return Err(format!("the model {} is not known", setup.model)),
     };
     match (&setup.cell, &given.cell) {
-        (Some(text), Some(path)) => same_text("cell", path, text)?,
+        (Some(text), Some(path)) => {
+            same_text("cell", path, text)?;
+            same_files(path, &setup.files)?;
+        }
         (Some(_), None) => {
             return Err(
                 "something stood around the arm: say cell, the path of its file".to_owned(),
@@ -129,6 +133,20 @@ fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, St
     }
     let (cell, others) = (given.cell.clone(), given.clone());
     recorded_settings(setup, model, cell, others).map_err(|error| error.to_string())
+}
+
+/// Whether the files that a cell names are those of the recording.
+fn same_files(cell: &Path, recorded: &CellFiles) -> Result<(), String> {
+    let mut folder = mesh::Folder::new(cell.parent().unwrap_or(Path::new("")));
+    for (path, content) in recorded {
+        let there = folder
+            .read(path, mesh::MAX_FILE_BYTES)
+            .map_err(|error| format!("the file {path} of its cell cannot be read: {error}"))?;
+        if there[..] != content[..] {
+            return Err(format!("the file {path} of its cell has changed since"));
+        }
+    }
+    Ok(())
 }
 
 fn same_text(what: &str, path: &Path, recorded: &str) -> Result<(), String> {

@@ -94,9 +94,7 @@ pub(super) fn serve(
     let files = recording.check_files().map_err(InitialSetupError::Files);
     files.map_err(RerunError::from)?;
     let model = model_of(setup).map_err(RerunError::from)?;
-    let name = std::path::Path::new("the recorded cell file");
-    let cell = setup.cell.clone();
-    let cell = cell.map(|text| Cell::from_text(text, name)).transpose()?;
+    let cell = Cell::of_recording(setup)?;
     let obstacles = cell.as_ref().map(Cell::scene_obstacles).unwrap_or_default();
     let viewer = ViewerMessages::new(model.clone(), obstacles, setup.epoch_ns);
     let config = cycle_config(setup, model.clone(), cell.as_ref()).map_err(InitialSetupError::from);
