@@ -24,8 +24,13 @@ type ValidationResult = Result<(), InvalidValue>;
 pub(super) struct TableCheck(String);
 
 impl TableCheck {
-    pub(super) fn called(words: &str) -> Self {
-        Self(words.to_owned())
+    pub(super) fn tool() -> Self {
+        Self("tool".to_owned())
+    }
+
+    /// What sentences call the table.
+    pub(super) fn words(&self) -> &str {
+        &self.0
     }
 
     pub(super) fn named(kind: &str, name: &str) -> Self {
@@ -107,7 +112,7 @@ impl TableCheck {
                 ShapeName::Cylinder => "a cylinder needs radius, length",
                 ShapeName::Sphere => "a sphere needs its radius",
                 ShapeName::Plane => "a plane has no size",
-                ShapeName::Mesh => "a mesh has the size of its file",
+                ShapeName::Mesh => MESH_SIZE,
             };
             return Err(self.wrong("size", format_args!("{numbers:?}"), allowed));
         }
@@ -130,6 +135,9 @@ impl TableCheck {
         Err(self.wrong(key, point, allowed))
     }
 }
+
+/// Why a mesh has no size.
+pub(super) const MESH_SIZE: &str = "a mesh has the size of its file; scale changes it";
 
 /// Most obstacles: each is looked at in every step of the servo.
 const OBSTACLES_MAX: usize = 200;
@@ -185,7 +193,7 @@ pub(super) fn values(cell: &Tables) -> ValidationResult {
         table.at_most("friction", obstacle.friction.as_slice(), FRICTION_MAX)?;
     }
     if let Some(tool) = &cell.tool {
-        let table = TableCheck("tool".to_owned());
+        let table = TableCheck::tool();
         tool.shape_keys().check(&table, false)?;
         table.finite("pose", &tool.pose)?;
     }

@@ -58,9 +58,9 @@ pub struct MeshFacts {
 }
 
 impl MeshFacts {
-    pub(super) fn new(table: String, file: &str, body: &MeshBody) -> Self {
+    pub(super) fn new(table: &TableCheck, file: &str, body: &MeshBody) -> Self {
         Self {
-            table,
+            table: table.words().to_owned(),
             file: file.to_owned(),
             triangles: body.solid().mesh().triangles().len(),
             volume: body.solid().volume(),
@@ -123,7 +123,7 @@ impl Meshes {
         let mut triangles = 0;
         for (table, keys) in shapes(tables) {
             // Keys that do not go together are told when their table is looked at.
-            let is_sound = keys.check(&TableCheck::called(&table), true).is_ok();
+            let is_sound = keys.check(&table, true).is_ok();
             let Some(keys) = keys.mesh().filter(|_| is_sound) else {
                 continue;
             };
@@ -131,7 +131,7 @@ impl Meshes {
             if meshes.bodies.contains_key(&key) {
                 continue;
             }
-            let refused = |error: CellMeshError| (table.clone(), error);
+            let refused = |error: CellMeshError| (table.words().to_owned(), error);
             let read = mesh::read(keys.file, keys.scale, &mut source);
             let solid = read.and_then(|mesh| Solid::new(Arc::new(mesh)));
             let solid = solid.map_err(|error| refused(error.into()))?;
@@ -166,21 +166,19 @@ impl Meshes {
 }
 
 /// Every table with a shape, and what it is called.
-pub(super) fn shapes(tables: &Tables) -> impl Iterator<Item = (String, ShapeKeys<'_>)> {
+pub(super) fn shapes(tables: &Tables) -> impl Iterator<Item = (TableCheck, ShapeKeys<'_>)> {
     let obstacles = tables.obstacle.iter();
-    let obstacles =
-        obstacles.map(|table| (format!("obstacle {:?}", table.name), table.shape_keys()));
-    let tool = tables
-        .tool
-        .iter()
-        .map(|table| ("tool".to_owned(), table.shape_keys()));
+    let obstacles = obstacles.map(|table| ("obstacle", &table.name, table.shape_keys()));
     let parts = tables.part.iter();
-    let parts = parts.map(|table| (format!("part {:?}", table.name), table.shape_keys()));
+    let parts = parts.map(|table| ("part", &table.name, table.shape_keys()));
     let fingers = tables.gripper.iter().filter_map(|table| {
         let finger = table.finger.as_ref()?;
-        Some((format!("gripper {:?}", table.name), finger.shape_keys()))
+        Some(("gripper", &table.name, finger.shape_keys()))
     });
-    obstacles.chain(tool).chain(parts).chain(fingers)
+    let named = obstacles.chain(parts).chain(fingers);
+    let named = named.map(|(kind, name, keys)| (TableCheck::named(kind, name), keys));
+    let tool = tables.tool.iter();
+    named.chain(tool.map(|table| (TableCheck::tool(), table.shape_keys())))
 }
 
 /// Files that are noted when they are read.

@@ -270,7 +270,7 @@ impl Cell {
         let facts = shapes.filter_map(|(table, keys)| {
             let keys = keys.mesh()?;
             let body = self.meshes.body(&keys)?;
-            Some(MeshFacts::new(table, keys.file, &body))
+            Some(MeshFacts::new(&table, keys.file, &body))
         });
         facts.collect()
     }

@@ -8,13 +8,17 @@ use motion::contact;
 use recorder::ObstacleShape;
 use world::description::BodyShape;
 
-use super::check::{InvalidValue, TableCheck};
+use super::check::{InvalidValue, MESH_SIZE, TableCheck};
 use super::meshes::Meshes;
 use super::schema::{Obstacle, ShapeName, Size, Tool};
 use super::world_schema::{FingerTable, PartTable};
 
 /// Convex pieces of a mesh where the table names no number.
 const DEFAULT_PIECES: usize = 16;
+
+/// What a mesh needs.
+pub(super) const MESH_FILE: &str =
+    "a mesh needs a file: .stl, .obj, .gltf or .glb, beside the cell file or in a folder there";
 
 /// The keys of a shape, in whatever table they stand.
 #[derive(Clone, Copy, Debug)]
@@ -78,13 +82,11 @@ impl<'a> ShapeKeys<'a> {
         }
         let numbers = self.size.numbers();
         if !numbers.is_empty() {
-            let allowed = "a mesh has the size of its file; scale changes it";
-            return Err(table.wrong("size", format_args!("{numbers:?}"), allowed));
+            return Err(table.wrong("size", format_args!("{numbers:?}"), MESH_SIZE));
         }
         if self.file.is_none_or(str::is_empty) {
             let given = self.file.map_or("nothing", |_| "\"\"");
-            let allowed = "a mesh needs a file: .stl, .obj, .gltf or .glb, beside the cell file or in a folder there";
-            return Err(table.wrong("file", given, allowed));
+            return Err(table.wrong("file", given, MESH_FILE));
         }
         if let Some(scale) = self.scale
             && !(scale.is_finite() && scale > 0.0)

@@ -15,7 +15,7 @@ use super::convert::pose_of;
 use super::meshes::Meshes;
 use super::point::{IoDirection, IoPointName};
 use super::schema::{self, Tables};
-use super::shape::{ShapeKeys, contact_pieces};
+use super::shape::{MESH_FILE, ShapeKeys, contact_pieces};
 use super::world_schema::{
     ActuatorEnd, ActuatorKindName, ActuatorTable, DetectorKindName, DetectorTable, FaultName,
     FaultTable, GripperBus, GripperKindName, GripperTable, PartTable, SourceTable,
@@ -265,7 +265,7 @@ fn solid(
 ) -> Result<BodyShape, InvalidValue> {
     keys.check(check, false)?;
     let solid = keys.solid(meshes);
-    solid.ok_or_else(|| check.missing("file", "the mesh was not read"))
+    solid.ok_or_else(|| check.missing("file", MESH_FILE))
 }
 
 fn part(table: &PartTable, meshes: &Meshes) -> Result<PartDescription, InvalidValue> {

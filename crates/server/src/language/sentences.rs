@@ -211,6 +211,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "需要 0 到 1000 kg 的质量，之后可给出重心（m，不超过 10），如 2.5 或 2.5,0,0,0.08，再之后可给出六个惯量（kg m²）",
     ),
     (
+        "a mesh has the size of its file; scale changes it",
+        "网格的大小取自其文件；用 scale 改变",
+    ),
+    (
+        "a mesh needs a file: .stl, .obj, .gltf or .glb, beside the cell file or in a folder there",
+        "网格需要文件：.stl、.obj、.gltf 或 .glb，与单元文件同在一处或在其下的文件夹中",
+    ),
+    (
         "a message is of channel {}, which is not declared",
         "消息属于未声明的通道 {0}",
     ),
@@ -340,6 +348,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("allowed are 1 to 123", "允许 1 到 123"),
     ("allowed are 1 to 247", "允许 1 到 247"),
+    ("allowed are 1 to {}", "允许 1 至 {0}"),
     (
         "allowed are a host name or an IP address, without a port",
         "允许主机名或 IP 地址，不带端口",
@@ -353,8 +362,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "允许 1 到 65535 的端口、0（任一空闲端口）和 off",
     ),
     (
-        "allowed are box, cylinder and sphere",
-        "允许 box、cylinder 和 sphere",
+        "allowed are box, cylinder, sphere and mesh",
+        "允许 box、cylinder、sphere 和 mesh",
     ),
     ("allowed are en and zh", "允许 en 和 zh"),
     (
@@ -502,6 +511,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "无法写入记录 {0}：{1~}",
     ),
     ("cannot write {}: {}", "无法写入 {0}：{1~}"),
+    ("cell: {}", "单元：{0}"),
     (
         "ci_pair is {}, it must be 0 to 3 (CI0/1, CI2/3, CI4/5, CI6/7)",
         "ci_pair 为 {0}，应为 0 到 3（CI0/1、CI2/3、CI4/5、CI6/7）",
@@ -560,6 +570,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("it goes with copies", "它与 copies 一起使用"),
     ("it goes with protocol", "它与 protocol 一起使用"),
+    (
+        "it goes with shape = \"mesh\"",
+        "它只与 shape = \"mesh\" 一起使用",
+    ),
     (
         "it has the joints of several arms, which begin with {} and {}",
         "含有多台机械臂的关节，名称以 {0} 和 {1} 开头",
@@ -648,6 +662,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "message {} of {} in {} cannot be read: {}",
         "无法读取 {2} 中 {1} 的第 {0} 条消息：{3~}",
+    ),
+    (
+        "metres for a unit of the file are needed, above 0",
+        "需要文件单位对应的米数，大于 0",
     ),
     (
         "model {}, with the kinematics measured in {}",
@@ -824,12 +842,12 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("the bag {}: {}", "bag {0}：{1~}"),
     (
-        "the box of a finger is needed: {}",
-        "需要手指的长方体：{0~}",
-    ),
-    (
         "the calibration file {} is for the model {}, but the model {} is asked for; leave the model out, or give {}",
         "标定文件 {0} 用于型号 {1}，而要求的型号是 {2}；请不给出型号，或给出 {3}",
+    ),
+    (
+        "the calibration in the recording is not usable: {}",
+        "记录中的标定不可用：{0}",
     ),
     ("the cell file: {}", "单元文件：{0~}"),
     (
@@ -877,6 +895,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the head names no columns x, y, z and perhaps rx, ry, rz",
         "表头没有列名 x、y、z 以及可选的 rx、ry、rz",
+    ),
+    (
+        "the hull of the tool has the point {}, at least one point is needed and all must be finite",
+        "工具的凸包有点 {0}，至少需要一个点，且必须都是有限值",
     ),
     (
         "the knots of a spline are not in order",
@@ -961,9 +983,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the recording did not keep up and dropped messages",
         "记录跟不上，丢弃了消息",
     ),
+    ("the recording does not hold it", "记录中没有它"),
     (
         "the recording does not say how the controller was started, it cannot be run again",
         "记录没有说明控制器是如何启动的，不能重新运行",
+    ),
+    (
+        "the recording has cycles of {} ms; {}",
+        "记录的周期为 {0} ms；{1}",
     ),
     (
         "the recording has format {}, this version reads up to {}",
@@ -1024,6 +1051,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the script {} is not UTF-8 text (byte {} is not)",
         "脚本 {0} 不是 UTF-8 文本（第 {1} 个字节不是）",
+    ),
+    (
+        "the shape of a finger is needed: {} for a box",
+        "需要手指的形状：箱体用 {0}",
     ),
     (
         "the size of the tool's {} is {}, every number must be finite and positive",
@@ -1129,6 +1160,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("this cannot be assigned to", "不能对它赋值"),
     (
+        "this cell is a text without a folder, so there is no file beside it",
+        "此单元只是一段文本，没有文件夹，所以旁边没有文件",
+    ),
+    (
         "this eliteserver was built without the ROS 2 node; build it with the feature ros2: cargo build --release -p server --features ros2",
         "这个 eliteserver 构建时不含 ROS 2 节点；请带 ros2 特性构建：cargo build --release -p server --features ros2",
     ),
@@ -1176,6 +1211,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "with alpha[{}] = {} it puts the axis of joint {} {} m aside, and a measured arm is within {} m",
         "与 alpha[{0}] = {1} 一起使关节 {2} 的轴线偏离 {3} m，实测的机械臂不超过 {4} m",
+    ),
+    (
+        "with {} the meshes of the cell have {} triangles together, allowed are {}",
+        "加上 {0}，单元的网格共有 {1} 个三角形，允许 {2} 个",
     ),
     (
         "x, y, z in m, up to 10, and Rx, Ry, Rz in rad, up to 1000, are needed, separated by commas, as in 0,0,0.1,0,0,0",
@@ -1414,6 +1453,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("{}: {} has no `{}`; {}", "{0}：{1~}中没有 `{2}`；{3~}"),
     ("{}: {} has {} = {}; {}", "{0}：{1} 的 {2} = {3}；{4~}"),
+    (
+        "{}: {} has {} triangles and {} cm³, its convex pieces ({}) keep within {} mm",
+        "{0}：{1} 有 {2} 个三角形、{3} cm³，其凸块（{4} 个）偏差在 {5} mm 以内",
+    ),
     ("| line | name | what |", "| 行 | 名称 | 说明 |"),
     ("| {} | `{}` | {} |", "| {0} | `{1}` | {2~} |"),
 ];

@@ -152,7 +152,10 @@ pub(super) const WORDS: &[(&str, &str)] = &[
         "{0} s 时，TCP 位于 {1}、{2}、{3} m",
     ),
     ("bias", "零偏"),
-    ("box, cylinder or sphere", "box、cylinder 或 sphere"),
+    (
+        "box, cylinder, sphere or mesh",
+        "box、cylinder、sphere 或 mesh",
+    ),
     ("centre of gravity", "重心"),
     ("changed", "改动"),
     ("commands and changes of registers", "命令和寄存器变化"),
