@@ -170,6 +170,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "elite-syntax",
             "io-bus",
             "kinematics",
+            "mesh",
             "motion-api",
             "program-import",
             "recorder",

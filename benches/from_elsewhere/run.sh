@@ -3,6 +3,7 @@
 #     benches/from_elsewhere/run.sh payload        Pinocchio: the payload from the torques of a recording
 #     benches/from_elsewhere/run.sh dxf            ezdxf: how far the arm drives from the drawing
 #     benches/from_elsewhere/run.sh identify [N]   N seeded runs; needs the wheel, which crates/pybind/test.py builds
+#     benches/from_elsewhere/run.sh mesh           trimesh: volume, centre, inertia and convex pieces of meshes
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -17,12 +18,17 @@ case "$what" in
 payload | dxf)
     exec "$venv/bin/python" "$here/$what.py" "$eliteserver" "$@"
     ;;
+mesh)
+    "$venv/bin/python" -c 'import trimesh, scipy, rtree' 2>/dev/null || "$venv/bin/pip" install --quiet trimesh scipy rtree
+    (cd "$root" && cargo build --quiet --release -p mesh --example describe)
+    exec "$venv/bin/python" "$here/mesh.py" "$target/release/examples/describe" "$@"
+    ;;
 identify)
     "$venv/bin/pip" install --quiet --force-reinstall --no-deps "$target"/wheels/elitescript-*.whl
     exec "$venv/bin/python" "$here/identify.py" "$eliteserver" "$@"
     ;;
 *)
-    echo "run.sh: there is no comparison $what; allowed are payload, dxf and identify" >&2
+    echo "run.sh: there is no comparison $what; allowed are payload, dxf, mesh and identify" >&2
     exit 2
     ;;
 esac

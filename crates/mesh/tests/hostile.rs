@@ -36,10 +36,6 @@ fn names_and_scales_that_are_none() {
 fn stl_that_is_damaged() {
     let cube = block([0.0; 3], [1.0; 3]);
     let whole = stl_binary(&cube);
-    assert_eq!(
-        refusal("a.stl", &whole[..whole.len() - 1].to_vec()[..]),
-        "a.stl, line 1: the file ends where facet must be"
-    );
     let mut cut = whole.clone();
     cut[0] = b'S' + 1;
     cut.pop();

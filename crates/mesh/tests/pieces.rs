@@ -4,7 +4,7 @@ use mesh::{ConvexPieces, Solid, convex_pieces};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-use crate::shapes::{ball, bin, block, both, bracket, fork, mesh, solid, torus, turned};
+use crate::shapes::{bin, block, both, bracket, extruded, fork, mesh, solid, torus, turned};
 
 /// How far a point is from the nearest piece.
 fn beside(pieces: &ConvexPieces, point: &Vector3<f64>) -> f64 {
@@ -162,7 +162,7 @@ fn turned_shapes_of_single_precision_are_cut_as_well() {
         let points = shape.points().iter().map(rounded).collect();
         let pieces = checked(&solid(mesh(points, shape.triangles().to_vec())), 16);
         assert_eq!(pieces.pieces().len(), count);
-        assert!(pieces.deviation() < 2e-5, "{}", pieces.deviation());
+        assert!(pieces.deviation() < 5e-5, "{}", pieces.deviation());
     }
 }
 
@@ -178,15 +178,19 @@ fn one_piece_of_a_bin_reaches_as_far_as_its_middle_is_from_the_walls() {
 }
 
 #[test]
-fn a_ball_is_one_piece_of_as_many_corners_as_a_body_may_have() {
-    let pieces = checked(&solid(ball(0.1, 24)), 16);
-    assert!(
-        pieces
-            .pieces()
-            .iter()
-            .all(|piece| piece.body.points().len() <= 128)
-    );
-    assert!(pieces.deviation() < 4e-3, "{}", pieces.deviation());
+fn a_round_column_is_one_piece_of_as_many_corners_as_a_body_may_have() {
+    let outline: Vec<[f64; 2]> = (0..200)
+        .map(|step| {
+            let (sin, cos) =
+                kinematics::elementary::sin_cos(f64::from(step) / 200.0 * std::f64::consts::TAU);
+            [0.1 * cos, 0.1 * sin]
+        })
+        .collect();
+    let front: Vec<[u32; 3]> = (1..199).map(|corner| [0, corner, corner + 1]).collect();
+    let pieces = checked(&solid(extruded(&outline, &front, 0.3)), 16);
+    assert_eq!(pieces.pieces().len(), 1);
+    assert!(pieces.pieces()[0].body.points().len() <= 128);
+    assert!(pieces.deviation() < 1e-3, "{}", pieces.deviation());
 }
 
 #[test]

@@ -83,7 +83,7 @@ fn what_is_no_solid_is_refused_with_the_place() {
     let open = with(&cube.triangles()[..11]);
     assert_eq!(
         trouble(open),
-        "shape, triangle 10: the surface is open, for its edge from (1, 1, 1) to (0, 0, 1) m is of no second triangle; \
+        "shape, triangle 0: the surface is open, for its edge from (0, 0, 1) to (0, 1, 1) m is of no second triangle; \
          a solid has two triangles at each edge"
     );
     let mut one_turned = cube.triangles().to_vec();

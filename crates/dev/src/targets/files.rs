@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use controller::cell::Cell;
 use controller::recorded_run::RecordedRun;
@@ -293,6 +294,34 @@ pub(super) const TARGETS: &[Target] = &[
         bytes_max: 40_000,
     },
     Target {
+        name: "mesh",
+        about: "STL, OBJ, glTF and GLB, by the first byte; what is a solid is cut into pieces",
+        check: check_mesh,
+        render_input: as_they_are,
+        seeds: mesh_seeds,
+        words: &[
+            b"solid\n",
+            b"facet normal 0 0 1\nouter loop\n",
+            b"vertex 1 0 1e-3\n",
+            b"endloop\nendfacet\n",
+            b"endsolid\n",
+            b"v 1 2 3\n",
+            b"f 1 2 3 4\n",
+            b"f -1//2 -2 -3\n",
+            b"glTF\x02\0\0\0",
+            b"JSON",
+            b"BIN\0",
+            b"\"count\":1000000000",
+            b"\"children\":[0]",
+            b"\"byteOffset\":18446744073709551615",
+            b"\"sparse\":",
+            b"\"uri\":\"../x\"",
+            b"nan",
+            b"1e308",
+        ],
+        bytes_max: 4000,
+    },
+    Target {
         name: "calibration",
         about: "calibration files",
         check: |data| {
@@ -435,6 +464,95 @@ fn read_all(data: &[u8]) {
             rows.for_each(|row| _ = row);
         }
     }
+}
+
+/// The ending that the first byte of an input for meshes stands for.
+fn mesh_name(data: &[u8]) -> &'static str {
+    ["m.stl", "m.obj", "m.gltf", "m.glb"][usize::from(data.first().copied().unwrap_or(0)) % 4]
+}
+
+/// A mesh without its first byte, and no file beside it.
+struct OneMesh<'a>(&'a [u8]);
+
+impl mesh::MeshFiles for OneMesh<'_> {
+    fn read(&mut self, path: &str, most: u64) -> Result<Vec<u8>, mesh::FileError> {
+        assert!(
+            !path.split('/').any(|name| name == ".."),
+            "{path:?} leaves the folder"
+        );
+        if path.starts_with("m.") && self.0.len() as u64 <= most {
+            return Ok(self.0.to_vec());
+        }
+        Err(mesh::FileError::Irregular)
+    }
+}
+
+fn check_mesh(data: &[u8]) {
+    let bytes = data.get(1..).unwrap_or_default();
+    let found = mesh::read(mesh_name(data), 1.0, &mut OneMesh(bytes));
+    match found.and_then(|mesh| mesh::Solid::new(Arc::new(mesh))) {
+        Ok(solid) => {
+            assert!(solid.volume() > 0.0);
+            let pieces = mesh::convex_pieces(&solid, 4);
+            assert!((1..=4).contains(&pieces.pieces().len()) && pieces.deviation() >= 0.0);
+            for point in solid.mesh().points() {
+                let beside =
+                    |piece: &mesh::ConvexPiece| piece.body.distance(&(point - piece.middle)).0;
+                let nearest = pieces
+                    .pieces()
+                    .iter()
+                    .map(beside)
+                    .fold(f64::INFINITY, f64::min);
+                assert!(
+                    nearest <= pieces.deviation() + 1e-6,
+                    "{nearest} m beside the pieces"
+                );
+            }
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+/// A bracket with a hollow edge, as text in two formats, and a corner of a box as glTF.
+fn mesh_seeds() -> Vec<Vec<u8>> {
+    let front = [
+        [0.0, 0.0],
+        [3.0, 0.0],
+        [3.0, 1.0],
+        [1.0, 1.0],
+        [1.0, 2.0],
+        [0.0, 2.0],
+    ];
+    let mut obj = String::from("\u{1}");
+    for y in [0, 1] {
+        for [x, z] in front {
+            obj += &format!("v {x} {y} {z}\n");
+        }
+    }
+    obj += "f 4 5 6 1\nf 4 1 2 3\nf 10 7 12 11\nf 10 9 8 7\n";
+    for one in 1..=6 {
+        let next = one % 6 + 1;
+        obj += &format!("f {one} {} {} {next}\n", one + 6, next + 6);
+    }
+    let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
+    let mut stl = String::from("\0solid a\n");
+    for face in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]] {
+        let [a, b, c] = face.map(|corner| corners[corner]);
+        stl += &format!(
+            "facet normal 0 0 0\nouter loop\nvertex {a}\nvertex {b}\nvertex {c}\nendloop\nendfacet\n"
+        );
+    }
+    stl += "endsolid a\n";
+    // Four positions and twelve indices of one byte.
+    let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAIBAAEDAQIDAAMC";
+    let gltf = format!(
+        "\u{2}{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{{\"mesh\":0,\"scale\":[1,2,1]}}],\"meshes\":[{{\"primitives\":[{{\"attributes\":\
+         {{\"POSITION\":0}},\"indices\":1}}]}}],\"accessors\":[{{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}},\
+         {{\"bufferView\":0,\"byteOffset\":48,\"componentType\":5121,\"count\":12,\"type\":\"SCALAR\"}}],\
+         \"bufferViews\":[{{\"buffer\":0,\"byteLength\":60}}],\
+         \"buffers\":[{{\"byteLength\":60,\"uri\":\"data:;base64,{data}\"}}]}}"
+    );
+    [obj, stl, gltf].map(String::into_bytes).to_vec()
 }
 
 /// The fenced examples of a page.

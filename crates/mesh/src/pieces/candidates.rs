@@ -11,6 +11,8 @@ use crate::solid::bounds_of;
 const FACES_MAX: usize = 12;
 /// An edge is hollow where a neighbour rises above a triangle by this share of the part's size.
 const RISE: f64 = 1e-6;
+/// Hollows of less than 20° are those of round surfaces, along whose facets no cut is good: 1 less the cosine.
+const SHARP: f64 = 0.06;
 /// Shares of the length along an axis at which a part may be cut.
 const SHARES: [f64; 3] = [0.25, 0.5, 0.75];
 
@@ -38,8 +40,11 @@ pub(super) fn of_faces(part: &Part) -> Vec<Plane> {
             continue;
         }
         let length = (part.points[one.0 as usize] - part.points[one.1 as usize]).norm();
-        // How sharp the hollow is: the sine of the half angle would do as well.
-        let weight = length * (1.0 - plane.normal.dot(&next.normal));
+        let sharpness = 1.0 - plane.normal.dot(&next.normal);
+        if sharpness < SHARP {
+            continue;
+        }
+        let weight = length * sharpness;
         for plane in [plane, next] {
             weights.entry(key(&plane, size)).or_insert((0.0, plane)).0 += weight;
         }

@@ -2,61 +2,141 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 use nalgebra::Vector3;
 
 use super::distance::SolidDistance;
 use super::hull::Hull;
-use super::part::Part;
+use super::part::{Part, Plane};
+use crate::solid::bounds_of;
 
 /// A bound is good enough when it is this little above what was found.
 const SHARE: f64 = 0.02;
 /// Or this little, in metres.
 const MARGIN_M: f64 = 1e-6;
-/// Where the surface of a part is farther than this from its hull, in metres, another proof is tried.
+/// A part that is farther than this from its hull, in metres, is not convex but for rounding.
 const NEAR_M: f64 = 1e-4;
 
 /// A bound for a part that is convex but for rounding: how far a point of its hull may be from it. None for others.
 ///
-/// Let all of the part's surface be within h of the hull's. The points of the hull that are deeper than h then lie all
-/// in the part, since no surface is between them. With a ball of radius r in the hull, the hull made smaller by h/r
-/// towards its middle is that deep, so every point of the hull is within h/r of the diameter from the part.
-pub(super) fn of_convex(part: &Part, hull: &Hull) -> Option<f64> {
-    if (hull.volume - part.volume()).abs() > 0.1 * hull.volume {
-        return None;
-    }
-    let mut farthest = 0.0_f64;
-    let mut include = |corners: &mut dyn Iterator<Item = Vector3<f64>>| {
-        let corners: Vec<Vector3<f64>> = corners.collect();
-        let from = |plane: &super::part::Plane| {
-            let heights = corners.iter().map(|corner| plane.height(corner).abs());
-            heights.fold(0.0, f64::max)
-        };
-        farthest = hull
-            .planes
-            .iter()
-            .map(from)
-            .fold(f64::INFINITY, f64::min)
-            .max(farthest);
-        farthest <= NEAR_M
-    };
+/// Let every triangle and cap have a point c at least r below its plane, and every corner at most h above it. Rays from
+/// c leave the part once, so what is below all planes is in the part. The hull is at most h above them; made smaller
+/// towards c by r/(r + h) it is below them all, so each of its points is within h/(r + h) of its diameter from the part.
+pub(super) fn of_convex(part: &Part, middle: &Vector3<f64>, tolerance: f64) -> Option<f64> {
+    let mut radius = f64::INFINITY;
+    let mut planes = Vec::with_capacity(part.triangles.len());
+    let mut above = 0.0_f64;
     for corners in &part.triangles {
-        if !include(&mut part.triangle(corners).into_iter()) {
-            return None;
+        let [a, b, c] = part.triangle(corners);
+        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        match Plane::of_triangle([a, b, c]) {
+            Some(plane) if (b - a).cross(&(c - a)).norm() > longest * tolerance => {
+                planes.push(plane)
+            }
+            // Too narrow to have a side: the part without it is as good but for this.
+            _ => above = above.max(tolerance),
         }
     }
     for cap in &part.caps {
-        let mut ends = cap
+        let heights = cap
             .edges
             .iter()
             .flatten()
-            .map(|&end| part.points[end as usize]);
-        if !include(&mut ends) {
+            .map(|&end| cap.normal.dot(&part.points[end as usize]));
+        let offset = heights.fold(f64::INFINITY, f64::min);
+        let normal = cap.normal;
+        planes.push(Plane { normal, offset });
+    }
+    for plane in &planes {
+        radius = radius.min(-plane.height(middle));
+        if radius <= 0.0 {
             return None;
         }
     }
-    let radius = -hull.height(&hull.middle());
-    (radius > farthest).then(|| farthest / radius * hull.diameter())
+    let (low, high) = bounds_of(part.points.iter().copied());
+    let diameter = (high - low).norm();
+    let boxes = PointBoxes::new(&part.points);
+    for plane in &planes {
+        above = boxes.highest(plane, above);
+        if above / radius * diameter > NEAR_M {
+            return None;
+        }
+    }
+    Some(above / (radius + above) * diameter)
+}
+
+/// Points in boxes, for the highest above a plane.
+struct PointBoxes {
+    points: Vec<Vector3<f64>>,
+    /// In the order of a depth-first walk.
+    boxes: Vec<PointBox>,
+}
+
+/// A box around some of the points.
+struct PointBox {
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+    /// Where the walk goes on without what is in the box.
+    after: usize,
+    /// The points of a box that is not divided.
+    leaf: Range<usize>,
+}
+
+impl PointBoxes {
+    fn new(points: &[Vector3<f64>]) -> Self {
+        let mut own = Self {
+            points: points.to_vec(),
+            boxes: Vec::new(),
+        };
+        own.divide(0..points.len());
+        own
+    }
+
+    fn divide(&mut self, range: Range<usize>) {
+        let points = &mut self.points[range.clone()];
+        let (low, high) = bounds_of(points.iter().copied());
+        let own = self.boxes.len();
+        let is_leaf = points.len() <= 8;
+        let leaf = if is_leaf { range.clone() } else { 0..0 };
+        self.boxes.push(PointBox {
+            low,
+            high,
+            after: 0,
+            leaf,
+        });
+        if !is_leaf {
+            let axis = (high - low).imax();
+            let half = points.len() / 2;
+            points.select_nth_unstable_by(half, |one, other| one[axis].total_cmp(&other[axis]));
+            let middle = range.start + half;
+            self.divide(range.start..middle);
+            self.divide(middle..range.end);
+        }
+        self.boxes[own].after = self.boxes.len();
+    }
+
+    /// The height of the highest point above a plane, or `least` if that is more.
+    fn highest(&self, plane: &Plane, least: f64) -> f64 {
+        let mut best = least;
+        let mut at = 0;
+        let far = |n: f64, low: f64, high: f64| n * if n > 0.0 { high } else { low };
+        while let Some(around) = self.boxes.get(at) {
+            let top = plane
+                .normal
+                .zip_zip_map(&around.low, &around.high, far)
+                .sum();
+            if top - plane.offset <= best {
+                at = around.after;
+                continue;
+            }
+            for point in &self.points[around.leaf.clone()] {
+                best = best.max(plane.height(point));
+            }
+            at += 1;
+        }
+        best
+    }
 }
 
 /// A cube in which the farthest point may be.
@@ -103,7 +183,7 @@ pub(super) fn of_hulls(hulls: &[&Hull], solid: &SolidDistance, cells: usize) -> 
         asked: 0,
     };
     for (number, hull) in hulls.iter().enumerate() {
-        let (low, high) = crate::solid::bounds_of(hull.points.iter().copied());
+        let (low, high) = bounds_of(hull.points.iter().copied());
         search.add(number, (low + high) / 2.0, (high - low).max() / 2.0);
     }
     while let Some(cell) = search.heap.pop() {
@@ -139,12 +219,23 @@ impl Search<'_> {
         if height > radius {
             return;
         }
-        let distance = self.solid.signed(&middle);
+        let distance = self.solid.distance(&middle);
         self.asked += 1;
-        if height <= 0.0 {
+        // To know the side costs as much as to know the distance, so it is asked only where it changes something.
+        let in_hull = height <= 0.0;
+        let inside = (distance >= radius || (in_hull && distance > self.found))
+            && self.solid.encloses(&middle);
+        if inside && distance >= radius {
+            return;
+        }
+        if in_hull && !inside {
             self.found = self.found.max(distance);
         }
-        let most = distance + radius;
+        let most = if inside {
+            radius - distance
+        } else {
+            radius + distance
+        };
         if most > self.found {
             self.heap.push(Cell {
                 most,

@@ -44,14 +44,9 @@ impl SolidDistance {
         Self { triangles, nodes }
     }
 
-    /// How far a point is from the solid, in metres: negative inside, where it is the depth.
-    pub(super) fn signed(&self, point: &Vector3<f64>) -> f64 {
-        let distance = self.nearest_square(point).sqrt();
-        if self.encloses(point) {
-            -distance
-        } else {
-            distance
-        }
+    /// How far a point is from the surface, in metres.
+    pub(super) fn distance(&self, point: &Vector3<f64>) -> f64 {
+        self.nearest_square(point).sqrt()
     }
 
     fn nearest_square(&self, point: &Vector3<f64>) -> f64 {
@@ -84,7 +79,7 @@ impl SolidDistance {
     }
 
     /// Whether the surface goes around a point. Two of three rays decide, since one may meet an edge.
-    fn encloses(&self, point: &Vector3<f64>) -> bool {
+    pub(super) fn encloses(&self, point: &Vector3<f64>) -> bool {
         let first = self.turns(point, &RAYS[0]) != 0;
         let second = self.turns(point, &RAYS[1]) != 0;
         if first == second {

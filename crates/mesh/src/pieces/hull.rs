@@ -1,11 +1,16 @@
 //! Convex hulls of at most so many points, with an exact answer to which side of a plane a point is on.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};
 
+use super::distance::to_triangle;
 use super::part::Plane;
+use crate::solid::bounds_of;
+
+/// More points than these are looked at in two rounds.
+const MANY: usize = 20_000;
 
 /// A convex body around points.
 #[derive(Clone, Debug)]
@@ -25,7 +30,13 @@ pub(super) struct Hull {
 /// beyond `most` that change least. None for points in a plane.
 pub(super) fn hull_of(points: &[Vector3<f64>], most: usize, tolerance: f64) -> Option<Hull> {
     let mut chosen: BTreeSet<usize> = support_points(points);
-    let mut outside: Vec<usize> = (0..points.len()).collect();
+    // Of very many points some decide nearly everything; the others are looked at when these are done.
+    let mut are_some = points.len() > MANY;
+    let mut outside = if are_some {
+        far_points(points)
+    } else {
+        (0..points.len()).collect()
+    };
     loop {
         let numbers: Vec<usize> = chosen.iter().copied().collect();
         let corners: Vec<Vector3<f64>> = numbers.iter().map(|&number| points[number]).collect();
@@ -39,20 +50,19 @@ pub(super) fn hull_of(points: &[Vector3<f64>], most: usize, tolerance: f64) -> O
             .iter()
             .map(|corner| Plane::of_triangle(corner.map(|corner| corners[corner])))
             .collect();
+        let room = most.saturating_sub(chosen.len());
         let mut farthest = vec![(tolerance, usize::MAX); triangles.len()];
         let mut loss = 0.0_f64;
         outside.retain(|&number| {
             let point = &points[number];
-            let mut best = (f64::NEG_INFINITY, 0);
-            for (face, plane) in planes.iter().enumerate() {
-                let height = plane.map_or(f64::NEG_INFINITY, |plane| plane.height(point));
-                if height > best.0 {
-                    best = (height, face);
-                }
-            }
-            let (height, face) = best;
+            let (height, face) = highest_plane(&planes, point);
             if height <= tolerance {
                 return false;
+            }
+            if room == 0 && !are_some {
+                // The triangle is a part of the hull, so the hull is at most this far.
+                let triangle = triangles[face].map(|corner| corners[corner]);
+                loss = loss.max(to_triangle(point, &triangle).sqrt());
             }
             if height > farthest[face].0 && !chosen.contains(&number) {
                 farthest[face] = (height, number);
@@ -60,46 +70,50 @@ pub(super) fn hull_of(points: &[Vector3<f64>], most: usize, tolerance: f64) -> O
             true
         });
         farthest.retain(|&(_, number)| number != usize::MAX);
-        farthest.sort_by(|one, other| other.0.total_cmp(&one.0).then(one.1.cmp(&other.1)));
-        let room = most.saturating_sub(chosen.len());
         if farthest.is_empty() || room == 0 {
-            if !farthest.is_empty() {
-                for &number in &outside {
-                    loss = loss.max(distance_outside(
-                        &points[number],
-                        &triangles,
-                        &corners,
-                        &planes,
-                    ));
-                }
+            if !are_some {
+                return Some(Hull::new(corners, &triangles, loss + tolerance));
             }
-            return Some(Hull::new(corners, &triangles, loss + tolerance));
+            are_some = false;
+            outside = (0..points.len()).collect();
+            continue;
         }
+        farthest.sort_by(|one, other| other.0.total_cmp(&one.0).then(one.1.cmp(&other.1)));
         let added = farthest.len().min(room.min(8.max(room / 3)));
         chosen.extend(farthest[..added].iter().map(|&(_, number)| number));
     }
 }
 
-/// An upper bound of the distance of a point from a hull: to the triangle whose plane it is highest above.
-fn distance_outside(
-    point: &Vector3<f64>,
-    triangles: &[[usize; 3]],
-    corners: &[Vector3<f64>],
-    planes: &[Option<Plane>],
-) -> f64 {
-    let heights = planes
-        .iter()
-        .map(|plane| plane.map_or(f64::NEG_INFINITY, |plane| plane.height(point)));
-    let highest = heights
-        .enumerate()
-        .max_by(|one, other| one.1.total_cmp(&other.1));
-    match highest {
-        Some((face, height)) if height > 0.0 => {
-            super::distance::to_triangle(point, &triangles[face].map(|corner| corners[corner]))
-                .sqrt()
+/// How far a point is above the plane that it is highest above, and which that is.
+fn highest_plane(planes: &[Option<Plane>], point: &Vector3<f64>) -> (f64, usize) {
+    let mut best = (f64::NEG_INFINITY, 0);
+    for (face, plane) in planes.iter().enumerate() {
+        if let Some(plane) = plane {
+            let height = plane.height(point);
+            if height > best.0 {
+                best = (height, face);
+            }
         }
-        _ => 0.0,
     }
+    best
+}
+
+/// The point of each cell of a grid that is farthest from the middle.
+fn far_points(points: &[Vector3<f64>]) -> Vec<usize> {
+    let (low, high) = bounds_of(points.iter().copied());
+    let middle = (low + high) / 2.0;
+    let edge = (high - low).max() / 24.0;
+    let mut cells = BTreeMap::<[i64; 3], (f64, usize)>::new();
+    for (number, point) in points.iter().enumerate() {
+        // Between 0 and the number of cells along an axis.
+        let cell = ((point - low) / edge).map(|value| value.floor() as i64);
+        let away = (point - middle).norm_squared();
+        let best = cells.entry(cell.into()).or_insert((away, number));
+        if away > best.0 {
+            *best = (away, number);
+        }
+    }
+    cells.into_values().map(|(_, number)| number).collect()
 }
 
 impl Hull {
@@ -149,7 +163,7 @@ impl Hull {
 
     /// The greatest distance of two corners is at most this, in metres.
     pub(super) fn diameter(&self) -> f64 {
-        let (low, high) = crate::solid::bounds_of(self.points.iter().copied());
+        let (low, high) = bounds_of(self.points.iter().copied());
         (high - low).norm()
     }
 }

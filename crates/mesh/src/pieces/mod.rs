@@ -160,7 +160,7 @@ impl Cutting {
             self.lost.push(part.points);
             return;
         };
-        let convex = deviation::of_convex(&part, &hull);
+        let convex = deviation::of_convex(&part, &hull.middle(), self.hull_tolerance);
         let reach = convex.unwrap_or(f64::INFINITY);
         let (reach, is_convex) = if reach < NEAR_ENOUGH_M {
             (reach, true)
@@ -170,8 +170,9 @@ impl Cutting {
         };
         self.entries.push(Entry {
             part,
-            reach: reach.max(hull.loss),
-            can_be_cut: reach.max(hull.loss) > NEAR_ENOUGH_M,
+            reach,
+            // A round part with more corners than a body may have is not better in pieces.
+            can_be_cut: reach > NEAR_ENOUGH_M,
             is_convex,
             hull,
         });
@@ -217,28 +218,39 @@ impl Cutting {
         }
     }
 
-    /// The plane whose parts have the least in their hulls that is not theirs.
+    /// The plane whose parts have the least in their hulls that is not theirs. On round surfaces, where one cut alone
+    /// takes hardly anything away, what is too much counts the more the longer it is.
     fn best_plane(&self, entry: &Entry) -> Option<Plane> {
         let coarse = candidates::coarse(&entry.part, TRIANGLES_COMPARED);
+        let faces = candidates::of_faces(&entry.part);
+        let is_round = faces.is_empty();
         let excess = (entry.hull.volume - entry.part.volume()).max(0.0);
-        let along_faces = candidates::of_faces(&entry.part)
-            .into_iter()
-            .map(|plane| (plane, 0.0));
+        let handicap = if is_round {
+            0.0
+        } else {
+            AXIS_HANDICAP * excess
+        };
+        let along_faces = faces.into_iter().map(|plane| (plane, 0.0));
         let across_axes = candidates::of_axes(&entry.part)
             .into_iter()
-            .map(|plane| (plane, AXIS_HANDICAP * excess));
+            .map(|plane| (plane, handicap));
         let mut best = None::<(f64, Plane)>;
         for (plane, handicap) in along_faces.chain(across_axes) {
             let Some((below, above)) = coarse.cut(&plane, self.tolerance) else {
                 continue;
             };
-            let parts = components(below).into_iter().chain(components(above));
-            let hulls = parts
-                .filter_map(|part| hull_of(&part.points, CORNERS_COMPARED, self.hull_tolerance));
-            let volume = hulls.map(|hull| hull.volume).sum::<f64>() + handicap;
+            let mut cost = handicap;
+            for part in components(below).into_iter().chain(components(above)) {
+                let hull = hull_of(&part.points, CORNERS_COMPARED, self.hull_tolerance);
+                cost += hull.map_or(0.0, |hull| {
+                    let (low, high) = bounds_of(hull.points.iter().copied());
+                    let length = if is_round { (high - low).sum() } else { 1.0 };
+                    (hull.volume - part.volume()) * length
+                });
+            }
             // Another plane must be better by more than rounding, so that the first of equal ones is taken.
-            if best.is_none_or(|(least, _)| volume < least - 1e-9 * entry.hull.volume) {
-                best = Some((volume, plane));
+            if best.is_none_or(|(least, _)| cost < least - 1e-9 * entry.hull.volume) {
+                best = Some((cost, plane));
             }
         }
         best.map(|(_, plane)| plane)
@@ -252,10 +264,10 @@ impl Cutting {
             let (piece, widened) = body::piece_of(&entry.hull);
             pieces.push(piece);
             deviation = deviation.max(widened);
+            deviation = deviation.max(entry.hull.loss);
             if entry.is_convex {
                 deviation = deviation.max(entry.reach);
             } else {
-                deviation = deviation.max(entry.hull.loss);
                 open.push(&entry.hull);
             }
         }
