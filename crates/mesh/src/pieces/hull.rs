@@ -60,9 +60,14 @@ pub(super) fn hull_of(points: &[Vector3<f64>], most: usize, tolerance: f64) -> O
                 return false;
             }
             if room == 0 && !are_some {
-                // The triangle is a part of the hull, so the hull is at most this far.
-                let triangle = triangles[face].map(|corner| corners[corner]);
-                loss = loss.max(to_triangle(point, &triangle).sqrt());
+                // The nearest place of a convex body is on a face that the point is above.
+                let seen = planes
+                    .iter()
+                    .zip(&triangles)
+                    .filter(|(plane, _)| plane.is_none_or(|plane| plane.height(point) > 0.0));
+                let squares = seen
+                    .map(|(_, corner)| to_triangle(point, &corner.map(|corner| corners[corner])));
+                loss = loss.max(squares.fold(f64::INFINITY, f64::min).sqrt());
             }
             if height > farthest[face].0 && !chosen.contains(&number) {
                 farthest[face] = (height, number);
