@@ -7,19 +7,33 @@ use nalgebra::{Matrix3, Vector3};
 use super::part::{Part, Plane};
 use crate::solid::bounds_of;
 
-/// The most planes of faces that are tried.
+/// The most planes of faces, and of those that halve angles, that are tried.
 const FACES_MAX: usize = 12;
+const HALVING_MAX: usize = 6;
 /// An edge is hollow where a neighbour rises above a triangle by this share of the part's size.
 const RISE: f64 = 1e-6;
 /// Hollows of less than 20° are those of round surfaces, along whose facets no cut is good: 1 less the cosine.
 const SHARP: f64 = 0.06;
 /// Shares of the length along an axis at which a part may be cut.
-const SHARES: [f64; 3] = [0.25, 0.5, 0.75];
+const SHARES: &[f64] = &[0.25, 0.5, 0.75];
+/// A round part is halved: rings end as wedges of the same angle.
+const HALF: &[f64] = &[0.5];
 
-/// Planes of triangles at hollow edges, those along the longest hollows first.
-pub(super) fn of_faces(part: &Part) -> Vec<Plane> {
-    let (low, high) = bounds_of(part.points.iter().copied());
-    let size = (high - low).norm();
+/// A hollow edge: the planes of its two triangles, and where it begins and ends.
+struct Hollow {
+    planes: [Plane; 2],
+    ends: [Vector3<f64>; 2],
+}
+
+impl Hollow {
+    /// 1 less the cosine of the angle by which the surface turns at the edge.
+    fn sharpness(&self) -> f64 {
+        1.0 - self.planes[0].normal.dot(&self.planes[1].normal)
+    }
+}
+
+/// The edges of triangles at which the surface is hollow.
+fn hollows(part: &Part, size: f64) -> Vec<Hollow> {
     let mut edges = Vec::with_capacity(3 * part.triangles.len());
     for (number, &[a, b, c]) in (0_u32..).zip(&part.triangles) {
         for (from, to, opposite) in [(a, b, c), (b, c, a), (c, a, b)] {
@@ -27,32 +41,71 @@ pub(super) fn of_faces(part: &Part) -> Vec<Plane> {
         }
     }
     edges.sort_unstable();
+    let pairs = edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1));
+    let hollows = pairs.filter_map(|pair| {
+        let [one, other] = pair else { return None };
+        let plane =
+            |number: u32| Plane::of_triangle(part.triangle(&part.triangles[number as usize]));
+        let planes = [plane(one.2)?, plane(other.2)?];
+        let rise = planes[0].height(&part.points[other.3 as usize]);
+        (rise >= RISE * size).then(|| Hollow {
+            planes,
+            ends: [one.0, one.1].map(|end| part.points[end as usize]),
+        })
+    });
+    hollows.collect()
+}
+
+/// Planes of triangles at sharp hollow edges, those along the longest ones first; and for a part whose hollows are all
+/// round, those that halve the angle at a hollow edge, which is where the facets of a ring meet.
+pub(super) fn of_hollows(part: &Part) -> HollowPlanes {
+    let (low, high) = bounds_of(part.points.iter().copied());
+    let size = (high - low).norm();
+    let hollows = hollows(part, size);
     let mut weights = BTreeMap::<[i64; 4], (f64, Plane)>::new();
-    for pair in edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
-        let [one, other] = pair else { continue };
-        let planes = [one.2, other.2]
-            .map(|number| Plane::of_triangle(part.triangle(&part.triangles[number as usize])));
-        let [Some(plane), Some(next)] = planes else {
-            continue;
-        };
-        let rise = plane.height(&part.points[other.3 as usize]);
-        if rise < RISE * size {
-            continue;
-        }
-        let length = (part.points[one.0 as usize] - part.points[one.1 as usize]).norm();
-        let sharpness = 1.0 - plane.normal.dot(&next.normal);
-        if sharpness < SHARP {
-            continue;
-        }
-        let weight = length * sharpness;
-        for plane in [plane, next] {
+    for hollow in hollows.iter().filter(|hollow| hollow.sharpness() >= SHARP) {
+        let weight = (hollow.ends[0] - hollow.ends[1]).norm() * hollow.sharpness();
+        for plane in hollow.planes {
             weights.entry(key(&plane, size)).or_insert((0.0, plane)).0 += weight;
         }
+    }
+    if weights.is_empty() {
+        return HollowPlanes::Round(halving(&hollows, (low + high) / 2.0, size));
     }
     let mut found: Vec<(f64, Plane)> = weights.into_values().collect();
     found.sort_by(|one, other| other.0.total_cmp(&one.0));
     found.truncate(FACES_MAX);
-    found.into_iter().map(|(_, plane)| plane).collect()
+    HollowPlanes::Sharp(found.into_iter().map(|(_, plane)| plane).collect())
+}
+
+/// Planes that hollow edges suggest.
+pub(super) enum HollowPlanes {
+    /// Of faces that meet at a sharp edge.
+    Sharp(Vec<Plane>),
+    /// Of a round part.
+    Round(Vec<Plane>),
+}
+
+/// Planes through hollow edges that halve the angle there, those next to the middle first.
+fn halving(hollows: &[Hollow], middle: Vector3<f64>, size: f64) -> Vec<Plane> {
+    let mut planes = BTreeMap::<[i64; 4], Plane>::new();
+    for hollow in hollows {
+        let across = hollow.planes[0].normal - hollow.planes[1].normal;
+        if let Some(normal) = across.try_normalize(RISE) {
+            let plane = Plane {
+                normal,
+                offset: normal.dot(&hollow.ends[0]),
+            };
+            planes.entry(key(&plane, size)).or_insert(plane);
+        }
+    }
+    let mut found: Vec<Plane> = planes.into_values().collect();
+    found.sort_by(|one, other| {
+        let away = |plane: &Plane| plane.height(&middle).abs();
+        away(one).total_cmp(&away(other))
+    });
+    found.truncate(HALVING_MAX);
+    found
 }
 
 /// A plane as whole numbers, the same for both of its sides and for all triangles of a flat face.
@@ -66,7 +119,8 @@ fn key(plane: &Plane, size: f64) -> [i64; 4] {
 }
 
 /// Planes across the axes of the frame and of the part's points.
-pub(super) fn of_axes(part: &Part) -> Vec<Plane> {
+pub(super) fn of_axes(part: &Part, is_round: bool) -> Vec<Plane> {
+    let shares = if is_round { HALF } else { SHARES };
     let mut axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
     let sum: Vector3<f64> = part.points.iter().sum();
     let middle = sum / part.points.len().max(1) as f64;
@@ -76,6 +130,9 @@ pub(super) fn of_axes(part: &Part) -> Vec<Plane> {
         .map(|point| (point - middle) * (point - middle).transpose())
         .sum();
     if let Some(found) = spread.try_symmetric_eigen(1e-12, 1000) {
+        if is_round {
+            axes.clear();
+        }
         for axis in found.eigenvectors.column_iter() {
             let axis = axis.into_owned();
             if axes.iter().all(|known| known.dot(&axis).abs() < 0.999) {
@@ -89,7 +146,7 @@ pub(super) fn of_axes(part: &Part) -> Vec<Plane> {
         let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(value), high.max(value))
         });
-        planes.extend(SHARES.map(|share| Plane {
+        planes.extend(shares.iter().map(|share| Plane {
             normal,
             offset: low + share * (high - low),
         }));

@@ -19,6 +19,7 @@ use nalgebra::Vector3;
 
 use crate::MAX_PIECES;
 use crate::solid::{Solid, bounds_of};
+use candidates::HollowPlanes;
 use connected::{append, components};
 use distance::SolidDistance;
 use hull::{Hull, hull_of};
@@ -26,7 +27,8 @@ use part::{Part, Plane};
 
 /// A part that reaches no farther beyond the solid than this, in metres, is cut no more.
 const NEAR_ENOUGH_M: f64 = 1e-4;
-/// Questions about a part before it is cut, and about all of them at the end.
+/// Questions about what a cut makes, about a part before it is cut, and about all of them at the end.
+const CELLS_OF_CUT: usize = 200;
 const CELLS_OF_PART: usize = 1500;
 const CELLS_OF_ALL: usize = 150_000;
 /// Corners and triangles of parts whose cuts are compared.
@@ -219,23 +221,25 @@ impl Cutting {
     }
 
     /// The plane whose parts have the least in their hulls that is not theirs. On round surfaces, where one cut alone
-    /// takes hardly anything away, what is too much counts the more the longer it is.
+    /// takes hardly anything away, how far their hulls reach beyond the solid counts, the more the longer they are.
     fn best_plane(&self, entry: &Entry) -> Option<Plane> {
         let coarse = candidates::coarse(&entry.part, TRIANGLES_COMPARED);
-        let faces = candidates::of_faces(&entry.part);
-        let is_round = faces.is_empty();
+        let (at_hollows, is_round) = match candidates::of_hollows(&entry.part) {
+            HollowPlanes::Sharp(planes) => (planes, false),
+            HollowPlanes::Round(planes) => (planes, true),
+        };
         let excess = (entry.hull.volume - entry.part.volume()).max(0.0);
         let handicap = if is_round {
             0.0
         } else {
             AXIS_HANDICAP * excess
         };
-        let along_faces = faces.into_iter().map(|plane| (plane, 0.0));
-        let across_axes = candidates::of_axes(&entry.part)
+        let at_hollows = at_hollows.into_iter().map(|plane| (plane, 0.0));
+        let across_axes = candidates::of_axes(&entry.part, is_round)
             .into_iter()
             .map(|plane| (plane, handicap));
         let mut best = None::<(f64, Plane)>;
-        for (plane, handicap) in along_faces.chain(across_axes) {
+        for (plane, handicap) in at_hollows.chain(across_axes) {
             let Some((below, above)) = coarse.cut(&plane, self.tolerance) else {
                 continue;
             };
@@ -243,9 +247,12 @@ impl Cutting {
             for part in components(below).into_iter().chain(components(above)) {
                 let hull = hull_of(&part.points, CORNERS_COMPARED, self.hull_tolerance);
                 cost += hull.map_or(0.0, |hull| {
+                    if !is_round {
+                        return hull.volume - part.volume();
+                    }
                     let (low, high) = bounds_of(hull.points.iter().copied());
-                    let length = if is_round { (high - low).sum() } else { 1.0 };
-                    (hull.volume - part.volume()) * length
+                    let reach = deviation::of_hulls(&[&hull], &self.solid, CELLS_OF_CUT);
+                    reach * (high - low).sum()
                 });
             }
             // Another plane must be better by more than rounding, so that the first of equal ones is taken.
