@@ -7,6 +7,7 @@ mod earlier_versions;
 mod faults;
 mod floods;
 mod kill_safety;
+mod meshes;
 mod rotation;
 mod round_trip;
 mod slow_disk;

@@ -4,8 +4,10 @@
 //! view have the same messages from here. Everything is the arm as it is (`actual_*`), not as it was commanded. Frames
 //! form one tree: `base_link`, the six links, `flange`, `tcp`.
 //!
-//! A scene is always whole: a viewer that seeks into a file shows the latest message alone.
+//! A scene is always whole but for the triangles of meshes ([`meshes`]): a viewer that seeks into a file shows the
+//! latest message alone.
 
+mod meshes;
 mod scene;
 
 use std::collections::{BTreeSet, VecDeque};
@@ -17,7 +19,9 @@ use kinematics::{DOF, Pose, RobotModel};
 use motion_api::RobotState;
 use nalgebra::Vector3;
 
+use crate::chunks::CHUNK_BYTES;
 use crate::topics::{LogLevel, Topic};
+use meshes::MeshScene;
 pub use scene::{ObstacleShape, SceneBody, SceneFrame, SceneObstacle};
 
 /// Name of the base frame.
@@ -59,6 +63,7 @@ pub struct ViewerMessages {
     obstacles: Vec<SceneObstacle>,
     /// What is drawn beside arm and obstacles, or in the place of an obstacle that moves.
     bodies: Arc<[SceneBody]>,
+    meshes: MeshScene,
     /// Identifiers of bodies that were drawn and are not there any more.
     gone: BTreeSet<Arc<str>>,
     bodies_changed: bool,
@@ -79,10 +84,13 @@ pub struct ViewerMessages {
 impl ViewerMessages {
     /// Time stamps are `epoch_ns` plus simulated time, ns.
     pub fn new(model: RobotModel, obstacles: Vec<SceneObstacle>, epoch_ns: u64) -> Self {
+        let mut meshes = MeshScene::default();
+        meshes.set(&obstacles, &[]);
         Self {
             model,
             obstacles,
             bodies: Arc::from([]),
+            meshes,
             gone: BTreeSet::new(),
             bodies_changed: false,
             epoch_ns,
@@ -108,8 +116,13 @@ impl ViewerMessages {
 
     /// What is drawn beside arm and obstacles is this from now on. A body with the identifier of an obstacle takes its place.
     pub fn set_bodies(&mut self, bodies: Arc<[SceneBody]>) {
+        self.gone.extend(self.meshes.ids());
         self.gone
             .extend(self.bodies.iter().map(|body| body.id.clone()));
+        self.meshes.set(&self.obstacles, &bodies);
+        for id in self.meshes.ids() {
+            self.gone.remove(&id);
+        }
         for body in bodies.iter() {
             self.gone.remove(&body.id);
         }
@@ -126,7 +139,8 @@ impl ViewerMessages {
         state: &RobotState,
         mut put: impl FnMut(Topic, &[u8]) -> Result<(), E>,
     ) -> Result<(), E> {
-        if state.cycle >= self.view_due {
+        let is_view_due = state.cycle >= self.view_due;
+        if is_view_due {
             let cycles = (VIEW_PERIOD / state.step_time + 1e-9).floor().max(1.0);
             self.view_due = state.cycle.saturating_add(cycles as u64);
             self.follow(state);
@@ -139,26 +153,69 @@ impl ViewerMessages {
             put(Topic::Tcp, encode(&mut self.buffer, &tcp))?;
         }
         if self.scene_is_due(state.time) {
-            self.scene(state.time, put)?;
+            match self.scene_drawn {
+                // All of it is asked for.
+                None => self.meshes.repeat(state.time),
+                Some(_) => self.meshes.repeat_if_due(state.time),
+            }
+            self.scene_without_meshes(state.time, &mut put)?;
+        }
+        if is_view_due {
+            self.mesh_piece(self.timestamp(state.time), &mut put)?;
         }
         Ok(())
     }
 
-    /// Gives the whole scene to `put`.
+    /// Gives the whole scene to `put`, message by message.
     ///
     /// # Errors
-    /// That of `put`.
+    /// The first one of `put`.
     pub fn scene<E>(
         &mut self,
         time: f64,
         mut put: impl FnMut(Topic, &[u8]) -> Result<(), E>,
     ) -> Result<(), E> {
+        self.scene_without_meshes(time, &mut put)?;
+        self.meshes.repeat(time);
+        let at = self.timestamp(time);
+        while self.mesh_piece(at, &mut put)? {}
+        Ok(())
+    }
+
+    /// Gives the next piece of a mesh to `put`, if one is due.
+    fn mesh_piece<E>(
+        &mut self,
+        at: Timestamp,
+        put: &mut impl FnMut(Topic, &[u8]) -> Result<(), E>,
+    ) -> Result<bool, E> {
+        let Some(piece) = self.meshes.next(at) else {
+            return Ok(false);
+        };
+        let update = shown::SceneUpdate {
+            deletions: Vec::new(),
+            entities: vec![piece],
+        };
+        put(Topic::Scene, encode(&mut self.buffer, &update))?;
+        // What a large message needs is not kept.
+        self.buffer.clear();
+        self.buffer.shrink_to(CHUNK_BYTES);
+        Ok(true)
+    }
+
+    fn scene_without_meshes<E>(
+        &mut self,
+        time: f64,
+        put: &mut impl FnMut(Topic, &[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
         let at = self.timestamp(time);
         let mut entities = scene::arm(&self.model, at);
         let is_moved = |id: &str| self.bodies.iter().any(|body| &*body.id == id);
-        let obstacles = self.obstacles.iter().map(|one| scene::obstacle(one, at));
+        let obstacles = self.obstacles.iter();
+        let obstacles = obstacles.filter(|one| !one.shape.is_mesh());
+        let obstacles = obstacles.map(|one| scene::obstacle(one, at));
         entities.extend(obstacles.filter(|drawn| !is_moved(&drawn.id)));
-        entities.extend(self.bodies.iter().map(|one| scene::body(one, at)));
+        let bodies = self.bodies.iter().filter(|one| !one.shape.is_mesh());
+        entities.extend(bodies.map(|one| scene::body(one, at)));
         entities.push(scene::trace(self.trace.iter().map(|(_, point)| *point), at));
         entities.push(scene::force(self.force, at));
         self.scene_drawn = Some(time);
@@ -271,6 +328,9 @@ impl ViewerMessages {
             &self.model.chain().joint6_from_flange,
         );
         add(FLANGE_FRAME, TCP_FRAME, &Pose::from_rpy(&state.tcp_offset));
+        for body in self.bodies.iter().filter(|body| body.shape.is_mesh()) {
+            add(body.frame.name(), &body.id, &body.pose);
+        }
         shown::FrameTransforms { transforms }
     }
 }

@@ -7,6 +7,7 @@ use foxglove::messages::Timestamp;
 use foxglove::messages::line_primitive::Type as LineType;
 use foxglove::messages::scene_entity_deletion::Type as DeletionType;
 use kinematics::{Capsule, Pose, RobotModel, RpyPose};
+use mesh::Mesh;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use super::{BASE_FRAME, FLANGE_FRAME, LINK_FRAMES, TCP_FRAME};
@@ -26,8 +27,13 @@ const DARK: shown::Color = color(0.36, 0.42, 0.50, 1.0);
 const ACCENT: shown::Color = color(0.90, 0.35, 0.10, 1.0);
 const TRACE: shown::Color = color(0.10, 0.50, 0.85, 1.0);
 const FORCE: shown::Color = color(0.85, 0.10, 0.15, 1.0);
-const OBSTACLE: shown::Color = color(0.62, 0.56, 0.42, 0.85);
+/// Red, green, blue and opacity of obstacles.
+pub(super) const OBSTACLE_COLOR: [f64; 4] = [0.62, 0.56, 0.42, 0.85];
 const PLANE: shown::Color = color(0.55, 0.60, 0.55, 0.35);
+
+pub(super) const fn color_of([r, g, b, a]: [f64; 4]) -> shown::Color {
+    color(r, g, b, a)
+}
 
 const fn color(r: f64, g: f64, b: f64, a: f64) -> shown::Color {
     shown::Color { r, g, b, a }
@@ -47,7 +53,8 @@ pub struct SceneObstacle {
 /// A solid of a cell that lives: it moves, comes and goes, or shows something by its colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneBody {
-    /// What viewers call it, `part/box[3]` for instance; no two of a scene have the same.
+    /// What viewers call it, `part/box[3]` for instance; no two of a scene have the same. The frame of a mesh has this
+    /// name, too.
     pub id: Arc<str>,
     /// The frame that its pose is in.
     pub frame: SceneFrame,
@@ -71,8 +78,6 @@ pub enum SceneFrame {
 /// Shape of an obstacle or a body, m.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ObstacleShape {
-    /// A mesh.
-    Mesh(Arc<mesh::Mesh>),
     /// Lengths along x, y and z.
     Box([f64; 3]),
     /// Along z.
@@ -94,6 +99,24 @@ pub enum ObstacleShape {
         /// Length, m.
         length: f64,
     },
+    /// Triangles about the origin of the pose.
+    Mesh(Arc<Mesh>),
+}
+
+impl ObstacleShape {
+    pub(super) fn is_mesh(&self) -> bool {
+        matches!(self, Self::Mesh(_))
+    }
+}
+
+impl SceneFrame {
+    /// What viewers call the frame.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Base => BASE_FRAME,
+            Self::Flange => FLANGE_FRAME,
+        }
+    }
 }
 
 /// The arm, one entity a link, each fixed to its frame so that `/tf` moves it; and the TCP as a ball.
@@ -116,12 +139,17 @@ pub(super) fn arm(model: &RobotModel, at: Timestamp) -> Vec<shown::SceneEntity> 
     entities
 }
 
+/// What viewers call an obstacle.
+pub(super) fn obstacle_id(obstacle: &SceneObstacle) -> String {
+    format!("obstacle/{}", obstacle.name)
+}
+
 /// An obstacle as an entity of its own, named `obstacle/NAME`.
 pub(super) fn obstacle(obstacle: &SceneObstacle, at: Timestamp) -> shown::SceneEntity {
-    let mut drawn = entity(BASE_FRAME, &format!("obstacle/{}", obstacle.name), at);
+    let mut drawn = entity(BASE_FRAME, &obstacle_id(obstacle), at);
     let color = match obstacle.shape {
         ObstacleShape::Plane => PLANE,
-        _ => OBSTACLE,
+        _ => color_of(OBSTACLE_COLOR),
     };
     draw_shape(
         &obstacle.shape,
@@ -134,13 +162,8 @@ pub(super) fn obstacle(obstacle: &SceneObstacle, at: Timestamp) -> shown::SceneE
 
 /// A body as an entity of its own.
 pub(super) fn body(body: &SceneBody, at: Timestamp) -> shown::SceneEntity {
-    let frame = match body.frame {
-        SceneFrame::Base => BASE_FRAME,
-        SceneFrame::Flange => FLANGE_FRAME,
-    };
-    let mut drawn = entity(frame, &body.id, at);
-    let [r, g, b, a] = body.color;
-    draw_shape(&body.shape, &body.pose, color(r, g, b, a), &mut drawn);
+    let mut drawn = entity(body.frame.name(), &body.id, at);
+    draw_shape(&body.shape, &body.pose, color_of(body.color), &mut drawn);
     drawn
 }
 
@@ -175,7 +198,6 @@ fn draw_shape(
                 .spheres
                 .push(ball(frame_from_shape.translation, 2.0 * radius, color));
         }
-        ObstacleShape::Mesh(_) => {}
         ObstacleShape::Plane => {
             let (side, thickness) = PLATE;
             // The upper face of the plate is the plane.
@@ -199,6 +221,8 @@ fn draw_shape(
                 color: Some(color),
             });
         }
+        // Triangles have entities of their own, see `meshes`.
+        ObstacleShape::Mesh(_) => {}
     }
 }
 
@@ -259,7 +283,7 @@ pub(super) fn force(force_in_tcp: Vector3<f64>, at: Timestamp) -> shown::SceneEn
 }
 
 /// An empty entity that moves with a frame and stays until it is replaced (no lifetime).
-fn entity(frame: &str, id: &str, at: Timestamp) -> shown::SceneEntity {
+pub(super) fn entity(frame: &str, id: &str, at: Timestamp) -> shown::SceneEntity {
     shown::SceneEntity {
         timestamp: Some(at),
         frame_id: frame.to_owned(),
