@@ -40,6 +40,8 @@ const TURNTABLE_HEIGHT: f64 = 0.05;
 pub(super) struct SceneBodies {
     description: WorldDescription,
     colors: Vec<Color>,
+    /// The two fingers of each gripper that has some. Viewers know a mesh by its identity, so it is made once.
+    fingers: Vec<Option<[ObstacleShape; 2]>>,
 }
 
 impl SceneBodies {
@@ -49,7 +51,15 @@ impl SceneBodies {
             let text = colors.get(number).and_then(Option::as_deref);
             text.and_then(color_of).unwrap_or(PART)
         };
+        let grippers = description.grippers.iter();
+        let fingers = grippers.map(|gripper| match &gripper.kind {
+            GripperKind::Fingers(fingers) => {
+                Some(fingers.shapes().map(|shape| drawn_shape(&shape)))
+            }
+            GripperKind::Vacuum(_) => None,
+        });
         Self {
+            fingers: fingers.collect(),
             colors: (0..description.parts.len()).map(color).collect(),
             description: description.clone(),
         }
@@ -104,8 +114,9 @@ impl SceneBodies {
             let id = format!("sink/{}", sink.name);
             bodies.push(body(id, sink.pose, ObstacleShape::Box(sink.size), SINK));
         }
-        for (gripper, row) in self.description.grippers.iter().zip(&picture.grippers) {
-            add_gripper(&mut bodies, gripper, row);
+        let grippers = self.description.grippers.iter().zip(&self.fingers);
+        for ((gripper, fingers), row) in grippers.zip(&picture.grippers) {
+            add_gripper(&mut bodies, gripper, fingers.as_ref(), row);
         }
         bodies.into()
     }
@@ -175,7 +186,12 @@ fn add_conveyor(bodies: &mut Vec<SceneBody>, conveyor: &ConveyorDescription, spe
     ));
 }
 
-fn add_gripper(bodies: &mut Vec<SceneBody>, gripper: &Gripper, row: &GripperRow) {
+fn add_gripper(
+    bodies: &mut Vec<SceneBody>,
+    gripper: &Gripper,
+    finger_shapes: Option<&[ObstacleShape; 2]>,
+    row: &GripperRow,
+) {
     let mut add = |number: usize, what: &str, pose: Pose, shape: ObstacleShape, color: Color| {
         bodies.push(SceneBody {
             id: format!("gripper/{}/{what} {}", gripper.name, number + 1).into(),
@@ -212,8 +228,10 @@ fn add_gripper(bodies: &mut Vec<SceneBody>, gripper: &Gripper, row: &GripperRow)
         }
         GripperKind::Fingers(fingers) => {
             let poses = fingers.poses(row.width).into_iter();
-            for (number, (pose, shape)) in poses.zip(fingers.shapes()).enumerate() {
-                add(number, "finger", pose, drawn_shape(&shape), FINGER);
+            for (number, (pose, shape)) in
+                poses.zip(finger_shapes.into_iter().flatten()).enumerate()
+            {
+                add(number, "finger", pose, shape.clone(), FINGER);
             }
         }
     }
