@@ -185,8 +185,12 @@ impl PreparedController {
         let permissions = permissions(config)?;
         let loaded = LoadedModel::open(config)?;
         let cell = config.read_cell()?;
+        // Whoever runs one program after the other sees the results, and asks `eliteserver cell` for the rest.
         for mesh in cell.iter().flat_map(Cell::mesh_facts) {
-            tracing::info!("cell: {mesh}");
+            match manner.operator {
+                Operator::Present => tracing::info!("cell: {mesh}"),
+                Operator::Absent => tracing::debug!("cell: {mesh}"),
+            }
         }
         let setup = setup(config, &loaded, cell.as_ref(), manner.powered_off);
         let mut cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;

@@ -26,6 +26,9 @@ pub struct Face {
     pub normal: Vector3<f64>,
     /// Distance of the face's plane from the origin along the normal, m; negative where the origin is outside.
     pub offset: f64,
+    /// Middle of the corners, and how far the farthest of them is from it, m.
+    middle: Vector3<f64>,
+    radius: f64,
     first_corner: u32,
     corner_count: u32,
 }
@@ -159,6 +162,7 @@ impl Polytope {
     pub fn point_mirrored(&self) -> Self {
         let turned = self.faces.iter().map(|face| Face {
             normal: -face.normal,
+            middle: -face.middle,
             ..*face
         });
         // Mirrored corners run clockwise, so each loop is turned around.
@@ -230,9 +234,11 @@ impl Polytope {
             return (depth, nearest.normal);
         }
         let mut best = (f64::INFINITY, nearest.normal);
-        for face in &self.faces {
+        // The face with the highest plane first: after it most others are known to be farther away.
+        for face in core::iter::once(nearest).chain(&self.faces) {
             let height = face.distance(*point);
-            if height <= 0.0 {
+            let reach = best.0 + face.radius;
+            if height <= 0.0 || (point - face.middle).norm_squared() >= reach * reach {
                 continue;
             }
             match self.beside_face(face, point) {
@@ -296,6 +302,8 @@ fn plane_of(points: &[Vector3<f64>], corner_loop: &[u32]) -> Option<Face> {
         from = to;
     }
     let normal = area.try_normalize(f64::MIN_POSITIVE)?;
+    let corners = || corner_loop.iter().filter_map(corner);
+    let middle = corners().sum::<Vector3<f64>>() / corner_loop.len() as f64;
     let heights = corner_loop
         .iter()
         .filter_map(corner)
@@ -303,6 +311,8 @@ fn plane_of(points: &[Vector3<f64>], corner_loop: &[u32]) -> Option<Face> {
     (corner_loop.len() >= 3).then(|| Face {
         normal,
         offset: heights.fold(f64::NEG_INFINITY, f64::max),
+        middle,
+        radius: corners().map(|p| (p - middle).norm()).fold(0.0, f64::max),
         first_corner: 0,
         corner_count: corner_loop.len() as u32,
     })

@@ -61,6 +61,8 @@ pub(crate) enum NextAction {
 /// Text of all statements that wait, bytes; one more counts as one too many. The 8500 statements of the manual have 7
 /// KiB each with this; compiled they take about ten times as much.
 pub const QUEUED_BYTES_MAX: usize = 64 * 1024 * 1024;
+/// What the text of a statement is called.
+const STATEMENT: &str = "statement";
 
 /// A statement that waits.
 struct QueuedStatement {
@@ -423,9 +425,14 @@ fn notify_discarded(thrown_away: Vec<(StatementId, QueuedStatement)>, reason: Di
     }
 }
 
+/// Whether a text is a statement of interpreter mode.
+pub(crate) fn is_statement(text: &SourceFile) -> bool {
+    text.name() == STATEMENT
+}
+
 /// Compiles a statement; the error says what is wrong with it.
 fn compile(text: String, known: &KnownNames) -> Result<elite_syntax::Statement, String> {
-    let file = SourceFile::new("statement", text);
+    let file = SourceFile::new(STATEMENT, text);
     let compiled = elite_syntax::compile_statement(file.clone(), known);
     let compiled = compiled.map_err(|findings| {
         findings.first().map_or_else(String::new, |finding| {

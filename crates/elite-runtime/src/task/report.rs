@@ -9,6 +9,7 @@ use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 use super::controls::Control;
 use super::scheduler::{Task, TaskEnd};
 use super::threads::BlockReason;
+use crate::interpreter;
 use crate::message::{Message, Severity};
 use crate::panel::{VARIABLE_PERIOD, VariableValue, WatchdogAction};
 use crate::value_text::repr_text;
@@ -122,7 +123,7 @@ impl Task {
     pub(super) fn report_script_error(&self, error: &ScriptError) {
         // What the program said before its error is no less true because the arm stops on the way there.
         self.context.show_effects_if(|_| true);
-        let place = place_in_program(error);
+        let place = place_in_text(error);
         self.settings.observer.message(&Message::ScriptError {
             program: self.context.program(),
             line: place.map_or(1, |frame| frame.line),
@@ -136,7 +137,7 @@ impl Task {
         let origin = Origin {
             program: self.context.program(),
             thread: number,
-            line: place_in_program(error).map_or(1, |frame| frame.line),
+            line: place_in_text(error).map_or(1, |frame| frame.line),
         };
         self.warn_of_secondary(origin, &error.headline());
     }
@@ -321,11 +322,24 @@ impl Task {
 /// Where in the program the error was raised, or what led to it there; other texts have lines of their own. The call stack of a
 /// thread may begin in the library.
 pub(super) fn place_in_program(error: &ScriptError) -> Option<&TraceFrame> {
-    let frames = &error.traceback;
-    let program = &frames.iter().find(|frame| !frame.is_in_library())?.file;
-    frames
-        .iter()
-        .rfind(|frame| Arc::ptr_eq(&frame.file, program))
+    let mut frames = error.traceback.iter();
+    let outermost = frames.find(|frame| !frame.is_in_library())?;
+    innermost_of(error, &outermost.file)
+}
+
+/// Where in the text that people sent the error was raised: in a statement of interpreter mode, or else in the program.
+fn place_in_text(error: &ScriptError) -> Option<&TraceFrame> {
+    let mut frames = error.traceback.iter();
+    match frames.rfind(|frame| interpreter::is_statement(&frame.file)) {
+        Some(statement) => innermost_of(error, &statement.file),
+        None => place_in_program(error),
+    }
+}
+
+/// The innermost level of the call stack that is in a text.
+fn innermost_of<'e>(error: &'e ScriptError, text: &Arc<SourceFile>) -> Option<&'e TraceFrame> {
+    let mut frames = error.traceback.iter();
+    frames.rfind(|frame| Arc::ptr_eq(&frame.file, text))
 }
 
 /// What is told of a main program that does not compile; 0 is the number of one that was never started.

@@ -1,6 +1,7 @@
 //! Where two simple convex bodies are nearest or deepest in each other.
 //!
-//! Signed distances are convex along a straight line, so the nearest place of an edge is found by golden section. Owns
+//! Signed distances are convex along a straight line, so the nearest place of an edge is found by golden section, or by
+//! tangents where the other body has flat faces. Owns
 //! geometry only; forces are in `law`, the distances in `solid`.
 
 use core::f64::consts::TAU;
@@ -41,6 +42,8 @@ pub(super) const MAX_FEATURES: usize = 64;
 const ROUNDING: f64 = 1e-9;
 /// Steps of the golden section: an edge is narrowed down to 1e-9 of its length.
 const SECTIONS: usize = 44;
+/// A minimum is known when no value can be lower by more than this, m.
+const TANGENT_GAP: f64 = 1e-10;
 /// Samples around a rim, and steps of the golden section between two of them.
 const RIM_SAMPLES: u8 = 16;
 const RIM_SECTIONS: usize = 30;
@@ -215,22 +218,18 @@ fn features_of_polytope(
     found: &mut impl FnMut(Vector3<f64>, f64, Vector3<f64>),
 ) {
     let corner = |number: usize| base_from_polytope.transform_point(polytope.points()[number]);
-    let mut distances = [f64::INFINITY; Polytope::MAX_POINTS];
-    for (number, known) in distances
-        .iter_mut()
-        .enumerate()
-        .take(polytope.points().len())
-    {
+    let mut known = [(f64::INFINITY, Vector3::zeros()); Polytope::MAX_POINTS];
+    for (number, known) in known.iter_mut().enumerate().take(polytope.points().len()) {
         let point = corner(number);
         let (distance, out) = other.distance(point);
-        *known = distance;
+        *known = (distance, out);
         if distance < margin {
             found(point, distance, out);
         }
     }
     for edge in polytope.edges() {
         let [first, last] = edge.ends;
-        let ends = (distances[first], distances[last]);
+        let ends = (known[first], known[last]);
         if let Some(point) =
             inner_minimum_between(other, (corner(first), corner(last)), ends, margin)
         {
@@ -284,24 +283,81 @@ fn inner_minimum(
     p1: Vector3<f64>,
     margin: f64,
 ) -> Option<Vector3<f64>> {
-    let ends = (other.distance(p0).0, other.distance(p1).0);
+    let ends = (other.distance(p0), other.distance(p1));
     inner_minimum_between(other, (p0, p1), ends, margin)
 }
 
-/// The inner minimum of a line whose ends have known distances, `first` and `last`.
+/// The inner minimum of a line, for ends whose distances and ways out are known. The way out is a slope of the distance,
+/// which is convex: a line that goes away from `other` at an end has its minimum there, and the tangents at both ends
+/// meet below the minimum.
 fn inner_minimum_between(
     other: &PlacedShape,
     (p0, p1): (Vector3<f64>, Vector3<f64>),
-    (first, last): (f64, f64),
+    ((first, out0), (last, out1)): ((f64, Vector3<f64>), (f64, Vector3<f64>)),
     margin: f64,
 ) -> Option<Vector3<f64>> {
-    let at = |t: f64| other.distance(p0 + (p1 - p0) * t).0;
-    // No distance changes faster than the place.
-    if other.shape == Shape::Plane || (first + last - (p1 - p0).norm()) / 2.0 > margin {
+    let along = p1 - p0;
+    let (leaving, coming) = (out0.dot(&along), out1.dot(&along));
+    if other.shape == Shape::Plane || leaving >= 0.0 || coming <= 0.0 {
         return None;
     }
-    let (t, least) = golden_section_minimum(0.0, 1.0, SECTIONS, at);
-    (least < first.min(last) - DEEPER && least < margin).then(|| p0 + (p1 - p0) * t)
+    let meeting = (last - first - coming) / (leaving - coming);
+    if first + leaving * meeting > margin {
+        return None;
+    }
+    let (t, least) = match other.shape {
+        Shape::Polytope(_) => {
+            let at = |t: f64| {
+                let (distance, out) = other.distance(p0 + along * t);
+                (distance, out.dot(&along))
+            };
+            minimum_of_tangents((first, leaving), (last, coming), at)
+        }
+        _ => golden_section_minimum(0.0, 1.0, SECTIONS, |t| other.distance(p0 + along * t).0),
+    };
+    (least < first.min(last) - DEEPER && least < margin).then(|| p0 + along * t)
+}
+
+/// Where between 0 and 1 a convex function has its minimum, and the minimum. The function tells a slope with every value;
+/// those at 0 and 1 are known. Where the tangents at the ends of the bracket meet is looked at next: of a function with
+/// flat pieces, which distances from polytopes are, that is soon the minimum itself.
+fn minimum_of_tangents(
+    mut low: (f64, f64),
+    mut high: (f64, f64),
+    at: impl Fn(f64) -> (f64, f64),
+) -> (f64, f64) {
+    let (mut t_low, mut t_high) = (0.0, 1.0);
+    let mut best = if low.0 <= high.0 {
+        (t_low, low.0)
+    } else {
+        (t_high, high.0)
+    };
+    for round in 0..SECTIONS {
+        let width = t_high - t_low;
+        let meeting = (high.0 - low.0 - high.1 * width) / (low.1 - high.1);
+        let bound = low.0 + low.1 * meeting;
+        if !(best.1 - bound > TANGENT_GAP && width > f64::EPSILON) {
+            break;
+        }
+        // Every third time the middle: it halves the bracket whatever the function is.
+        let t = match round % 3 {
+            2 => t_low + width / 2.0,
+            _ => t_low + meeting,
+        };
+        let (value, slope) = at(t);
+        if value < best.1 {
+            best = (t, value);
+        }
+        if slope < 0.0 {
+            (t_low, low) = (t, (value, slope));
+        } else {
+            (t_high, high) = (t, (value, slope));
+        }
+        if slope == 0.0 {
+            break;
+        }
+    }
+    best
 }
 
 /// Where between `low` and `high` a function with one minimum has it, and the minimum: golden section.

@@ -283,14 +283,17 @@ impl PlacedShape {
                 way.dot(&normal) - other.reach(&-normal)
             }
             Shape::Sphere { .. } => f64::NEG_INFINITY,
-            Shape::Polytope(body) => body
-                .faces()
-                .iter()
-                .map(|face| {
-                    let normal = self.pose.rotate(face.normal);
-                    way.dot(&normal) - face.offset - other.reach(&-normal)
+            Shape::Polytope(body) => {
+                let (way_here, radius) = (self.pose.rotate_back(way), other.bounding_radius());
+                body.faces().iter().fold(f64::NEG_INFINITY, |widest, face| {
+                    let middle = way_here.dot(&face.normal) - face.offset;
+                    // However the other body lies, it ends no farther from its middle than its radius.
+                    if middle + radius <= widest {
+                        return widest;
+                    }
+                    widest.max(middle - other.reach(&-self.pose.rotate(face.normal)))
                 })
-                .fold(f64::NEG_INFINITY, f64::max),
+            }
         }
     }
 

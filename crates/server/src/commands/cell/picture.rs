@@ -23,11 +23,11 @@ const SINK: usize = 3;
 const DETECTOR: usize = 4;
 const ON_FLANGE: usize = 5;
 
-/// A name, the colour of its kind, and the corners of a solid, base frame.
+/// A solid of the picture: its name, the colour of its kind, and the corners of its convex pieces, base frame.
 struct Solid {
     name: String,
     color: usize,
-    corners: Vec<[f64; 3]>,
+    pieces: Vec<Vec<[f64; 3]>>,
 }
 
 /// The picture of a cell; the arm stands at its default place.
@@ -46,14 +46,12 @@ pub(super) fn figure(
     let from = |title: &str, y: &str, view: fn(&[f64; 3]) -> (f64, f64), floor: Option<f64>| {
         let mut panel = PlotPanel::plane(title, "x in mm", y);
         for solid in &solids {
-            let outline = hull(
-                solid
-                    .corners
-                    .iter()
-                    .map(view)
-                    .map(|(a, b)| (a * 1e3, b * 1e3))
-                    .collect(),
-            );
+            let outline = solid.pieces.iter().flat_map(|corners| {
+                let corners = corners.iter().map(view);
+                let outline = hull(corners.map(|(a, b)| (a * 1e3, b * 1e3)).collect());
+                // What is no number ends a line.
+                outline.into_iter().chain([(f64::NAN, f64::NAN)])
+            });
             panel = panel.curve(Curve::new(&solid.name, outline).color_of(solid.color));
         }
         let frames = config.model.forward(&config.home);
@@ -82,7 +80,7 @@ fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
         solids.push(Solid {
             name: name.clone(),
             color: STANDS,
-            corners: corners(shape, pose),
+            pieces: pieces(shape, pose),
         });
     }
     let Some(world) = world else { return solids };
@@ -95,7 +93,7 @@ fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
         solids.push(Solid {
             name: moved.name.clone(),
             color: MOVES,
-            corners: corners(&moved.shape, &moved.pose),
+            pieces: pieces(&moved.shape, &moved.pose),
         });
     }
     for conveyor in &world.conveyors {
@@ -107,7 +105,7 @@ fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
             solids.push(Solid {
                 name: conveyor.name.clone(),
                 color: STANDS,
-                corners: corners(&disc, &center),
+                pieces: pieces(&disc, &center),
             });
         }
     }
@@ -126,14 +124,14 @@ fn solids(cell: &Cell, world: Option<&WorldDescription>) -> Vec<Solid> {
         solids.extend(places.into_iter().map(|(name, pose)| Solid {
             name,
             color: PART,
-            corners: corners(&part.shape, &pose),
+            pieces: pieces(&part.shape, &pose),
         }));
     }
     for sink in &world.sinks {
         solids.push(Solid {
             name: sink.name.clone(),
             color: SINK,
-            corners: corners(&BodyShape::Box { size: sink.size }, &sink.pose),
+            pieces: pieces(&BodyShape::Box { size: sink.size }, &sink.pose),
         });
     }
     solids
@@ -148,18 +146,18 @@ fn add_detectors(solids: &mut Vec<Solid>, world: &WorldDescription) {
                 .flat_map(|end| [-BEAM_HALF, BEAM_HALF].map(|d| end.map(|x| x + d)))
                 .collect()
         };
-        let corners = match detector.kind {
-            DetectorKind::Beam { from, until } => line(from, until),
-            DetectorKind::Presence { pose, size } => corners(&BodyShape::Box { size }, &pose),
+        let pieces = match detector.kind {
+            DetectorKind::Beam { from, until } => vec![line(from, until)],
+            DetectorKind::Presence { pose, size } => pieces(&BodyShape::Box { size }, &pose),
             DetectorKind::Distance { pose, range } => {
                 let end = pose * Pose::from_translation(0.0, 0.0, range);
-                line(pose.translation.into(), end.translation.into())
+                vec![line(pose.translation.into(), end.translation.into())]
             }
         };
         solids.push(Solid {
             name: detector.name.clone(),
             color: DETECTOR,
-            corners,
+            pieces,
         });
     }
 }
@@ -175,7 +173,7 @@ fn add_flange(
         solids.push(Solid {
             name: name.to_owned(),
             color: ON_FLANGE,
-            corners: corners(shape, &(*flange * pose)),
+            pieces: pieces(shape, &(*flange * pose)),
         });
     };
     if let Some((tool, pose)) = cell.tool_solid() {
@@ -213,7 +211,7 @@ fn add_flange(
 fn span(solids: &[Solid], view: fn(&[f64; 3]) -> (f64, f64)) -> (f64, f64) {
     let across = solids
         .iter()
-        .flat_map(|solid| &solid.corners)
+        .flat_map(|solid| solid.pieces.iter().flatten())
         .map(|corner| view(corner).0);
     across.fold((0.0, 0.0), |(least, most), x| (x.min(least), x.max(most)))
 }
@@ -237,39 +235,46 @@ fn copies(part: &controller::cell_world::PartDescription) -> Vec<(String, Pose)>
     places
 }
 
-fn corners(shape: &BodyShape, pose: &Pose) -> Vec<[f64; 3]> {
+/// The corners of the convex pieces of a shape; a plane has none.
+fn pieces(shape: &BodyShape, pose: &Pose) -> Vec<Vec<[f64; 3]>> {
     let circle = |radius: f64, z: f64| {
         (0..CIRCLE_CORNERS).map(move |k| {
             let angle = core::f64::consts::TAU * k as f64 / CIRCLE_CORNERS as f64;
             [radius * angle.cos(), radius * angle.sin(), z]
         })
     };
-    let local: Vec<[f64; 3]> = match *shape {
-        BodyShape::Box { size } => (0..8)
-            .map(|k| {
+    let local: Vec<Vec<[f64; 3]>> = match *shape {
+        BodyShape::Box { size } => {
+            let corner = |k: usize| {
                 let side = |axis: usize| if k >> axis & 1 == 0 { -0.5 } else { 0.5 };
                 [side(0) * size[0], side(1) * size[1], side(2) * size[2]]
-            })
-            .collect(),
-        BodyShape::Cylinder { radius, length } => circle(radius, -length / 2.0)
-            .chain(circle(radius, length / 2.0))
-            .collect(),
-        BodyShape::Sphere { radius } => (0..7)
-            .flat_map(|k| {
+            };
+            vec![(0..8).map(corner).collect()]
+        }
+        BodyShape::Cylinder { radius, length } => {
+            let ends = [-length / 2.0, length / 2.0].map(|z| circle(radius, z));
+            vec![ends.into_iter().flatten().collect()]
+        }
+        BodyShape::Sphere { radius } => {
+            let rings = (0..7).flat_map(|k| {
                 let z = radius * (f64::from(k) / 3.0 - 1.0);
                 circle((radius * radius - z * z).max(0.0).sqrt(), z)
-            })
-            .collect(),
-        BodyShape::Mesh(ref mesh) => {
-            let points = mesh.solid().mesh().points().iter();
-            points.map(|point| (*point).into()).collect()
+            });
+            vec![rings.collect()]
         }
-        // A plane has no outline.
+        BodyShape::Mesh(ref mesh) => {
+            let pieces = mesh.pieces().iter().map(|piece| {
+                let points = piece.body.points().iter();
+                points.map(|point| (piece.middle + point).into()).collect()
+            });
+            pieces.collect()
+        }
         BodyShape::Plane => Vec::new(),
     };
-    local
-        .into_iter()
-        .map(|corner| pose.transform_point(corner.into()).into())
+    let placed = |corner: [f64; 3]| pose.transform_point(corner.into()).into();
+    let pieces = local.into_iter();
+    pieces
+        .map(|corners| corners.into_iter().map(placed).collect())
         .collect()
 }
 
