@@ -80,7 +80,7 @@ pub fn recorded_settings(
 ) -> Result<ControllerConfig, RecordedSettingsError> {
     let calibration = setup.calibration.as_deref();
     let calibration = calibration
-        .map(|text| Calibration::from_text(text, Path::new("the recording")))
+        .map(|text| Calibration::from_text(text, Path::new("the recorded calibration")))
         .transpose()?;
     let millis = (setup.step_time * 1e3).round();
     let step = match millis.to_string().parse() {
