@@ -44,6 +44,10 @@ const ROUNDING: f64 = 1e-9;
 const SECTIONS: usize = 44;
 /// A minimum is known when no value can be lower by more than this, m.
 const TANGENT_GAP: f64 = 1e-10;
+/// A line that comes out of a body more steeply than this, in metres a metre, goes through a face and not along it.
+const STEEP: f64 = 0.1;
+/// Faces are told apart this far from where they meet, m.
+const BESIDE: f64 = 1e-8;
 /// Samples around a rim, and steps of the golden section between two of them.
 const RIM_SAMPLES: u8 = 16;
 const RIM_SECTIONS: usize = 30;
@@ -305,17 +309,31 @@ fn inner_minimum_between(
     if first + leaving * meeting > margin {
         return None;
     }
-    let (t, least) = match other.shape {
-        Shape::Polytope(_) => {
-            let at = |t: f64| {
-                let (distance, out) = other.distance(p0 + along * t);
-                (distance, out.dot(&along))
-            };
-            minimum_of_tangents((first, leaving), (last, coming), at)
-        }
-        _ => golden_section_minimum(0.0, 1.0, SECTIONS, |t| other.distance(p0 + along * t).0),
+    let at = |t: f64| {
+        let (distance, out) = other.distance(p0 + along * t);
+        (distance, out.dot(&along))
     };
-    (least < first.min(last) - DEEPER && least < margin).then(|| p0 + along * t)
+    let (t, least) = match other.shape {
+        Shape::Polytope(_) => minimum_of_tangents((first, leaving), (last, coming), at),
+        _ => golden_section_minimum(0.0, 1.0, SECTIONS, |t| at(t).0),
+    };
+    (least < first.min(last) - DEEPER && least < margin)
+        .then(|| p0 + along * flatter_side(t, along.norm(), at))
+}
+
+/// The minimum, or a place beside it where two faces of the other body meet there: on the side of the face that the line
+/// goes along, for that is the one which it touches. `at` gives distance and slope.
+fn flatter_side(t: f64, length: f64, at: impl Fn(f64) -> (f64, f64)) -> f64 {
+    let slope = at(t).1;
+    if slope.abs() < STEEP * length {
+        return t;
+    }
+    let beside = t - BESIDE.copysign(slope) / length;
+    if at(beside).1.abs() < slope.abs() {
+        beside
+    } else {
+        t
+    }
 }
 
 /// Where between 0 and 1 a convex function has its minimum, and the minimum. The function tells a slope with every value;
