@@ -550,3 +550,88 @@ fn alarms_are_told_in_both_languages_with_the_names_of_the_cell() {
         "{chinese}"
     );
 }
+
+/// The head and the body of an answer.
+fn get_bytes(server: &Server, path: &str, headers: &str) -> (String, Vec<u8>) {
+    let mut stream = TcpStream::connect(("127.0.0.1", server.ports["http"])).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    let request =
+        format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n{headers}Connection: close\r\n\r\n");
+    stream.write_all(request.as_bytes()).unwrap();
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).unwrap();
+    let end = answer.windows(4).position(|four| four == b"\r\n\r\n");
+    let body = answer.split_off(end.unwrap() + 4);
+    (String::from_utf8(answer).unwrap().to_lowercase(), body)
+}
+
+#[test]
+fn a_mesh_is_sent_by_its_number_and_only_once_to_who_has_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let cell = folder.path().join("cell.toml");
+    let corner = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+    std::fs::write(folder.path().join("corner.obj"), corner).unwrap();
+    let mesh = "shape = 'mesh'\nfile = 'corner.obj'\nscale = 0.5\n";
+    let text = format!(
+        "[[obstacle]]\nname = 'corner'\n{mesh}pose = [1, 1, 0, 0, 0, 0]\n[tool]\nshape = 'mesh'\n\
+         file = 'corner.obj'\nscale = 0.05\npose = [0, 0, 0, 0, 0, 0]\n"
+    );
+    std::fs::write(&cell, text).unwrap();
+    let options = ["--cell", cell.to_str().unwrap()];
+    let server = Server::start(folder.path(), &options);
+    let scene: Value = serde_json::from_str(&server.page("/api/v1/scene").1).unwrap();
+    assert_eq!(scene["obstacles"][0]["mesh"], 0);
+    assert_eq!(scene["tool"]["mesh"], 1);
+    let (head, bytes) = get_bytes(&server, "/api/v1/meshes/0", "");
+    assert!(head.starts_with("http/1.1 200"), "{head}");
+    for line in [
+        "content-type: application/octet-stream\r\n",
+        "cache-control: no-cache\r\n",
+        "content-length: 104\r\n",
+    ] {
+        assert!(head.contains(line), "{head}");
+    }
+    let word = |at: usize| <[u8; 4]>::try_from(&bytes[at..at + 4]).unwrap();
+    assert_eq!(
+        (u32::from_le_bytes(word(0)), u32::from_le_bytes(word(4))),
+        (4, 4)
+    );
+    assert_eq!(f32::from_le_bytes(word(20)), 0.5);
+    let corners = [56, 60, 64].map(|at| u32::from_le_bytes(word(at)));
+    assert_eq!(corners, [0, 2, 1]);
+    let mark = head.split("etag: ").nth(1).unwrap();
+    let mark = mark.split("\r\n").next().unwrap();
+    let (head, none) = get_bytes(
+        &server,
+        "/api/v1/meshes/0",
+        &format!("If-None-Match: {mark}\r\n"),
+    );
+    assert!(
+        head.starts_with("http/1.1 304") && none.is_empty(),
+        "{head}"
+    );
+    let (head, other) = get_bytes(
+        &server,
+        "/api/v1/meshes/1",
+        &format!("If-None-Match: {mark}\r\n"),
+    );
+    assert!(
+        head.starts_with("http/1.1 200") && other.len() == 104,
+        "{head}"
+    );
+    for unknown in [
+        "2",
+        "-1",
+        "00000000000000000000001e9",
+        "x",
+        "99999999999999999999999",
+    ] {
+        let (status, body) = server.page(&format!("/api/v1/meshes/{unknown}"));
+        let refused: Value = serde_json::from_str(&body).unwrap();
+        assert_eq!(
+            (status, &refused["error"]),
+            (404, &json!("the scene has no mesh of this number"))
+        );
+        assert_eq!(refused["texts"]["zh"], "场景中没有此编号的网格");
+    }
+}

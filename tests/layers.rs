@@ -117,6 +117,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "elite-syntax",
             "io-bus",
             "kinematics",
+            "mesh",
             "motion-api",
             "recorder",
             "supervision",

@@ -7,32 +7,35 @@ use std::sync::Arc;
 use controller::cell::Cell;
 use controller::cell_world::picture::WorldPicture;
 use controller::cell_world::topic::WorldChanges;
-use controller::cell_world::{
-    BodyShape, CellWorld, DetectorKind, GripperKind, Surface, WorldDescription,
-};
+use controller::cell_world::{CellWorld, DetectorKind, GripperKind, Surface, WorldDescription};
 use kinematics::{Pose, RobotModel};
 use serde_json::{Value, json};
 
-use crate::scene::matrix;
+use crate::meshes::MeshNumbers;
+use crate::scene::{ShapeRow, matrix};
 
 /// Numbers of a moment are told to a hundredth of a millimetre, and to a hundred thousandth of a radian.
 const STEPS: f64 = 1e5;
 
 /// Shapes, places and names of parts and of what handles them; null for a cell without any.
-pub fn describe(model: &RobotModel, cell: &Cell) -> Value {
+pub(crate) fn describe(model: &RobotModel, cell: &Cell, meshes: &mut MeshNumbers) -> Value {
     let Some(world) = cell.drawn_world(model) else {
         return Value::Null;
     };
     let colors = cell.part_colors();
     let parts = world.parts.iter().enumerate().map(|(number, part)| {
-        let (shape, size) = shape(&part.shape);
-        let color = colors.get(number).cloned().flatten();
-        json!({"name": part.name, "shape": shape, "size": size, "color": color})
+        let mut row = ShapeRow::of(&part.shape, meshes).json();
+        row["name"] = json!(part.name);
+        row["color"] = json!(colors.get(number).cloned().flatten());
+        row
     });
+    // Numbers of meshes are given in this order.
+    let parts: Value = parts.collect();
+    let grippers = grippers(&world, meshes);
     json!({
         "floor": world.settings.floor,
-        "parts": parts.collect::<Value>(),
-        "grippers": grippers(&world),
+        "parts": parts,
+        "grippers": grippers,
         "conveyors": conveyors(&world),
         "detectors": detectors(&world),
         "sinks": world.sinks.iter().map(|sink| {
@@ -44,17 +47,7 @@ pub fn describe(model: &RobotModel, cell: &Cell) -> Value {
     })
 }
 
-fn shape(shape: &BodyShape) -> (&'static str, Vec<f64>) {
-    match *shape {
-        BodyShape::Mesh(_) => ("mesh", Vec::new()),
-        BodyShape::Box { size } => ("box", size.to_vec()),
-        BodyShape::Cylinder { radius, length } => ("cylinder", vec![radius, length]),
-        BodyShape::Sphere { radius } => ("sphere", vec![radius]),
-        BodyShape::Plane => ("plane", Vec::new()),
-    }
-}
-
-fn grippers(world: &WorldDescription) -> Value {
+fn grippers(world: &WorldDescription, meshes: &mut MeshNumbers) -> Value {
     let grippers = world.grippers.iter().map(|gripper| match &gripper.kind {
         GripperKind::Vacuum(vacuum) => json!({
             "name": gripper.name,
@@ -64,15 +57,13 @@ fn grippers(world: &WorldDescription) -> Value {
             "radius": vacuum.radius,
         }),
         GripperKind::Fingers(fingers) => {
-            let (shape, size) = shape(&fingers.finger.0);
-            json!({
-                "name": gripper.name,
-                "kind": "fingers",
-                "axis": fingers.axis,
-                "shape": shape,
-                "size": size,
-                "pose": matrix(&fingers.finger.1),
-            })
+            // The page mirrors the mesh of the other finger itself.
+            let mut row = ShapeRow::of(&fingers.finger.0, meshes).json();
+            row["name"] = json!(gripper.name);
+            row["kind"] = json!("fingers");
+            row["axis"] = json!(fingers.axis);
+            row["pose"] = matrix(&fingers.finger.1);
+            row
         }
     });
     grippers.collect()
@@ -206,6 +197,7 @@ impl WorldWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::meshes::tests::cell_with_corner;
     use controller::cell_world::topic::{GripperRow, PartRow, WorldMessage};
     use std::path::Path;
 
@@ -256,7 +248,7 @@ size = [0.2, 0.2, 0.2]
     #[test]
     fn the_scene_has_the_shapes_of_everything() {
         let (model, cell) = cell();
-        let world = describe(&model, &cell);
+        let world = describe(&model, &cell, &mut MeshNumbers::default());
         assert_eq!(world["floor"], -0.5);
         let parts = &world["parts"];
         assert_eq!(parts[0]["color"], "#b07d48");
@@ -269,6 +261,36 @@ size = [0.2, 0.2, 0.2]
         assert_eq!(world["conveyors"][0]["kind"], "turntable");
         assert_eq!(world["detectors"][0]["until"], json!([0.0, 0.4, 0.1]));
         assert_eq!(world["sinks"][0]["name"], "out");
+    }
+
+    #[test]
+    fn parts_and_fingers_of_one_mesh_share_its_number() {
+        let mesh = "shape = 'mesh'\nfile = 'corner.obj'\n";
+        let text = format!(
+            "[[part]]\nname = 'corner'\n{mesh}mass = 1\npose = [1, 0, 0, 0, 0, 0]\ncolor = '#336699'\n\
+             [[part]]\nname = 'small'\n{mesh}scale = 0.1\nmass = 1\npose = [2, 0, 0, 0, 0, 0]\n\
+             [[part]]\nname = 'ball'\nshape = 'sphere'\nsize = [0.05]\nmass = 1\npose = [3, 0, 0, 0, 0, 0]\n\
+             [[gripper]]\nname = 'hand'\nkind = 'fingers'\nstroke = 0.1\naxis = [0, 1, 0]\nforce = 50\nspeed = 0.1\n\
+             close = 'standard_digital_out[0]'\n\
+             [gripper.finger]\n{mesh}scale = 0.1\npose = [0, 0, 0.1, 0, 0, 0]\n"
+        );
+        let cell = cell_with_corner(&text);
+        let model = RobotModel::built_in("cs66").unwrap();
+        let mut meshes = MeshNumbers::default();
+        let world = describe(&model, &cell, &mut meshes);
+        let part = json!({
+            "name": "corner", "shape": "mesh", "size": [], "mesh": 0, "color": "#336699"
+        });
+        assert_eq!(world["parts"][0], part);
+        assert_eq!(world["parts"][1]["mesh"], 1);
+        assert_eq!(world["parts"][2].get("mesh"), None);
+        let hand = &world["grippers"][0];
+        assert_eq!(
+            (&hand["kind"], &hand["shape"], &hand["mesh"]),
+            (&json!("fingers"), &json!("mesh"), &json!(1))
+        );
+        assert_eq!(hand["pose"][11], 0.1);
+        assert_eq!(meshes.encoded().count(), 2);
     }
 
     #[test]

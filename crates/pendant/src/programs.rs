@@ -57,9 +57,14 @@ pub enum SaveError {
 
 /// The mark of a text: another text has another one.
 pub fn etag(text: &str) -> String {
+    content_mark(text.as_bytes())
+}
+
+/// The mark of bytes: others have another one.
+pub(crate) fn content_mark(bytes: &[u8]) -> String {
     let mut hasher = DefaultHasher::new();
-    text.hash(&mut hasher);
-    format!("\"{:016x}-{:x}\"", hasher.finish(), text.len())
+    bytes.hash(&mut hasher);
+    format!("\"{:016x}-{:x}\"", hasher.finish(), bytes.len())
 }
 
 /// The programs of a folder with their sizes, sorted; a folder that is not there has none.

@@ -29,7 +29,7 @@ use motion_api::{
     CommandId, CommandKind, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
 };
 use parking_lot::Mutex;
-use pendant::WorldWatch;
+use pendant::{PageScene, WorldWatch};
 use recorder::RecorderMetrics;
 use serde_json::{Value, json};
 use supervision::ThreadSupervisor;
@@ -76,7 +76,7 @@ pub struct PortBackend {
     task_folder: TaskFolder,
     task_dir: PathBuf,
     /// What the page draws.
-    scene: Value,
+    scene: PageScene,
     /// The parts of the cell and what handles them, and how the page saw them last.
     world: Option<(CellWorld, Mutex<WorldWatch>)>,
     /// Positions of the joints at the start, rad.
@@ -265,7 +265,7 @@ fn unix_millis() -> u64 {
 }
 
 /// What the page draws of the arm and what stands around it. The cell file was read when the controller started.
-fn scene(host: &ControllerHost, cell: Option<&Path>) -> Value {
+fn scene(host: &ControllerHost, cell: Option<&Path>) -> PageScene {
     let cell = cell.and_then(|path| Cell::load(path).ok());
     pendant::scene::describe(host.controller().robot().model(), cell.as_ref())
 }

@@ -14,8 +14,8 @@ use elite_runtime::task_folder::TaskFolder;
 use elite_runtime::{CompilePool, ProgramText, TaskState};
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, MotionMode, Origin, Outcome};
-use pendant::PageOrder;
 use pendant::jog::JogFrame;
+use pendant::{PageOrder, SceneMeshes};
 use recorder::Recording;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
@@ -44,7 +44,7 @@ impl PageBackend for PortBackend {
     }
 
     fn scene(&self) -> Value {
-        let mut scene = self.scene.clone();
+        let mut scene = self.scene.description.clone();
         let description = &self.description;
         let limits = |end: fn(&(f64, f64)) -> f64| -> Value {
             description.position_limits.iter().map(end).collect()
@@ -54,6 +54,10 @@ impl PageBackend for PortBackend {
         scene["speed_max"] = json!(description.speed_limits);
         scene["home"] = json!(self.home);
         scene
+    }
+
+    fn meshes(&self) -> &SceneMeshes {
+        &self.scene.meshes
     }
 
     fn about(&self) -> Value {

@@ -101,7 +101,7 @@ pub(super) fn serve(
     let config = config.map_err(RerunError::from)?;
     let description = robot_description(&config).map_err(RerunError::Config)?;
     let mut scene = pendant::scene::describe(&model, cell.as_ref());
-    scene["home"] = serde_json::json!(setup.home.0);
+    scene.description["home"] = serde_json::json!(setup.home.0);
     let shown = Arc::new(PageContent {
         scene,
         world: cell

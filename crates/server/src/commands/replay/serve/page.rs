@@ -10,7 +10,7 @@ use elite_runtime::task_folder::TaskFolder;
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, Outcome};
 use parking_lot::Mutex;
-use pendant::{History, PageOrder};
+use pendant::{History, PageOrder, SceneMeshes};
 use recorder::Recording;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
@@ -25,7 +25,11 @@ impl PageBackend for Playback {
     }
 
     fn scene(&self) -> Value {
-        self.shown().scene.clone()
+        self.shown().scene.description.clone()
+    }
+
+    fn meshes(&self) -> &SceneMeshes {
+        &self.shown().scene.meshes
     }
 
     fn about(&self) -> Value {

@@ -14,7 +14,7 @@ use kinematics::RobotModel;
 use motion_api::RobotState;
 use parking_lot::Mutex;
 use pendant::frame::{FrameContext, encode};
-use pendant::{History, living_cell};
+use pendant::{History, PageScene, living_cell};
 use recorder::{ReadError, Recording, RecordingEntry, Topic};
 use serde_json::{Value, json};
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -39,7 +39,7 @@ const WORLD_PERIOD: f64 = 1.0 / 30.0;
 /// What the page shows of a recording, beside what all ports show.
 pub(super) struct PageContent {
     /// The arm and its cell.
-    pub(super) scene: Value,
+    pub(super) scene: PageScene,
     /// The parts of the cell and what handles them, before the first message.
     pub(super) world: Option<WorldScene>,
     /// Everything that was.
@@ -54,7 +54,7 @@ impl Default for PageContent {
     /// The page before anything is shown.
     fn default() -> Self {
         Self {
-            scene: Value::Null,
+            scene: PageScene::default(),
             world: None,
             history: Arc::new(Mutex::new(History::of_recording())),
             recording: None,

@@ -25,7 +25,7 @@ use futures_util::future::BoxFuture;
 use hyper::upgrade::OnUpgrade;
 use motion_api::{CommandId, CommandKind, Outcome};
 use parking_lot::Mutex;
-use pendant::{ControlLock, History, PageOrder, Token};
+use pendant::{ControlLock, History, PageOrder, SceneMeshes, Token};
 use recorder::Recording;
 use serde_json::Value;
 use tokio::sync::broadcast;
@@ -64,6 +64,8 @@ pub trait PageBackend: HttpBackend {
     }
     /// What the page draws.
     fn scene(&self) -> Value;
+    /// The meshes that the scene names by number.
+    fn meshes(&self) -> &SceneMeshes;
     /// Version, clock, cycle and the like.
     fn about(&self) -> Value;
     /// Line of the main thread, and number of the node of the pendant's task.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use axum::Router;
+use axum::body::Bytes;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
@@ -31,6 +32,7 @@ pub fn router<C: PageBackend>(page: Arc<Page<C>>) -> Router {
         .route("/api/v1", get(about::<C>))
         .route("/api/v1/session", get(session::<C>))
         .route("/api/v1/scene", get(scene::<C>))
+        .route("/api/v1/meshes/{number}", get(mesh::<C>))
         .route("/api/v1/state", get(state::<C>))
         .route("/api/v1/debug", get(debug::<C>))
         .route("/api/v1/builtins", get(builtins))
@@ -82,6 +84,32 @@ async fn session<C: PageBackend>(State(page): PageState<C>, headers: HeaderMap) 
 
 async fn scene<C: PageBackend>(State(page): PageState<C>) -> Response {
     answer(StatusCode::OK, &page.cockpit.scene())
+}
+
+/// A mesh of the scene by its number. A client that has it already is told so.
+async fn mesh<C: PageBackend>(
+    State(page): PageState<C>,
+    Path(number): Path<String>,
+    asked: HeaderMap,
+) -> Response {
+    let meshes = page.cockpit.meshes();
+    let known = number.parse().ok().and_then(|number| meshes.get(number));
+    let Some(mesh) = known else {
+        return refuse(
+            StatusCode::NOT_FOUND,
+            "the scene has no mesh of this number",
+        );
+    };
+    let headers = [
+        (header::ETAG, mesh.mark.as_str()),
+        (header::CACHE_CONTROL, "no-cache"),
+        (header::CONTENT_TYPE, "application/octet-stream"),
+    ];
+    let has_it = asked.get(header::IF_NONE_MATCH);
+    match has_it.is_some_and(|has_it| has_it == mesh.mark.as_str()) {
+        true => (StatusCode::NOT_MODIFIED, headers).into_response(),
+        false => (headers, Bytes::from_owner(mesh.bytes.clone())).into_response(),
+    }
 }
 
 /// What the arm is doing now, for programs that want no frames.

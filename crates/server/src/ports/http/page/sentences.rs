@@ -43,6 +43,10 @@ const SENTENCES: PhraseTable = &[
     ("a recording has no task folder", "记录没有任务文件夹"),
     ("the server is ending", "服务器正在结束"),
     ("there is no function of this name", "没有这个名称的函数"),
+    (
+        "the scene has no mesh of this number",
+        "场景中没有此编号的网格",
+    ),
     ("there is no order", "没有命令"),
     (
         "what is held needs signs of life: give this order over /api/v1/live",
