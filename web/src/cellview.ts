@@ -1,9 +1,10 @@
 // What lives in the cell, drawn: parts, cups and fingers, belts, detectors, sinks. The view owns camera, arm and obstacles.
 
 import {
-  BoxGeometry, BufferGeometry, type Camera, CylinderGeometry, DoubleSide, EdgesGeometry, Group, LineBasicMaterial, LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, Plane, Quaternion, Raycaster, Shape, ShapeGeometry, SphereGeometry, Vector2, Vector3,
+  BoxGeometry, type BufferGeometry, type Camera, CylinderGeometry, DoubleSide, EdgesGeometry, Group, LineBasicMaterial, LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, Plane, Quaternion, Raycaster, Shape, ShapeGeometry, Vector2, Vector3,
 } from "three";
 import { fromPose, type Matrix } from "./kinematics";
+import { bodyOf, type MeshStore, shapeOf, type Solid, solidOf } from "./shapes";
 import { type ConveyorTable, type DetectorTable, type GripperTable, partMatrix, type PartTable, tableOf, type WorldMoment, type WorldScene } from "./world";
 
 /** A part whose table gives no colour. */
@@ -47,13 +48,6 @@ function place(object: Object3D, m: Matrix): void {
   object.matrixWorldNeedsUpdate = true;
 }
 
-export function shapeOf(shape: string, size: readonly number[]): BufferGeometry {
-  const [a = 0.1, b = 0.1, c = 0.1] = size;
-  if (shape === "cylinder") return new CylinderGeometry(a, a, b, 40).rotateX(Math.PI / 2);
-  if (shape === "sphere") return new SphereGeometry(a, 32, 20);
-  return new BoxGeometry(a, b, c);
-}
-
 /** A thin rod from one point to another. */
 function rod(from: Vector3, until: Vector3, material: Material): Mesh {
   const way = until.clone().sub(from);
@@ -84,7 +78,7 @@ export class CellView {
   readonly root = new Group();
   /** Moves with the arm. */
   private readonly flange = new Group();
-  private readonly shapes = new Map<PartTable, { solid: BufferGeometry; edges: EdgesGeometry; material: MeshStandardMaterial }>();
+  private readonly shapes = new Map<PartTable, Solid & { material: MeshStandardMaterial }>();
   private readonly parts = new Map<string, DrawnPart>();
   private readonly cups: MeshStandardMaterial[][] = [];
   private readonly fingers: { gripper: number; axis: Vector3; meshes: [Mesh, Mesh] }[] = [];
@@ -97,9 +91,11 @@ export class CellView {
   private moment: WorldMoment | null = null;
   private frame: Matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
 
-  constructor(private readonly scene: WorldScene, private readonly theme: CellTheme) {
+  constructor(private readonly scene: WorldScene, private readonly theme: CellTheme, private readonly meshes: MeshStore) {
     this.edges = new LineBasicMaterial({ color: theme.outline, transparent: true, opacity: 0.7 });
     this.root.add(this.flange);
+    // Parts that a source makes later have their shape at once.
+    for (const one of scene.parts) if (one.mesh !== undefined) meshes.solid(one.mesh);
     for (const one of scene.conveyors) this.conveyor(one);
     for (const one of scene.detectors) this.detector(one);
     for (const one of scene.sinks) this.sink(one);
@@ -208,23 +204,26 @@ export class CellView {
       return;
     }
     const axis = new Vector3(...(one.axis as [number, number, number])).normalize();
-    const solid = shapeOf("box", one.size);
-    const material = new MeshStandardMaterial({ color: CUP, roughness: 0.6 });
+    const shape = solidOf(one, this.meshes);
+    const material = new MeshStandardMaterial({ color: CUP, roughness: 0.6, flatShading: shape.isMesh });
     const finger = (): Mesh => {
-      const mesh = new Mesh(solid, material);
-      mesh.add(new LineSegments(new EdgesGeometry(solid), this.edges));
+      const mesh = bodyOf(shape, material);
+      mesh.add(new LineSegments(shape.edges, this.edges));
       this.named(mesh, one.name);
       this.flange.add(mesh);
       return mesh;
     };
-    this.fingers.push({ gripper: number, axis, meshes: [finger(), finger()] });
+    const meshes: [Mesh, Mesh] = [finger(), finger()];
+    // Half a turn makes the mirror image of a box, a cylinder and a ball; that of a mesh needs a point mirror as well.
+    if (shape.isMesh) meshes[1].scale.set(-1, -1, -1);
+    this.fingers.push({ gripper: number, axis, meshes });
   }
 
-  private shapesOf(table: PartTable): { solid: BufferGeometry; edges: EdgesGeometry; material: MeshStandardMaterial } {
+  private shapesOf(table: PartTable): Solid & { material: MeshStandardMaterial } {
     let made = this.shapes.get(table);
     if (!made) {
-      const solid = shapeOf(table.shape, table.size);
-      made = { solid, edges: new EdgesGeometry(solid, 30), material: new MeshStandardMaterial({ color: table.color ?? PART, roughness: 0.75 }) };
+      const shape = solidOf(table, this.meshes);
+      made = { ...shape, material: new MeshStandardMaterial({ color: table.color ?? PART, roughness: 0.75, flatShading: shape.isMesh }) };
       this.shapes.set(table, made);
     }
     return made;
@@ -235,12 +234,12 @@ export class CellView {
     if (known) return known;
     const table = tableOf(this.scene, name);
     if (!table) return null;
-    const { solid, edges, material } = this.shapesOf(table);
+    const shape = this.shapesOf(table);
     const group = new Group();
-    const mesh = new Mesh(solid, material);
+    const mesh = bodyOf(shape, shape.material);
     mesh.userData["name"] = name;
     mesh.userData["part"] = true;
-    group.add(mesh, new LineSegments(edges, this.edges));
+    group.add(mesh, new LineSegments(shape.edges, this.edges));
     const part = { group, base: [] };
     this.parts.set(name, part);
     this.root.add(group);
@@ -289,7 +288,7 @@ export class CellView {
       closed.decompose(position, turn, new Vector3());
       meshes[0].position.copy(position).addScaledVector(axis, half);
       meshes[0].quaternion.copy(turn);
-      // The other finger is the mirror image; so is a box, turned by half a turn about the axis.
+      // The other finger is the mirror image: turned by half a turn about the axis, and mirrored at its origin where that shows.
       const across = position.dot(axis);
       meshes[1].position.copy(position).addScaledVector(axis, -2 * across - half);
       meshes[1].quaternion.copy(mirrored(turn, axis));
@@ -307,10 +306,10 @@ export class CellView {
     if (!this.ghost) {
       const table = tableOf(this.scene, name);
       if (!table) return;
-      const { solid, edges } = this.shapesOf(table);
+      const shape = this.shapesOf(table);
       const group = new Group();
-      group.add(new Mesh(solid, new MeshStandardMaterial({ color: this.theme.ghost, transparent: true, opacity: 0.45, depthWrite: false })));
-      group.add(new LineSegments(edges, new LineBasicMaterial({ color: this.theme.ghost })));
+      group.add(bodyOf(shape, new MeshStandardMaterial({ color: this.theme.ghost, transparent: true, opacity: 0.45, depthWrite: false, flatShading: shape.isMesh })));
+      group.add(new LineSegments(shape.edges, new LineBasicMaterial({ color: this.theme.ghost })));
       this.root.add(group);
       this.ghost = { name, group };
       (group.children[0] as Object3D).userData["name"] = name;
@@ -361,11 +360,13 @@ export class CellView {
     this.root.traverse((object) => {
       if (object instanceof Mesh || object instanceof LineSegments) (object.geometry as BufferGeometry).dispose();
     });
+    // Of parts that are gone now the shapes are still there.
+    for (const { solid, edges } of this.shapes.values()) for (const one of [solid, edges]) one.dispose();
   }
 }
 
-/** The turn of the mirror image of a box across an axis. */
+/** The turn of the mirror image of a shape across an axis. */
 function mirrored(turn: Quaternion, axis: Vector3): Quaternion {
-  // A mirror is half a turn about its axis and a reflection at the middle, which a box does not show.
+  // A mirror is half a turn about its axis and a reflection at the origin, which only a mesh shows.
   return new Quaternion().setFromAxisAngle(axis, Math.PI).multiply(turn);
 }

@@ -10,13 +10,14 @@ import type { Frame } from "./frame";
 import { Jog } from "./jog";
 import { forward } from "./kinematics";
 import { api, Link, type ServerEvent } from "./link";
+import { fetchMesh, MeshFault, meshUsers } from "./mesh";
 import { Notices, type Panel, setChip } from "./notices";
 import { Paths } from "./paths";
 import { Points, type Registers } from "./points";
 import { Programs, type RunningProgram } from "./program";
 import { TimeLine } from "./timeline";
 import { currentUnits, numberText, onUnits, unitOf } from "./units";
-import type { SceneData, View } from "./view";
+import type { MissingMesh, SceneData, View } from "./view";
 import { Waypoints } from "./waypoints";
 import type { WorldMoment } from "./world";
 import { currentLanguage, isWord, onLanguage, setLanguage, t, translate, type Language, type Word } from "./words";
@@ -42,7 +43,11 @@ async function openView(): Promise<void> {
   try {
     const file = "/view.js";
     const { View: Drawn } = (await import(file)) as typeof import("./view");
-    view = new Drawn(byId("view"));
+    view = new Drawn(byId("view"), fetchMesh);
+    view.onMissing = (meshes) => {
+      missing = meshes;
+      showMissing();
+    };
     view.setTheme(theme());
     view.hands = {
       describe: ({ name }) => {
@@ -61,6 +66,19 @@ async function openView(): Promise<void> {
     byId("no-webgl").hidden = false;
   }
 }
+/** Meshes that could not be fetched. */
+let missing: readonly MissingMesh[] = [];
+/** Says which things are there and not drawn, and why. */
+function showMissing(): void {
+  const box = byId("mesh-missing");
+  const lines = missing.map(({ number, reason }) => {
+    const names = scene ? meshUsers(scene, number, t("part_tool")) : [];
+    return t("mesh_missing", { names: names.join(", "), reason: reason instanceof MeshFault ? t(reason.word, reason.values) : String(reason) });
+  });
+  box.hidden = lines.length === 0;
+  box.replaceChildren(...lines.map((line) => make("p", {}, line)));
+}
+onLanguage(showMissing);
 const programs = new Programs(link);
 const paths = new Paths(link, programs);
 const jog = new Jog(link, (q) => {
@@ -625,4 +643,4 @@ link.start();
 void openView();
 
 // For measurements: how often the page and the arm were drawn, and how late frames came.
-Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest, cell: () => view?.figures() ?? null, paths: () => view?.pathFigures() ?? null, pixelOf: (part: string) => view?.pixelOf(part) ?? null } });
+Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest, cell: () => view?.figures() ?? null, paths: () => view?.pathFigures() ?? null, shapes: () => view?.shapeFigures() ?? [], pixelOf: (part: string) => view?.pixelOf(part) ?? null, pixelAt: (point: number[]) => view?.pixelAt(point) ?? null } });

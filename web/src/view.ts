@@ -2,16 +2,17 @@
 // Draws only when something has changed, and coarser where drawing is slow (software rendering).
 
 import {
-  AmbientLight, ArrowHelper, AxesHelper, BackSide, BoxGeometry, BufferGeometry, CapsuleGeometry,
+  AmbientLight, ArrowHelper, AxesHelper, BackSide, Box3, BoxGeometry, type BufferGeometry, CapsuleGeometry,
   CylinderGeometry, DirectionalLight, DoubleSide, EdgesGeometry, GridHelper, Group, HemisphereLight, LineBasicMaterial,
   LineSegments, NotEqualStencilFunc, ReplaceStencilOp, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, PerspectiveCamera, PlaneGeometry, Quaternion, Scene,
-  SphereGeometry, Vector3, WebGLRenderer,
+  Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { type CellFigures, CellView, type Pointed } from "./cellview";
 import { forward, fromPose, type Matrix } from "./kinematics";
 import type { Piece } from "./path";
 import { PathView } from "./pathview";
+import { bodyOf, type MeshLoader, MeshStore, type ShapeRow, type Solid, solidOf, topOf } from "./shapes";
 import type { WorldMoment, WorldScene } from "./world";
 
 export interface SceneData {
@@ -21,7 +22,9 @@ export interface SceneData {
   links: { from: number[]; to: number[]; radius: number }[][];
   position_min: number[];
   position_max: number[];
-  obstacles: { name: string; shape: string; size: number[]; pose: number[]; stiffness: number | null }[];
+  obstacles: (ShapeRow & { name: string; pose: number[]; stiffness: number | null })[];
+  /** What hangs on the flange, in its frame. */
+  tool?: (ShapeRow & { pose: number[] }) | null;
   planes: { name: string; point: number[]; normal: number[]; mode: string }[];
   /** Where the arm stands at the start, rad. */
   home?: number[];
@@ -46,12 +49,14 @@ const MARK_TEXTS = 3;
 const RING_APART = 0.03;
 /** Where the light for the shadow on the ground stands: far above, a little aside. */
 const LIGHT = [0.28, -0.22, 1] as const;
+/** The name of the tool where it needs one. */
+const TOOL = "tool";
 const NEWTON_LENGTH = 0.004;
 const ARROW_MAX = 0.6;
 
 const themes = {
-  dark: { ground: 0x2a313b, ground2: 0x20262e, light: 0xdfe4ea, dark: 0x6a7688, accent: 0xff7a2f, outline: 0x0b0e12, driven: 0x46b1ff, old: 0x28506e, planned: 0xf2c14e, touch: 0xff5a60, ghost: 0x37d0a0, shadow: 0.42 },
-  light: { ground: 0xb8c0ca, ground2: 0xd4dae1, light: 0xf4f6f8, dark: 0x7f8c9e, accent: 0xe8590c, outline: 0x39424e, driven: 0x0b62d6, old: 0x9dbbdc, planned: 0xa86e00, touch: 0xc81e2a, ghost: 0x0c9b6f, shadow: 0.16 },
+  dark: { ground: 0x2a313b, ground2: 0x20262e, light: 0xdfe4ea, dark: 0x6a7688, tool: 0x566173, accent: 0xff7a2f, outline: 0x0b0e12, driven: 0x46b1ff, old: 0x28506e, planned: 0xf2c14e, touch: 0xff5a60, ghost: 0x37d0a0, shadow: 0.42 },
+  light: { ground: 0xb8c0ca, ground2: 0xd4dae1, light: 0xf4f6f8, dark: 0x7f8c9e, tool: 0x6b7789, accent: 0xe8590c, outline: 0x39424e, driven: 0x0b62d6, old: 0x9dbbdc, planned: 0xa86e00, touch: 0xc81e2a, ghost: 0x0c9b6f, shadow: 0.16 },
 };
 
 function matrix4(m: Matrix): Matrix4 {
@@ -85,14 +90,33 @@ export interface CellHands {
   drag: (x: number, y: number) => void;
 }
 
+/** A mesh that could not be fetched, and why. */
+export interface MissingMesh {
+  number: number;
+  reason: unknown;
+}
+
+/** For tests: a thing with a shape, and the box around it in the base frame. */
+export interface ShapeFigures {
+  name: string;
+  triangles: number;
+  low: number[];
+  high: number[];
+  isMirrored: boolean;
+}
+
 class Arm {
   readonly root = new Group();
   /** The arm pressed flat on the ground along the light. */
   readonly shadow = new Group();
   private readonly links: Group[] = [];
   private readonly shadows: Group[] = [];
+  /** Goes along with the flange. */
+  private readonly flange = new Group();
 
-  constructor(data: SceneData, ghost: number | null, theme: (typeof themes)["dark"]) {
+  constructor(data: SceneData, ghost: number | null, theme: (typeof themes)["dark"], tool: Solid | null) {
+    this.root.add(this.flange);
+    if (data.tool && tool) this.flange.add(this.tool(data.tool.pose, tool, ghost, theme));
     const outline = new MeshBasicMaterial({ color: theme.outline, side: BackSide });
     // Each place of the ground is darkened once, whatever lies above it.
     const dark = new MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: theme.shadow, depthWrite: false, stencilWrite: true, stencilRef: 1, stencilFunc: NotEqualStencilFunc, stencilZPass: ReplaceStencilOp });
@@ -138,7 +162,19 @@ class Arm {
     });
   }
 
+  private tool(pose: Matrix, shape: Solid, ghost: number | null, theme: (typeof themes)["dark"]): Group {
+    const look = ghost === null ? { color: theme.tool, roughness: 0.5, metalness: 0.12 } : { color: ghost, transparent: true, opacity: 0.32, depthWrite: false };
+    const group = new Group();
+    const body = bodyOf(shape, new MeshStandardMaterial({ ...look, flatShading: shape.isMesh }));
+    body.userData["name"] = TOOL;
+    group.add(body);
+    if (ghost === null) group.add(new LineSegments(shape.edges, new LineBasicMaterial({ color: theme.outline, transparent: true, opacity: 0.6 })));
+    place(group, pose);
+    return group;
+  }
+
   show(frames: number[][]): void {
+    place(this.flange, frames[7] ?? []);
     this.links.forEach((link, k) => place(link, frames[k] ?? []));
     this.shadows.forEach((link, k) => place(link, frames[k] ?? []));
   }
@@ -163,13 +199,17 @@ export class View {
   private cell: CellView | null = null;
   private moment: WorldMoment | null = null;
   /** Obstacles by name, with their text: actuators move them. */
-  private readonly obstacles = new Map<string, { group: Group; label: Label; height: number; rest: number[] }>();
+  private readonly obstacles = new Map<string, { group: Group; label: Label; top: Vector3; rest: number[] }>();
   private moved = new Set<string>();
   private flange: number[] = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
   private pointed: { label: Label; name: string } | null = null;
   private placing: { part: string; pose: readonly number[] } | null = null;
+  private meshes: MeshStore | null = null;
+  private missing: MissingMesh[] = [];
   /** What happens to things of the cell. */
   hands: CellHands | null = null;
+  /** The meshes that could not be fetched are others now. */
+  onMissing: (missing: readonly MissingMesh[]) => void = () => undefined;
   private shown: Shown | null = null;
   private dirty = true;
   private readonly isSoft: boolean;
@@ -178,7 +218,7 @@ export class View {
   private theme = themes.dark;
   frames = 0;
 
-  constructor(private readonly host: HTMLElement) {
+  constructor(private readonly host: HTMLElement, private readonly loadMesh: MeshLoader) {
     const drawer = drawerName();
     if (drawer === null) throw new Error("WebGL is off");
     this.isSoft = /swiftshader|llvmpipe|software|basic render/i.test(drawer);
@@ -222,6 +262,8 @@ export class View {
 
   setScene(data: SceneData): void {
     const isFirst = this.data?.model !== data.model;
+    // In other colours the scene is the same, and so are its meshes.
+    const meshes = this.meshes !== null && this.data === data ? this.meshes : this.otherMeshes();
     this.data = data;
     this.scene.remove(this.world);
     this.world.traverse((object) => {
@@ -235,8 +277,9 @@ export class View {
     (grid.material as LineBasicMaterial).transparent = true;
     (grid.material as LineBasicMaterial).opacity = 0.75;
     const base = new AxesHelper(0.25);
-    this.arm = new Arm(data, null, this.theme);
-    this.ghost = new Arm(data, this.theme.ghost, this.theme);
+    const tool = data.tool ? solidOf(data.tool, meshes) : null;
+    this.arm = new Arm(data, null, this.theme, tool);
+    this.ghost = new Arm(data, this.theme.ghost, this.theme, tool);
     this.ghost.root.visible = this.ghostQ !== null;
     this.world.add(grid, base, this.arm.shadow, this.arm.root, this.ghost.root);
     for (const label of this.labels) if (!this.marks.includes(label)) label.element.remove();
@@ -244,9 +287,9 @@ export class View {
     this.pointed = null;
     this.obstacles.clear();
     this.moved.clear();
-    for (const obstacle of data.obstacles) this.world.add(this.obstacle(obstacle));
+    for (const obstacle of data.obstacles) this.world.add(this.obstacle(obstacle, meshes));
     this.cell?.dispose();
-    this.cell = data.world ? new CellView(data.world, this.theme) : null;
+    this.cell = data.world ? new CellView(data.world, this.theme, meshes) : null;
     if (this.cell) this.world.add(this.cell.root);
     for (const plane of data.planes) if (plane.mode !== "off") this.world.add(this.plane(plane));
     this.scene.add(this.world);
@@ -258,28 +301,47 @@ export class View {
     this.dirty = true;
   }
 
+  /** The meshes of a scene that is another one. */
+  private otherMeshes(): MeshStore {
+    this.meshes?.dispose();
+    const filled = (): void => {
+      this.dirty = true;
+    };
+    this.meshes = new MeshStore(this.loadMesh, filled, (number, reason) => {
+      this.missing.push({ number, reason });
+      this.onMissing(this.missing);
+    });
+    this.missing = [];
+    this.onMissing(this.missing);
+    return this.meshes;
+  }
+
   private reach(): number {
     const joints = this.data?.joints ?? [];
     const sum = joints.reduce((total, m) => total + Math.hypot(m[3] ?? 0, m[7] ?? 0, m[11] ?? 0), 0);
     return sum > 0.2 ? sum * 0.78 : 0.9;
   }
 
-  private obstacle(one: SceneData["obstacles"][number]): Group {
+  private obstacle(one: SceneData["obstacles"][number], meshes: MeshStore): Group {
     const group = new Group();
-    const [a = 0.1, b = 0.1, c = 0.1] = one.size;
-    let shape: BufferGeometry;
-    if (one.shape === "box") shape = new BoxGeometry(a, b, c);
-    else if (one.shape === "cylinder") shape = new CylinderGeometry(a, a, b, 40).rotateX(Math.PI / 2);
-    else if (one.shape === "sphere") shape = new SphereGeometry(a, 32, 20);
-    else shape = new BoxGeometry(3, 3, 0.004).translate(0, 0, -0.002);
-    const soft = one.stiffness !== null;
-    const material = new MeshStandardMaterial({ color: soft ? 0x7aa06a : 0x9d8f6f, roughness: 0.8, transparent: true, opacity: one.shape === "plane" ? 0.35 : 0.85 });
-    const edges = new LineSegments(new EdgesGeometry(shape, 30), new LineBasicMaterial({ color: this.theme.outline, transparent: true, opacity: 0.6 }));
-    const height = (one.shape === "box" ? c / 2 : one.shape === "cylinder" ? b / 2 : one.shape === "sphere" ? a : 0) + 0.03;
-    group.add(new Mesh(shape, material), edges);
     place(group, one.pose);
-    const label = this.label(one.name, new Vector3(0, 0, height).applyMatrix4(group.matrix));
-    this.obstacles.set(one.name, { group, label, height, rest: one.pose });
+    const label = this.label(one.name, new Vector3());
+    const obstacle = { group, label, top: new Vector3(), rest: one.pose };
+    const putLabel = (solid: BufferGeometry): void => {
+      obstacle.top = topOf(solid);
+      label.at.copy(obstacle.top).applyMatrix4(group.matrix);
+    };
+    const isPlane = one.shape === "plane";
+    const slab = isPlane ? new BoxGeometry(3, 3, 0.004).translate(0, 0, -0.002) : null;
+    const shape: Solid = slab ? { solid: slab, edges: new EdgesGeometry(slab, 30), isMesh: false } : solidOf(one, meshes, putLabel);
+    if (!shape.isMesh) putLabel(shape.solid);
+    const soft = one.stiffness !== null;
+    // Behind a face of a mesh others may lie, in any order: those that are seen through would flicker.
+    const look = shape.isMesh ? { flatShading: true } : { transparent: true, opacity: isPlane ? 0.35 : 0.85 };
+    const body = bodyOf(shape, new MeshStandardMaterial({ color: soft ? 0x7aa06a : 0x9d8f6f, roughness: 0.8, ...look }));
+    body.userData["name"] = one.name;
+    group.add(body, new LineSegments(shape.edges, new LineBasicMaterial({ color: this.theme.outline, transparent: true, opacity: 0.6 })));
+    this.obstacles.set(one.name, obstacle);
     return group;
   }
 
@@ -320,7 +382,7 @@ export class View {
       if (!obstacle) continue;
       const pose = moved.get(name);
       place(obstacle.group, pose ? fromPose(pose) : obstacle.rest);
-      obstacle.label.at.set(0, 0, obstacle.height).applyMatrix4(obstacle.group.matrix);
+      obstacle.label.at.copy(obstacle.top).applyMatrix4(obstacle.group.matrix);
       this.dirty = true;
     }
     this.moved = new Set(moved.keys());
@@ -338,10 +400,33 @@ export class View {
     return this.cell?.figures() ?? null;
   }
 
+  /** For tests: everything with a name and a shape. */
+  shapeFigures(): ShapeFigures[] {
+    const rows: ShapeFigures[] = [];
+    this.world.updateMatrixWorld(true);
+    for (const root of [this.arm?.root, this.cell?.root, ...[...this.obstacles.values()].map(({ group }) => group)]) {
+      root?.traverse((object) => {
+        const name: unknown = object.userData["name"];
+        if (!(object instanceof Mesh) || typeof name !== "string") return;
+        const solid = object.geometry as BufferGeometry;
+        const { min, max } = new Box3().setFromObject(object, true);
+        const triangles = (solid.index?.count ?? solid.getAttribute("position")?.count ?? 0) / 3;
+        rows.push({ name, triangles, low: min.toArray(), high: max.toArray(), isMirrored: object.matrixWorld.determinant() < 0 });
+      });
+    }
+    return rows;
+  }
+
   pixelOf(part: string): [number, number] | null {
-    const seen = this.cell?.middleOf(part)?.project(this.camera);
+    const middle = this.cell?.middleOf(part);
+    return middle ? this.pixelAt(middle.toArray()) : null;
+  }
+
+  /** For tests: where a point of the base frame is in the picture, px. */
+  pixelAt(point: readonly number[]): [number, number] {
+    const seen = new Vector3(point[0], point[1], point[2]).project(this.camera);
     const box = this.renderer.domElement.getBoundingClientRect();
-    return seen ? [box.left + ((seen.x + 1) / 2) * box.width, box.top + ((1 - seen.y) / 2) * box.height] : null;
+    return [box.left + ((seen.x + 1) / 2) * box.width, box.top + ((1 - seen.y) / 2) * box.height];
   }
 
   /** Names under the pointer, parts that are clicked, and the chosen one dragged over its level. */

@@ -6,11 +6,13 @@ export interface PartTable {
   name: string;
   shape: string;
   size: number[];
+  /** Number of the mesh that is its shape. */
+  mesh?: number;
   color: string | null;
 }
 export type GripperTable =
   | { name: string; kind: "vacuum"; cups: number[][]; direction: number[]; radius: number }
-  | { name: string; kind: "fingers"; axis: number[]; size: number[]; pose: number[] };
+  | { name: string; kind: "fingers"; axis: number[]; shape: string; size: number[]; mesh?: number; pose: number[] };
 export type ConveyorTable =
   | { name: string; kind: "belt"; pose: number[]; size: number[]; direction: number[]; speed: number }
   | { name: string; kind: "turntable"; pose: number[]; radius: number; speed: number };
