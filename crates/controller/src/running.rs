@@ -14,6 +14,7 @@ use motion::realtime::ClockMetrics;
 use recorder::{CloseHandle, Recorder, RecorderMetrics, ViewerMessages};
 use supervision::{Fault, ThreadSupervisor};
 
+use crate::cell::Cell;
 use crate::cell_world::CellWorld;
 use crate::clock::{ClockDriver, EventPump};
 use crate::recording_observer::{LogLines, RecordingObserver};
@@ -33,6 +34,7 @@ pub struct Controller {
     pub(crate) viewer: ViewerMessages,
     pub(crate) settings: CycleConfig,
     pub(crate) faults: ThreadSupervisor,
+    pub(crate) cell: Option<Cell>,
     pub(crate) world: Option<CellWorld>,
     pub(crate) grippers: BTreeMap<u16, Slaves>,
 }
@@ -87,6 +89,11 @@ impl Controller {
     /// How the control cycle was set up.
     pub const fn settings(&self) -> &CycleConfig {
         &self.settings
+    }
+
+    /// What stands around the arm, as it was read at the start.
+    pub const fn cell(&self) -> Option<&Cell> {
+        self.cell.as_ref()
     }
 
     /// The parts of the cell and what handles them, where it has any.

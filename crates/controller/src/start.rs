@@ -494,6 +494,7 @@ impl PreparedController {
             viewer,
             settings: cycle_config,
             faults,
+            cell,
             world,
             grippers,
         })

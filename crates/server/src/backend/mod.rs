@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use controller::cell::Cell;
 use controller::cell_world::CellWorld;
 use controller::{ControllerConfig, LogLines};
 use elite_runtime::interpreter::{DiscardReason, SubmitResult, SubmittedStatement};
@@ -116,7 +115,7 @@ impl PortBackend {
             announcer: host.announcer().clone(),
             task_folder: TaskFolder::new(&robot.task_dir),
             task_dir: robot.task_dir.clone(),
-            scene: scene(host, robot.cell.as_deref()),
+            scene: pendant::scene::describe(controller.robot().model(), controller.cell()),
             world: controller
                 .world()
                 .map(|world| (world.clone(), Mutex::new(WorldWatch::new(world)))),
@@ -262,12 +261,6 @@ fn clamp(number: u32) -> i32 {
 fn unix_millis() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.map_or(0, |d| u64::try_from(d.as_millis()).unwrap_or(u64::MAX))
-}
-
-/// What the page draws of the arm and what stands around it. The cell file was read when the controller started.
-fn scene(host: &ControllerHost, cell: Option<&Path>) -> PageScene {
-    let cell = cell.and_then(|path| Cell::load(path).ok());
-    pendant::scene::describe(host.controller().robot().model(), cell.as_ref())
 }
 
 /// Carries messages to the clients of port 30001 until `shutdown`.
