@@ -17,6 +17,8 @@ def _shape(shape, size):
         return coal.Box(*size)
     if shape == "cylinder":
         return coal.Cylinder(size[0], size[1])
+    if shape == "hull":
+        return _hull(np.reshape(size, (-1, 3)))
     return coal.Sphere(size if isinstance(size, float) else size[0])
 
 
@@ -47,6 +49,10 @@ def _cut_capsule(place, radius, length, normal, height):
         for j in range(2 * count):
             turn = math.pi * j / count
             points.append(centre + normal * below + disc * (first * math.cos(turn) + second * math.sin(turn)))
+    return _hull(points)
+
+
+def _hull(points):
     vertices = coal.StdVec_Vec3s()
     for point in points:
         vertices.append(point)

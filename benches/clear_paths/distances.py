@@ -13,13 +13,24 @@ from arm import KINDS, Arm, scene
 from coal_scene import Scene
 
 
+def hulls(rng):
+    """Two convex pieces, as meshes have them: random corners, some near the arm."""
+    pieces = []
+    for number in range(2):
+        corners = rng.uniform(-1.0, 1.0, (rng.integers(6, 40), 3)) * rng.uniform(0.03, 0.2, 3)
+        turn = rng.uniform(-3.0, 3.0)
+        place = [0.5 * np.cos(turn), 0.5 * np.sin(turn), rng.uniform(0.1, 0.8), *rng.uniform(-3.0, 3.0, 3)]
+        pieces.append((f"hull {number}", "hull", [float(x) for x in corners.ravel()], [float(x) for x in place]))
+    return pieces
+
+
 def main(program, count):
     rng = np.random.default_rng(47)
     arm = Arm()
     low, high = arm.limits()
     cells = []
     for number in range(40):
-        boxes = scene(KINDS[number % 4], rng)
+        boxes = scene(KINDS[number % 4], rng) + hulls(rng)
         text = ";".join(
             f"{name.replace(' ', '_')} {shape} {' '.join(map(repr, size))} {' '.join(map(repr, pose))}"
             for name, shape, size, pose in boxes

@@ -64,9 +64,11 @@ fn go(script: &ScriptEndpoint, way: f64) {
     script.commands.send(Origin::default(), kind).expect("room");
 }
 
-/// The same in force mode over a plate of 20 N/mm, and pushed about so hard that the program is solved in most cycles.
+/// The same in force mode over a plate of 20 N/mm, over a faceted ball with a faceted tool, as meshes have them, and pushed
+/// about so hard that the program is solved in most cycles.
 fn force_percentiles() {
-    for (name, is_pushed) in [("pressing", false), ("pushed about", true)] {
+    for name in ["pressing", "pressing pieces of meshes", "pushed about"] {
+        let is_pushed = name == "pushed about";
         let mut config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
         config.tcp = kinematics::RpyPose::from_array([0.0, 0.0, 0.15, 0.0, 0.0, 0.0]);
         let [x, y, z] = config.first_state().actual_tcp_pose.xyz;
@@ -80,14 +82,25 @@ fn force_percentiles() {
                 })
                 .collect();
         } else {
+            let is_faceted = name != "pressing";
+            let below = if is_faceted { 0.1 } else { 0.0 };
+            if is_faceted {
+                config.surroundings.tool = vec![motion::contact::PlacedShape {
+                    pose: kinematics::Pose::from_translation(0.0, 0.0, 0.11),
+                    shape: faceted_ball(0.04),
+                }];
+            }
             config
                 .surroundings
                 .obstacles
                 .push(motion::contact::Obstacle {
                     name: "plate".to_owned(),
                     solid: motion::contact::PlacedShape {
-                        pose: kinematics::Pose::from_translation(x, y, z - 1e-3),
-                        shape: motion::contact::Shape::Plane,
+                        pose: kinematics::Pose::from_translation(x, y, z - 1e-3 - below),
+                        shape: match is_faceted {
+                            true => faceted_ball(0.1),
+                            false => motion::contact::Shape::Plane,
+                        },
                     },
                     body: None,
                     stiffness: Some(2e4),
@@ -231,6 +244,42 @@ fn send_next(
         radius: 0.01,
     };
     script.commands.send(origin, kind).expect("room");
+}
+
+/// A ball of 114 corners and 128 faces.
+fn faceted_ball(radius: f64) -> motion::contact::Shape {
+    const RINGS: u32 = 7;
+    const SIDES: u32 = 16;
+    use std::f64::consts::{PI, TAU};
+    let mut points = vec![nalgebra::Vector3::new(0.0, 0.0, -radius)];
+    for ring in 1..=RINGS {
+        let (rise, across) = (PI * f64::from(ring) / f64::from(RINGS + 1)).sin_cos();
+        points.extend((0..SIDES).map(|side| {
+            let (sin, cos) = (TAU * f64::from(side) / f64::from(SIDES)).sin_cos();
+            nalgebra::Vector3::new(rise * cos, rise * sin, -across) * radius
+        }));
+    }
+    points.push(nalgebra::Vector3::new(0.0, 0.0, radius));
+    let corner = |ring: u32, side: u32| 1 + (ring - 1) * SIDES + side % SIDES;
+    let mut loops = Vec::new();
+    for side in 0..SIDES {
+        loops.push(vec![0, corner(1, side + 1), corner(1, side)]);
+        for ring in 1..RINGS {
+            loops.push(vec![
+                corner(ring, side),
+                corner(ring, side + 1),
+                corner(ring + 1, side + 1),
+                corner(ring + 1, side),
+            ]);
+        }
+        loops.push(vec![
+            corner(RINGS, side),
+            corner(RINGS, side + 1),
+            1 + RINGS * SIDES,
+        ]);
+    }
+    let body = kinematics::polytope::Polytope::new(points, &loops).expect("a convex body");
+    motion::contact::Shape::Polytope(body.into())
 }
 
 /// One of many balls on a spiral around the arm.

@@ -11,6 +11,7 @@
 use std::io::BufRead;
 
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
+use nalgebra::Vector3;
 use path_planning::{CollisionScene, ObstaclePlace, PlacedShape, Shape};
 
 fn main() {
@@ -56,6 +57,12 @@ fn scene(arm: &RobotModel, text: &str) -> CollisionScene {
                 half_length: length / 2.0,
             },
             ("sphere", &[radius]) => Shape::Sphere { radius },
+            // Corners of a convex piece of a mesh, in its frame.
+            ("hull", corners) => {
+                let corners = corners.chunks_exact(3);
+                let corners = corners.map(|p| Vector3::new(p[0], p[1], p[2]));
+                Shape::Hull(corners.collect())
+            }
             other => panic!("no such shape: {other:?}"),
         };
         let pose: [f64; 6] = pose.try_into().expect("a pose");
