@@ -72,6 +72,7 @@ targets_and_counts! {
     cell: 1000,
     config: 2000,
     urdf: 300,
+    mesh: 300,
     calibration: 2000,
     points: 5000,
     task_names: 3000,

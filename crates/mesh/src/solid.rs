@@ -21,8 +21,8 @@ pub struct Solid {
 }
 
 impl Solid {
-    /// The solid within a mesh. Equal points become one, triangles between fewer than three points are left out, and
-    /// a mesh that is inside out as a whole is turned.
+    /// The solid within a mesh. Equal points become one, triangles between fewer than three points and points of no
+    /// triangle are left out, and a mesh that is inside out as a whole is turned.
     ///
     /// # Errors
     /// What keeps the mesh from being a solid: coordinates beyond the bounds, an edge that is not of two triangles in
@@ -45,6 +45,7 @@ impl Solid {
                 file: file.to_string(),
             });
         }
+        let points = used_points(&points, &mut triangles);
         check_edges(&file, &points, &triangles, &origins)?;
         let (low, high) = bounds_of(
             triangles
@@ -192,6 +193,29 @@ fn weld(points: &[Vector3<f64>]) -> (Vec<Vector3<f64>>, Vec<u32>) {
         }
     }
     (kept, numbers)
+}
+
+/// The points that triangles have, in their order; the triangles get their new numbers. A point of no triangle, of
+/// which files that were cut out of larger ones have many, is no part of the surface and must not widen anything.
+fn used_points(points: &[Vector3<f64>], triangles: &mut [[u32; 3]]) -> Vec<Vector3<f64>> {
+    let mut is_used = vec![false; points.len()];
+    for &corner in triangles.iter().flatten() {
+        is_used[corner as usize] = true;
+    }
+    let mut used = Vec::new();
+    let mut numbers = vec![0_u32; points.len()];
+    let mut next = 0;
+    for ((point, number), is_used) in points.iter().zip(&mut numbers).zip(is_used) {
+        if is_used {
+            used.push(*point);
+            *number = next;
+            next += 1;
+        }
+    }
+    for corner in triangles.iter_mut().flatten() {
+        *corner = numbers[*corner as usize];
+    }
+    used
 }
 
 /// Each edge is of two triangles, in opposite directions.
