@@ -11,11 +11,11 @@ target=${CARGO_TARGET_DIR:-$root/target}
 eliteserver=${ELITESERVER:-$target/release/eliteserver}
 venv="$target/from-elsewhere-venv"
 [ -x "$venv/bin/python" ] || python3 -m venv "$venv"
-"$venv/bin/python" -c 'import pinocchio, ezdxf' 2>/dev/null || "$venv/bin/pip" install --quiet numpy pin ezdxf
 what=${1:-payload}
 [ $# -gt 0 ] && shift
 case "$what" in
 payload | dxf)
+    "$venv/bin/python" -c 'import pinocchio, ezdxf' 2>/dev/null || "$venv/bin/pip" install --quiet numpy pin ezdxf
     exec "$venv/bin/python" "$here/$what.py" "$eliteserver" "$@"
     ;;
 mesh)
@@ -24,6 +24,7 @@ mesh)
     exec "$venv/bin/python" "$here/mesh.py" "$target/release/examples/describe" "$@"
     ;;
 identify)
+    "$venv/bin/python" -c 'import numpy' 2>/dev/null || "$venv/bin/pip" install --quiet numpy
     "$venv/bin/pip" install --quiet --force-reinstall --no-deps "$target"/wheels/elitescript-*.whl
     exec "$venv/bin/python" "$here/identify.py" "$eliteserver" "$@"
     ;;
