@@ -469,7 +469,7 @@ fn a_recording_holds_the_meshes_that_its_run_needs() {
     let error = Cell::of_recording(&lost).unwrap_err().to_string();
     assert_eq!(
         error,
-        "the recorded cell file: obstacle \"bracket\": bracket.stl: it cannot be read: the recording does not hold it"
+        "the recorded cell file: obstacle \"bracket\": bracket.stl: the file cannot be read: the recording does not hold it"
     );
 }
 

@@ -89,6 +89,7 @@ const OF_COMMANDS: &[&str] = &[
     "kinematics/src/safety",
     "kinematics/src/text_file.rs",
     "kinematics/src/urdf",
+    "mesh/src",
     "motion/src/config_error.rs",
     "path-planning/src",
     "program-import/src/toolpath",
@@ -163,9 +164,12 @@ const COMMANDS_STAY: &[&str] = &[
     // Headings of help, which another test looks after.
     "Ports and server",
     "Ports of --serve",
+    // Lines of the log, which stays English.
+    "cell: {}",
     // What no person sees.
     "knots are in order",
     "lines count from 1",
+    "the eight corners and six faces above are a box whatever its lengths are",
     "the figures as documented, not the constant",
     "the messages say what the fields are",
     // A finding of runs again.
@@ -191,6 +195,7 @@ const COMPOSED: &[&str] = &[
     "there is nothing called {} in the cell that could be held; there is nothing",
     "{}, {}",
     "{}; {}",
+    "{}: {} has {} = nothing; {}",
     "| line | name | what |",
 ];
 

@@ -4,26 +4,28 @@ use std::fmt::{self, Display, Formatter};
 
 use thiserror::Error;
 
-use crate::{MAX_COORDINATE_M, MAX_PIECES, MAX_TRIANGLES, MIN_EXTENT_M};
+use crate::{MAX_COORDINATE_M, MAX_TRIANGLES, MIN_EXTENT_M};
 
 /// Why a file could not be read.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FileError {
     /// The name leads out of the folder, by itself or through a link.
-    #[error("it is outside of the folder; allowed are files within it, named by a relative path")]
+    #[error(
+        "the file is outside of the folder; allowed are files within it, named by a relative path"
+    )]
     Outside,
     /// A folder, a device, a pipe or a socket.
-    #[error("it is no regular file")]
+    #[error("the name leads to no regular file, but for instance to a folder or a device")]
     Irregular,
     /// More bytes than are allowed.
-    #[error("it is longer than {most} bytes, the most that is allowed here")]
+    #[error("the file is longer than {most} bytes, the most that is allowed here")]
     TooLong {
         /// What was allowed.
         most: u64,
     },
     /// The system's own words, such as that there is no such file.
-    #[error("it cannot be read: {0}")]
+    #[error("the file cannot be read: {0}")]
     System(String),
 }
 
@@ -42,14 +44,18 @@ pub enum Place {
     Whole,
 }
 
-impl Display for Place {
+/// What is wrong at a place of a file. Each kind of place is a whole sentence, so that each can be translated.
+struct Located<'a>(&'a str, &'a Place, &'a dyn Display);
+
+impl Display for Located<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Byte(at) => write!(f, ", byte {at}"),
-            Self::Line(at) => write!(f, ", line {at}"),
-            Self::Triangle(at) => write!(f, ", triangle {at}"),
-            Self::Element(array, at) => write!(f, ", {array}[{at}]"),
-            Self::Whole => Ok(()),
+        let Self(file, place, trouble) = self;
+        match place {
+            Place::Byte(at) => write!(f, "{file}, byte {at}: {trouble}"),
+            Place::Line(at) => write!(f, "{file}, line {at}: {trouble}"),
+            Place::Triangle(at) => write!(f, "{file}, triangle {at}: {trouble}"),
+            Place::Element(array, at) => write!(f, "{file}, {array}[{at}]: {trouble}"),
+            Place::Whole => write!(f, "{file}: {trouble}"),
         }
     }
 }
@@ -68,7 +74,7 @@ pub enum MeshError {
     },
     /// No format has this ending.
     #[error(
-        "{file}: the ending of the name tells no format of meshes; allowed are .stl, .obj, .gltf and .glb"
+        "{file}: the name ends in no known format of meshes; allowed are .stl, .obj, .gltf and .glb"
     )]
     Format {
         /// Which file.
@@ -83,7 +89,7 @@ pub enum MeshError {
         scale: f64,
     },
     /// What is there is not what the format says.
-    #[error("{file}{place}: {trouble}")]
+    #[error("{}", Located(.file, .place, .trouble))]
     Damaged {
         /// Which file.
         file: String,
@@ -93,9 +99,11 @@ pub enum MeshError {
         trouble: String,
     },
     /// Too large to be handled.
-    #[error(
-        "{file}{place}: there are more than {MAX_TRIANGLES} triangles, the most that is allowed in a file"
-    )]
+    #[error("{}", Located(
+        .file,
+        .place,
+        &format_args!("the file has more than {MAX_TRIANGLES} triangles, the most that is allowed")
+    ))]
     TooManyTriangles {
         /// Which file.
         file: String,
@@ -103,14 +111,14 @@ pub enum MeshError {
         place: Place,
     },
     /// Nothing to see.
-    #[error("{file}: there is no triangle with an area in it")]
+    #[error("{file}: the file has no triangle with an area")]
     Empty {
         /// Which file.
         file: String,
     },
     /// A hole in the surface.
     #[error(
-        "{file}, triangle {triangle}: the surface is open, for its edge from {from} to {to} m is of no second triangle; a solid has two triangles at each edge"
+        "{file}, triangle {triangle}: the surface is open: the edge from {from} to {to} m belongs to one triangle only; in a solid every edge belongs to two"
     )]
     Open {
         /// Which file.
@@ -124,7 +132,7 @@ pub enum MeshError {
     },
     /// An edge of three or more triangles.
     #[error(
-        "{file}, triangle {triangle}: its edge from {from} to {to} m is of {count} triangles; a solid has two triangles at each edge"
+        "{file}, triangle {triangle}: the edge from {from} to {to} m belongs to {count} triangles; in a solid every edge belongs to two"
     )]
     Branched {
         /// Which file.
@@ -140,7 +148,7 @@ pub enum MeshError {
     },
     /// Neighbours that turn opposite sides outward.
     #[error(
-        "{file}, triangle {triangle}: it and triangle {other} have the edge from {from} to {to} m in the same direction, so one of them is inside out; the corners of all triangles must be counterclockwise from outside"
+        "{file}: one of triangles {triangle} and {other} is inside out: both run along the edge from {from} to {to} m in the same direction; corners must be counterclockwise seen from outside"
     )]
     Turned {
         /// Which file.
@@ -156,7 +164,7 @@ pub enum MeshError {
     },
     /// No space within the surface.
     #[error(
-        "{file}: the surface encloses no volume: {volume:e} m³ within {x:e} by {y:e} by {z:e} m"
+        "{file}: the surface encloses no volume: {volume:e} m³ in a box of {x:e} by {y:e} by {z:e} m"
     )]
     NoVolume {
         /// Which file.
@@ -184,7 +192,7 @@ pub enum MeshError {
     },
     /// Too small, or flat.
     #[error(
-        "{file}: it is {extent:e} m long along {axis}; allowed are solids of {MIN_EXTENT_M} m and more along each axis"
+        "{file}: the extent along {axis} is {extent:e} m; allowed is {MIN_EXTENT_M} m and more"
     )]
     TooSmall {
         /// Which file.
@@ -193,12 +201,6 @@ pub enum MeshError {
         axis: char,
         /// How long it is, in m.
         extent: f64,
-    },
-    /// A number of pieces that is not allowed.
-    #[error("{count} pieces are asked for; allowed are 1 to {MAX_PIECES}")]
-    Pieces {
-        /// What was asked for.
-        count: usize,
     },
 }
 

@@ -16,7 +16,7 @@ fn refusal(name: &str, bytes: impl Into<Vec<u8>>) -> String {
 fn names_and_scales_that_are_none() {
     assert_eq!(
         refusal("a.step", ""),
-        "a.step: the ending of the name tells no format of meshes; allowed are .stl, .obj, .gltf and .glb"
+        "a.step: the name ends in no known format of meshes; allowed are .stl, .obj, .gltf and .glb"
     );
     for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = read("a.stl", scale, &mut Shelf::default()).unwrap_err();
@@ -29,7 +29,7 @@ fn names_and_scales_that_are_none() {
     let error = read("b.stl", 1.0, &mut Shelf::default())
         .unwrap_err()
         .to_string();
-    assert_eq!(error, "b.stl: it cannot be read: there is no b.stl");
+    assert_eq!(error, "b.stl: the file cannot be read: there is no b.stl");
 }
 
 #[test]
@@ -46,12 +46,12 @@ fn stl_that_is_damaged() {
     cut[80..84].copy_from_slice(&1_000_000_000_u32.to_le_bytes());
     assert_eq!(
         refusal("a.stl", cut),
-        "a.stl, byte 80: there are more than 2000000 triangles, the most that is allowed in a file"
+        "a.stl, byte 80: the file has more than 2000000 triangles, the most that is allowed"
     );
     let mut not_a_number = whole;
     not_a_number[84 + 50 + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     assert!(refusal("a.stl", not_a_number).starts_with("a.stl, byte 134: a point is at (NaN, "));
-    assert!(refusal("a.stl", "").contains("it has 0 bytes"));
+    assert!(refusal("a.stl", "").contains("the file has 0 bytes"));
     let text = String::from_utf8(stl_text(&cube)).unwrap();
     assert_eq!(
         refusal("a.stl", text.replacen("vertex", "vertex inf", 1)),
@@ -59,13 +59,17 @@ fn stl_that_is_damaged() {
     );
     let half = &text[..text.len() / 2];
     assert!(refusal("a.stl", half).starts_with("a.stl, line "));
+    assert_eq!(
+        refusal("a.stl", "solid a\nfacet normal 0 0 1"),
+        "a.stl, line 2: found the end of the file where outer is needed"
+    );
     assert!(
         refusal("a.stl", text.replace("endsolid", ""))
-            .starts_with("a.stl, line 86: \"two\" is there")
+            .starts_with("a.stl, line 86: found \"two\" where facet is needed")
     );
     assert_eq!(
         refusal("a.stl", "solid a\nendsolid a\n"),
-        "a.stl: there is no triangle with an area in it"
+        "a.stl: the file has no triangle with an area"
     );
 }
 
@@ -105,7 +109,7 @@ fn obj_that_is_damaged() {
             "\u{1}\u{2}",
             "a.obj, line 4: \"\\u{1}\\u{2}\" is no statement of OBJ",
         ),
-        ("", "a.obj: there is no triangle with an area in it"),
+        ("", "a.obj: the file has no triangle with an area"),
     ] {
         assert_eq!(refusal("a.obj", format!("{points}{line}")), sentence);
     }
@@ -192,6 +196,10 @@ fn gltf_that_is_damaged() {
         changed(";base64,", ";base32,").contains("its data are \"data:application/octet-stream")
     );
     assert!(refusal("a.gltf", "[".repeat(100_000)).contains("it is no glTF"));
+    assert_eq!(
+        changed(r#""asset": {"version": "2.0"}"#, r#""asset": 3"#),
+        "a.gltf, line 1: it is no glTF (column 11): invalid type: integer `3`, expected an object"
+    );
     let many = format!(
         r#"{{"asset": {{"version": "2.0"}}, "nodes": [{}{{}}]}}"#,
         "{},".repeat(100_000)

@@ -83,40 +83,40 @@ fn what_is_no_solid_is_refused_with_the_place() {
     let open = with(&cube.triangles()[..11]);
     assert_eq!(
         trouble(open),
-        "shape, triangle 0: the surface is open, for its edge from (0, 0, 1) to (0, 1, 1) m is of no second triangle; \
-         a solid has two triangles at each edge"
+        "shape, triangle 0: the surface is open: the edge from (0, 0, 1) to (0, 1, 1) m belongs to one triangle only; \
+         in a solid every edge belongs to two"
     );
     let mut one_turned = cube.triangles().to_vec();
     one_turned[5].swap(1, 2);
     assert!(
-        trouble(with(&one_turned)).contains("triangle 5 have the edge"),
+        trouble(with(&one_turned)).contains("and 5 is inside out: both run along the edge"),
         "{}",
         trouble(with(&one_turned))
     );
     let fin = [cube.triangles(), &[[0, 1, 7], [7, 1, 0]]].concat();
     assert!(
-        trouble(with(&fin)).contains("is of 4 triangles"),
+        trouble(with(&fin)).contains("belongs to 4 triangles"),
         "{}",
         trouble(with(&fin))
     );
     let sheet = mesh(points[..3].to_vec(), vec![[0, 1, 2], [0, 2, 1]]);
     assert_eq!(
         trouble(sheet),
-        "shape: it is 0e0 m long along z; allowed are solids of 0.0001 m and more along each axis"
+        "shape: the extent along z is 0e0 m; allowed is 0.0001 m and more"
     );
     let pair = both(&cube, &turned(&block([0.0, 0.0, 1.5], [1.0, 1.0, 2.5])));
     assert!(trouble(pair).contains("encloses no volume"));
     let line = mesh(points[..2].to_vec(), vec![[0, 1, 1]]);
     assert_eq!(
         trouble(line),
-        "shape: there is no triangle with an area in it"
+        "shape: the file has no triangle with an area"
     );
     let far = block([0.0; 3], [50.0, 50.0, 100.1]);
     assert!(trouble(far).ends_with(
         "allowed are coordinates within 100 m (a file in millimetres needs a scale of 0.001)"
     ));
     let small = block([0.0; 3], [1.0, 1.0, 9e-5]);
-    assert!(trouble(small).contains("9e-5 m long along z"));
+    assert!(trouble(small).contains("the extent along z is 9e-5 m"));
 }
 
 #[test]
@@ -137,6 +137,23 @@ fn doubled_points_and_empty_triangles_do_no_harm() {
     assert_eq!(solid.mesh().points().len(), 8);
     assert_eq!(solid.mesh().triangles().len(), 12);
     assert!((solid.volume() - 1.0).abs() < 1e-15);
+}
+
+#[test]
+fn points_of_no_triangle_are_no_part_of_a_solid() {
+    let cube = block([0.0; 3], [1.0; 3]);
+    let own = cube.points().iter().map(|&point| point.into());
+    // More of them than parts that are told apart, and than pieces that are allowed.
+    let loose = (0..1500).map(|number| [5.0 + f64::from(number) * 1e-3, 7.0, 9.0]);
+    let points: Vec<[f64; 3]> = loose.chain(own).collect();
+    let moved = |corners: &[u32; 3]| corners.map(|corner| corner + 1500);
+    let triangles = cube.triangles().iter().map(moved).collect();
+    let solid = solid(mesh(points, triangles));
+    assert_eq!(solid.mesh().points(), cube.points());
+    assert_eq!(solid.mesh().triangles(), cube.triangles());
+    let pieces = mesh::convex_pieces(&solid, 16);
+    assert_eq!(pieces.pieces().len(), 1);
+    assert!(pieces.deviation() < 1e-8, "{}", pieces.deviation());
 }
 
 #[test]

@@ -21,7 +21,7 @@ pub(super) fn read(bytes: &[u8], soup: &mut Soup<'_>) -> Result<(), MeshError> {
     }
     let Some(claimed) = claimed else {
         let trouble = format!(
-            "it has {} bytes; STL is either text that begins with solid, or has at least {HEAD_BYTES} bytes",
+            "the file has {} bytes; STL is either text that begins with solid, or has at least {HEAD_BYTES} bytes",
             bytes.len()
         );
         return Err(soup.damaged(Place::Whole, trouble));
@@ -163,12 +163,12 @@ fn check(soup: &Soup<'_>, words: &Words<'_>, word: &[u8], wanted: &str) -> Resul
         return Ok(());
     }
     let found = if word.is_empty() {
-        "the file ends".to_owned()
+        "the end of the file".to_owned()
     } else {
-        format!("{} is there", excerpt(word))
+        excerpt(word)
     };
     Err(soup.damaged(
         Place::Line(words.line),
-        format!("{found} where {wanted} must be"),
+        format!("found {found} where {wanted} is needed"),
     ))
 }

@@ -141,6 +141,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "`{}` needs a number from 0 to {}, as in {}[0]",
         "`{0}` 需要 0 到 {1} 的序号，如 {2}[0]",
     ),
+    (
+        "a GLB has a head of 12 bytes; there are {}",
+        "GLB 的文件头为 12 字节；这里只有 {0} 字节",
+    ),
     ("a POLYLINE has no SEQEND", "POLYLINE 没有 SEQEND"),
     (
         "a [[serial]] has this line already",
@@ -164,6 +168,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "块中有类型 {0} 的记录项，它不应在块中",
     ),
     (
+        "a chunk is longer than the file",
+        "有一个数据块超出文件末尾",
+    ),
+    (
         "a chunk says that it has {} bytes and has {}",
         "块声明有 {0} 字节，实际有 {1}",
     ),
@@ -183,6 +191,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "a conveyor turns an encoder, or carries parts",
         "传送带应带动编码器或运送工件",
     ),
+    (
+        "a corner is at ({}, {}, {}); allowed are finite numbers",
+        "顶点位于 ({0}, {1}, {2})；只允许有限的数",
+    ),
     ("a cycle of the recording: {}", "记录中的一个周期：{0~}"),
     ("a cylinder needs radius, length", "圆柱需要半径和长度"),
     (
@@ -191,6 +203,18 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("a direction is needed", "需要一个方向"),
     ("a distance has pose and range", "测距有 pose 和 range"),
+    (
+        "a face has more than {} corners, the most that is allowed",
+        "一个面的顶点超过 {0} 个，即允许的上限",
+    ),
+    (
+        "a face has {} corners; allowed are 3 to {}",
+        "一个面有 {0} 个顶点；允许 3 至 {1} 个",
+    ),
+    (
+        "a face names point {}; before this line there are {} points, from 1 or, backwards, from -1",
+        "一个面引用点 {0}；此行之前有 {1} 个点，从 1 起编号，倒数则从 -1 起",
+    ),
     (
         "a feed of {}: allowed is more than 0",
         "进给为 {0}：必须大于 0",
@@ -252,12 +276,21 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "暂停 {0} s：允许 0 到 3600",
     ),
     ("a plane has no size", "平面没有尺寸"),
+    (
+        "a point is at ({}, {}, {}) times {}; allowed are finite numbers",
+        "点位于 ({0}, {1}, {2})，再乘以 {3}；只允许有限的数",
+    ),
     ("a point with levels is needed", "需要一个数字点"),
     (
         "a pose has six numbers, and this one {}",
         "位姿有六个数，而这里有 {0} 个",
     ),
     ("a presence has pose and size", "存在检测有 pose 和 size"),
+    ("a primitive has no POSITION", "有一个图元没有 POSITION"),
+    (
+        "a primitive has {} corners, which are no whole triangles",
+        "有一个图元有 {0} 个顶点，凑不成完整的三角形",
+    ),
     (
         "a program is running; stop it first, or let it run to its end",
         "程序正在运行；请先停止它，或让它运行到结束",
@@ -454,6 +487,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "an arc with R must end somewhere else",
         "用 R 的圆弧，终点必须不同于起点",
     ),
+    ("an array of at most {} elements", "最多 {0} 个元素的数组"),
     ("an ellipse without a plane", "椭圆没有平面"),
     ("an ellipse without a size", "椭圆没有尺寸"),
     ("an input is needed", "需要一个输入"),
@@ -511,7 +545,6 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "无法写入记录 {0}：{1~}",
     ),
     ("cannot write {}: {}", "无法写入 {0}：{1~}"),
-    ("cell: {}", "单元：{0}"),
     (
         "ci_pair is {}, it must be 0 to 3 (CI0/1, CI2/3, CI4/5, CI6/7)",
         "ci_pair 为 {0}，应为 0 到 3（CI0/1、CI2/3、CI4/5、CI6/7）",
@@ -542,6 +575,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("finite numbers are needed", "需要有限的数"),
     ("force mode: {}", "力控模式：{0~}"),
+    ("found {} where {} is needed", "此处应为 {1}，却是{0~}"),
     (
         "four numbers in m are needed, least and largest x, least and largest y, as in -1,1,-0.5,0.5",
         "需要四个以 m 为单位的数：最小和最大 x、最小和最大 y，如 -1,1,-0.5,0.5",
@@ -565,6 +599,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "home 使关节 {0} 位于 {1} rad，允许 {2} 到 {3} rad",
     ),
     (
+        "indices of triangles must have a bufferView and nothing sparse",
+        "三角形的索引必须有 bufferView，且不得有 sparse",
+    ),
+    (
         "it goes with a surface: pose and size of a belt, radius of a turntable",
         "它需要有表面：皮带的位姿和尺寸，或转台的半径",
     ),
@@ -573,6 +611,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "it goes with shape = \"mesh\"",
         "它只与 shape = \"mesh\" 一起使用",
+    ),
+    (
+        "it has a skin, whose shape depends on bones; allowed are rigid meshes",
+        "它有蒙皮，形状随骨骼而变；只允许刚性网格",
+    ),
+    (
+        "it has no uri; only the first buffer of a GLB file with a binary chunk may be without",
+        "它没有 uri；只有带二进制数据块的 GLB 文件的第一个缓冲区可以没有",
     ),
     (
         "it has the joints of several arms, which begin with {} and {}",
@@ -597,20 +643,98 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("it is empty or ends at once", "文件为空或刚开始就结束"),
     ("it is larger than {} MiB", "超过 {0} MiB"),
     (
+        "it is named, but there are {} accessors",
+        "它被引用，但只有 {0} 个 accessor",
+    ),
+    (
+        "it is named, but there are {} nodes",
+        "它被引用，但只有 {0} 个节点",
+    ),
+    (
+        "it is no glTF (column {}): {}",
+        "不是 glTF（第 {0} 列）：{1~}",
+    ),
+    (
         "it is no text: its byte {} is not UTF-8",
         "不是文本：第 {0} 个字节不是 UTF-8",
+    ),
+    (
+        "it is reached twice; a node hangs on one other, and never on itself",
+        "它被到达两次；一个节点只能挂在另一个节点下，且不能挂在自己下面",
+    ),
+    (
+        "it is the default scene; there are {} scenes",
+        "它是默认场景；但只有 {0} 个场景",
     ),
     (
         "it lies more than 100 m away: are the units right?",
         "它在 100 m 之外：单位是否正确？",
     ),
     (
+        "it names bufferViews[{}]; there are {}",
+        "它引用 bufferViews[{0}]；只有 {1} 个",
+    ),
+    (
+        "it names buffers[{}]; there are {}",
+        "它引用 buffers[{0}]；只有 {1} 个",
+    ),
+    (
+        "it names meshes[{}]; there are {}",
+        "它引用 meshes[{0}]；只有 {1} 个",
+    ),
+    (
+        "it names point {}; there are {} points",
+        "它引用点 {0}；只有 {1} 个点",
+    ),
+    (
+        "it requires the extension {}; export it without compression and without extensions of geometry",
+        "它需要扩展 {0}；请导出为不压缩、不带几何扩展的文件",
+    ),
+    (
         "it says which arm was measured, as model = \"cs66\"",
         "它说明测量的是哪种机械臂，如 model = \"cs66\"",
     ),
     (
+        "its byteStride is {}; allowed here are {} to 252",
+        "它的 byteStride 为 {0}；这里允许 {1} 至 252",
+    ),
+    (
+        "its componentType is {}; allowed are 5120 to 5123, 5125 and 5126",
+        "它的 componentType 为 {0}；允许 5120 至 5123、5125 和 5126",
+    ),
+    (
+        "its componentType is {}; allowed for indices are 5121, 5123 and 5125",
+        "它的 componentType 为 {0}；索引允许 5121、5123 和 5125",
+    ),
+    (
+        "its count is {}; allowed are at most {}",
+        "它的 count 为 {0}；最多允许 {1}",
+    ),
+    ("its data are no base64: {}", "它的数据不是 base64：{0}"),
+    (
+        "its data are {}; allowed are data:…;base64,… and names of files beside this one",
+        "它的数据为 {0}；允许 data:…;base64,… 以及旁边文件的名称",
+    ),
+    (
+        "its element {} names point {}; there are {}",
+        "它的元素 {0} 引用点 {1}；只有 {2} 个点",
+    ),
+    ("its matrix is no finite one", "它的矩阵含有非有限的数"),
+    (
         "its schemas and channels have more than {} bytes together",
         "其结构定义和通道共超过 {0} 字节",
+    ),
+    (
+        "its sparse entry {} changes element {}; there are {}",
+        "它的 sparse 条目 {0} 改动元素 {1}；只有 {2} 个元素",
+    ),
+    (
+        "its type is {}; here it must be {}",
+        "它的 type 为 {0}；这里必须是 {1}",
+    ),
+    (
+        "its uri is {}; allowed are names of files in the folder of this one, without .., and data:…;base64,…",
+        "它的 uri 为 {0}；允许此文件所在文件夹中文件的名称（不含 ..），以及 data:…;base64,…",
     ),
     (
         "joint `{}` has no acceleration limit, {} rad/s² is taken",
@@ -681,6 +805,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "连续的调用、元素和字段超过 {0} 个",
     ),
     ("more than {} operators in a row", "连续的运算符超过 {0} 个"),
+    (
+        "more than {} primitives are drawn, the most that is allowed",
+        "绘制的图元超过 {0} 个，即允许的上限",
+    ),
     (
         "names: {} is called {}, and nothing of the cell is connected to it",
         "names：{0} 名为 {1}，而单元中没有任何东西与它相连",
@@ -842,12 +970,16 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("the bag {}: {}", "bag {0}：{1~}"),
     (
+        "the buffers are longer than {} bytes together, the most that is allowed",
+        "各缓冲区合计超过 {0} 字节，即允许的上限",
+    ),
+    (
         "the calibration file {} is for the model {}, but the model {} is asked for; leave the model out, or give {}",
         "标定文件 {0} 用于型号 {1}，而要求的型号是 {2}；请不给出型号，或给出 {3}",
     ),
     (
         "the calibration in the recording is not usable: {}",
-        "记录中的标定不可用：{0}",
+        "记录中的标定不可用：{0~}",
     ),
     ("the cell file: {}", "单元文件：{0~}"),
     (
@@ -878,6 +1010,24 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the eight bytes that begin and end an MCAP file are not there",
         "缺少 MCAP 文件首尾的八个字节",
+    ),
+    ("the end of the file", "文件末尾"),
+    ("the file cannot be read: {}", "无法读取文件：{0~}"),
+    (
+        "the file has more than {} triangles, the most that is allowed",
+        "文件的三角形超过 {0} 个，即允许的上限",
+    ),
+    (
+        "the file has {} bytes; STL is either text that begins with solid, or has at least {} bytes",
+        "文件有 {0} 字节；STL 要么是以 solid 开头的文本，要么至少有 {1} 字节",
+    ),
+    (
+        "the file is longer than {} bytes, the most that is allowed here",
+        "文件超过 {0} 字节，即此处允许的上限",
+    ),
+    (
+        "the file is outside of the folder; allowed are files within it, named by a relative path",
+        "文件在文件夹之外；只允许其中的文件，用相对路径表示",
     ),
     (
         "the file {} of the cell has {} bytes; a recording takes files of at most {}",
@@ -910,10 +1060,18 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("the middles of the rims are needed", "需要各吸盘口的中心"),
     (
+        "the mode of a primitive is {}; allowed is 4, triangles",
+        "有一个图元的 mode 为 {0}；只允许 4，即三角形",
+    ),
+    (
         "the motion does not tell the centre of gravity (mass {} kg): turn the flange about two axes",
         "此运动无法判断重心（质量 {0} kg）：请绕两个轴转动法兰",
     ),
     ("the motion does not tell {}", "此运动无法判断{0~}"),
+    (
+        "the name leads to no regular file, but for instance to a folder or a device",
+        "此名称所指不是普通文件，而是文件夹、设备之类",
+    ),
     (
         "the name of a link (shoulder, upper_arm, forearm, wrist_1, wrist_2, wrist_3, base), of the tool, or of something in this cell; * stands for any letters",
         "应为连杆（shoulder、upper_arm、forearm、wrist_1、wrist_2、wrist_3、base）、工具或此单元中物体的名称；* 代表任意字符",
@@ -990,7 +1148,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     (
         "the recording has cycles of {} ms; {}",
-        "记录的周期为 {0} ms；{1}",
+        "记录的周期为 {0} ms；{1~}",
     ),
     (
         "the recording has format {}, this version reads up to {}",
@@ -1083,6 +1241,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "三点在一条直线上：第三点必须在直线之外",
     ),
     (
+        "the version of GLB is {}; allowed is 2",
+        "GLB 的版本为 {0}；只允许 2",
+    ),
+    (
+        "the version of glTF is {}; allowed is 2.0",
+        "glTF 的版本为 {0}；只允许 2.0",
+    ),
+    (
         "the {} has {} m there, and a measured arm is within {} m of it{}",
         "{0} 在那里为 {1} m，实测的机械臂与它相差不超过 {2} m{3~}",
     ),
@@ -1099,12 +1265,21 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0} 缓冲区有 {1} 项，至少需要 {2} 项",
     ),
     (
+        "there are more than {} points, the most that is allowed",
+        "点超过 {0} 个，即允许的上限",
+    ),
+    ("there are too many points", "点过多"),
+    (
         "there are {} parts, allowed: up to {}",
         "有 {0} 个工件，最多允许 {1} 个",
     ),
     (
         "there are {} safety planes already, more are not possible",
         "已有 {0} 个安全平面，不能再多",
+    ),
+    (
+        "there is a curve or a curved surface; allowed are faces f of straight edges",
+        "这里有曲线或曲面；只允许由直边围成的面 f",
     ),
     ("there is a record of kind 0", "有类型为 0 的记录项"),
     (
@@ -1123,6 +1298,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "there is no built-in robot model `{}`; built in are {}, a path of a URDF file works as well",
         "没有内置的机器人型号 `{0}`；内置的有 {1}，也可以给出 URDF 文件的路径",
     ),
+    ("there is no chunk JSON", "没有 JSON 数据块"),
     (
         "there is no line, polyline, arc, circle, ellipse or spline{}",
         "没有直线、多段线、圆弧、圆、椭圆或样条曲线{0~}",
@@ -1240,6 +1416,18 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0~}，在起点；允许接触的物体在单元文件的 [[touch]] 中给出",
     ),
     ("{} at via position {}", "{0~}，在中间位置 {1}"),
+    (
+        "{} bytes are announced, there are {}",
+        "声明有 {0~} 字节，实际有 {1} 字节",
+    ),
+    (
+        "{} bytes are announced; the file has {}",
+        "声明有 {0~} 字节；文件有 {1} 字节",
+    ),
+    (
+        "{} bytes from byte {} are announced; buffers[{}] has {}",
+        "声明从字节 {1} 起有 {0~} 字节；buffers[{2}] 有 {3} 字节",
+    ),
     ("{} bytes, {} are allowed", "{0} 字节，允许 {1} 字节"),
     (
         "{} can be wired to its own kind only",
@@ -1263,6 +1451,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("{} does not take {}", "{0} 不接受 {1~}"),
     ("{} does nothing without {}", "没有 {1} 时 {0} 不起作用"),
+    (
+        "{} elements of {} bytes, {} apart, from byte {} are beyond the {} bytes of bufferViews[{}]",
+        "{0~} 个元素，每个 {1} 字节，间隔 {2} 字节，从字节 {3} 起，超出 bufferViews[{5}] 的 {4} 字节",
+    ),
     ("{} gives `{}` twice", "{0} 两次给出 `{1}`"),
     (
         "{} has a component that is not a finite number",
@@ -1312,6 +1504,15 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{} is no bag in MCAP: no file in that folder ends in .mcap",
         "{0} 不是 MCAP 格式的 bag：该文件夹中没有以 .mcap 结尾的文件",
     ),
+    (
+        "{} is no finite number; a point v has three",
+        "{0~} 不是有限的数；点 v 有三个数",
+    ),
+    (
+        "{} is no finite number; a vertex has three",
+        "{0~} 不是有限的数；vertex 有三个数",
+    ),
+    ("{} is no statement of OBJ", "{0~} 不是 OBJ 的语句"),
     (
         "{} is no {} of ROS 2: letters, digits and single underscores, not a digit first{}",
         "{0} 不是 ROS 2 的{1~}：只能有字母、数字和单个下划线，不以数字开头{2~}",
@@ -1384,6 +1585,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("{} touches {} {}", "{0~}与{1~}接触，{2~}"),
     (
+        "{} triangles are announced, which are {} bytes; {} bytes follow",
+        "声明有 {0~} 个三角形，即 {1} 字节；其后有 {2} 字节",
+    ),
+    (
         "{} was cut off; what it has is compared",
         "{0} 被截断；只比较其已有内容",
     ),
@@ -1400,18 +1605,34 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{} {}: {} is {}, which is wired to the safety system as {}: the program does not see it alone",
         "{0} {1}：{2} 为 {3}，它作为 {4} 接到安全系统：不只是程序使用它",
     ),
+    ("{}, byte {}: {}", "{0~}，字节 {1}：{2~}"),
     (
         "{}, least distance {} mm: {} and {} in line {} at {} s",
         "{0~}，最小间隙 {1} mm：{2~}与{3~}，第 {4} 行，{5} s 时",
     ),
+    ("{}, line {}: {}", "{0~}，第 {1} 行：{2~}"),
     (
         "{}, nothing that could be touched",
         "{0~}，没有可能碰到的物体",
     ),
     (
+        "{}, triangle {}: a corner is at {} m; allowed are coordinates within {} m (a file in millimetres needs a scale of 0.001)",
+        "{0~}，三角形 {1}：有一个顶点位于 {2} m；坐标允许在 {3} m 以内（以毫米为单位的文件需要 0.001 的 scale）",
+    ),
+    (
+        "{}, triangle {}: the edge from {} to {} m belongs to {} triangles; in a solid every edge belongs to two",
+        "{0~}，三角形 {1}：从 {2} 到 {3} m 的边属于 {4} 个三角形；实体的每条边属于两个三角形",
+    ),
+    (
+        "{}, triangle {}: the surface is open: the edge from {} to {} m belongs to one triangle only; in a solid every edge belongs to two",
+        "{0~}，三角形 {1}：表面不封闭：从 {2} 到 {3} m 的边只属于一个三角形；实体的每条边属于两个三角形",
+    ),
+    ("{}, triangle {}: {}", "{0~}，三角形 {1}：{2~}"),
+    (
         "{}, {} rad in {} s, {}; planned in {} s",
         "{0~}，{2} s 内转动 {1} rad，{3~}；规划用时 {4} s",
     ),
+    ("{}, {}[{}]: {}", "{0~}，{1}[{2}]：{3~}"),
     ("{}: `model` is {}; {}", "{0}：`model` 为 {1}；{2~}"),
     ("{}: `{}` is {}; {}", "{0}：`{1}` 为 {2}；{3~}"),
     (
@@ -1428,12 +1649,28 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("{}: model = {}: {}", "{0}：model = {1}：{2~}"),
     (
+        "{}: one of triangles {} and {} is inside out: both run along the edge from {} to {} m in the same direction; corners must be counterclockwise seen from outside",
+        "{0~}：三角形 {1} 和 {2} 中有一个里外颠倒：两者沿从 {3} 到 {4} m 的边方向相同；从外面看，顶点必须按逆时针排列",
+    ),
+    (
         "{}: only the first {} findings are shown",
         "{0}：只显示前 {1} 个发现",
     ),
     (
+        "{}: the extent along {} is {} m; allowed is {} m and more",
+        "{0~}：沿 {1} 的尺寸为 {2} m；允许 {3} m 及以上",
+    ),
+    (
+        "{}: the file has no triangle with an area",
+        "{0~}：文件中没有面积不为零的三角形",
+    ),
+    (
         "{}: the model {} cannot be calibrated, it is not of the shape of the CS arms (axes 2, 3, 4 parallel, axes 4-5 and 5-6 crossing at right angles, flange in the frame of joint 6)",
         "{0}：型号 {1} 不能标定，它不具有 CS 机械臂的结构（轴 2、3、4 平行，轴 4-5 和 5-6 垂直相交，法兰在关节 6 的坐标系中）",
+    ),
+    (
+        "{}: the name ends in no known format of meshes; allowed are .stl, .obj, .gltf and .glb",
+        "{0~}：名称的后缀不是已知的网格格式；允许 .stl、.obj、.gltf 和 .glb",
     ),
     (
         "{}: the recording lacks the file {} of its cell",
@@ -1444,6 +1681,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0~}：各静止段过于相似，请在它们之间绕两个轴转动法兰",
     ),
     (
+        "{}: the scale is {}; allowed is a finite number above 0",
+        "{0~}：scale 为 {1}；允许大于 0 的有限的数",
+    ),
+    (
+        "{}: the surface encloses no volume: {} m³ in a box of {} by {} by {} m",
+        "{0~}：表面没有围出体积：在 {2} × {3} × {4} m 的范围内为 {1} m³",
+    ),
+    (
         "{}: {} and {} run {} mm into each other in line {} at {} s",
         "{0~}：{1~}与{2~}重叠 {3} mm，第 {4} 行，{5} s 时",
     ),
@@ -1452,6 +1697,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0}：{1~}中有未知的键 `{2}`；可用的键为 {3~}",
     ),
     ("{}: {} has no `{}`; {}", "{0}：{1~}中没有 `{2}`；{3~}"),
+    ("{}: {} has {} = nothing; {}", "{0}：{1} 没有 {2}；{3~}"),
     ("{}: {} has {} = {}; {}", "{0}：{1} 的 {2} = {3}；{4~}"),
     (
         "{}: {} has {} triangles and {} cm³, its convex pieces ({}) keep within {} mm",

@@ -12,7 +12,7 @@ use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 pub(super) const ELEMENTS_MAX: usize = 100_000;
 
 #[derive(serde::Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(rename_all = "camelCase", expecting = "an object")]
 pub(super) struct Document {
     pub asset: Asset,
     #[serde(default)]
@@ -33,17 +33,20 @@ pub(super) struct Document {
 }
 
 #[derive(serde::Deserialize)]
+#[serde(expecting = "an object")]
 pub(super) struct Asset {
     pub version: String,
 }
 
 #[derive(serde::Deserialize)]
+#[serde(expecting = "an object")]
 pub(super) struct Scene {
     #[serde(default)]
     pub nodes: Elements<usize>,
 }
 
 #[derive(serde::Deserialize)]
+#[serde(expecting = "an object")]
 pub(super) struct Node {
     pub mesh: Option<usize>,
     pub skin: Option<usize>,
@@ -58,11 +61,13 @@ pub(super) struct Node {
 }
 
 #[derive(serde::Deserialize)]
+#[serde(expecting = "an object")]
 pub(super) struct MeshEntry {
     pub primitives: Elements<Primitive>,
 }
 
 #[derive(serde::Deserialize)]
+#[serde(expecting = "an object")]
 pub(super) struct Primitive {
     pub attributes: BTreeMap<String, usize>,
     pub indices: Option<usize>,
@@ -70,7 +75,7 @@ pub(super) struct Primitive {
 }
 
 #[derive(serde::Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(rename_all = "camelCase", expecting = "an object")]
 pub(super) struct Accessor {
     pub buffer_view: Option<usize>,
     #[serde(default)]
@@ -85,6 +90,7 @@ pub(super) struct Accessor {
 }
 
 #[derive(serde::Deserialize)]
+#[serde(expecting = "an object")]
 pub(super) struct Sparse {
     pub count: usize,
     pub indices: SparseIndices,
@@ -92,7 +98,7 @@ pub(super) struct Sparse {
 }
 
 #[derive(serde::Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(rename_all = "camelCase", expecting = "an object")]
 pub(super) struct SparseIndices {
     pub buffer_view: usize,
     #[serde(default)]
@@ -101,7 +107,7 @@ pub(super) struct SparseIndices {
 }
 
 #[derive(serde::Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(rename_all = "camelCase", expecting = "an object")]
 pub(super) struct SparseValues {
     pub buffer_view: usize,
     #[serde(default)]
@@ -109,7 +115,7 @@ pub(super) struct SparseValues {
 }
 
 #[derive(serde::Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(rename_all = "camelCase", expecting = "an object")]
 pub(super) struct BufferView {
     pub buffer: usize,
     #[serde(default)]
@@ -119,7 +125,7 @@ pub(super) struct BufferView {
 }
 
 #[derive(serde::Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(rename_all = "camelCase", expecting = "an object")]
 pub(super) struct Buffer {
     pub uri: Option<String>,
     pub byte_length: usize,

@@ -36,9 +36,8 @@ pub(super) fn read(
     } else {
         (bytes, None)
     };
-    let document: Document = serde_json::from_slice(text).map_err(|error| {
-        soup.damaged(Place::Line(error.line()), format!("it is no glTF: {error}"))
-    })?;
+    let document: Document =
+        serde_json::from_slice(text).map_err(|error| no_document(&error, soup))?;
     if !document.asset.version.starts_with("2.") {
         let version = excerpt(document.asset.version.as_bytes());
         return Err(soup.damaged(
@@ -91,6 +90,16 @@ pub(super) fn read(
         }
     }
     Ok(())
+}
+
+/// What serde says, with its line as the place.
+fn no_document(error: &serde_json::Error, soup: &Soup<'_>) -> MeshError {
+    let (line, column) = (error.line(), error.column());
+    let text = error.to_string();
+    let place = format!(" at line {line} column {column}");
+    let said = text.strip_suffix(&place).unwrap_or(&text);
+    let trouble = format!("it is no glTF (column {column}): {said}");
+    soup.damaged(Place::Line(line), trouble)
 }
 
 /// The text and the binary chunk of a GLB.
