@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use elite_runtime::SandboxRoots;
 use kinematics::{Calibration, JointPositions, Payload, RpyPose};
-use mesh::{FileError, Folder, MeshFiles};
 
 use crate::cell::{Cell, CellError};
 use crate::options::{
@@ -100,29 +99,7 @@ impl ControllerConfig {
                 path: path.to_owned(),
                 source,
             })?;
-        let cell = match &self.sandbox {
-            Some(within) => {
-                let folder = path.parent().unwrap_or(Path::new(""));
-                let mut files = SandboxedFiles { within, folder };
-                Cell::with_files(text, path, &mut files)
-            }
-            None => Cell::from_text_beside_files(text, path),
-        };
-        cell.map(Some)
-    }
-}
-
-/// The files beside a cell file that lie beneath certain folders, links followed.
-struct SandboxedFiles<'a> {
-    within: &'a SandboxRoots,
-    folder: &'a Path,
-}
-
-impl MeshFiles for SandboxedFiles<'_> {
-    fn read(&mut self, path: &str, most: u64) -> Result<Vec<u8>, FileError> {
-        let found = self.within.find(&self.folder.join(path));
-        found.map_err(|error| FileError::System(error.to_string()))?;
-        Folder::new(self.folder).read(path, most)
+        Cell::from_text_beside_files(text, path).map(Some)
     }
 }
 
