@@ -37,8 +37,7 @@ def _cut_capsule(place, radius, length, normal, height):
         first = first / np.linalg.norm(first)
         second = np.cross(normal, first)
         for k in range(count + 1):
-            along = max(-1.0, -1.0 + 2.0 * k / count)
-            angle = math.acos(along)
+            angle = math.pi * (1 - k / count)
             rise, across = radius * math.cos(angle), radius * math.sin(angle)
             if rise > below:
                 break
