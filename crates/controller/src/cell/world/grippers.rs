@@ -1,0 +1,188 @@
+//! `[[gripper]]`: cups, fingers, and the buses that fingers are told by.
+
+use motion_api::IoPoint;
+use world::description::*;
+
+use super::keys::{needed, optional, refuse_keys};
+use super::parts::solid;
+use crate::cell::check::{InvalidValue, TableCheck};
+use crate::cell::convert::pose_of;
+use crate::cell::meshes::Meshes;
+use crate::cell::point::IoDirection;
+use crate::cell::schema::{self, Tables};
+use crate::cell::world_schema::{GripperBus, GripperKindName, GripperTable};
+
+pub(super) fn gripper(table: &GripperTable, meshes: &Meshes) -> Result<Gripper, InvalidValue> {
+    let check = TableCheck::named("gripper", &table.name);
+    let kind = match table.kind {
+        GripperKindName::Vacuum => GripperKind::Vacuum(vacuum(&check, table)?),
+        GripperKindName::Fingers => GripperKind::Fingers(fingers(&check, table, meshes)?),
+    };
+    Ok(Gripper {
+        name: table.name.clone(),
+        kind,
+    })
+}
+
+fn vacuum(check: &TableCheck, table: &GripperTable) -> Result<Vacuum, InvalidValue> {
+    refuse_keys(
+        check,
+        "vacuum",
+        &[
+            ("stroke", table.stroke.is_some()),
+            ("axis", table.axis.is_some()),
+            ("finger", table.finger.is_some()),
+            ("force", table.force.is_some()),
+            ("speed", table.speed.is_some()),
+            ("friction", table.friction.is_some()),
+            ("close", table.close.is_some()),
+            ("open", table.open.is_some()),
+            ("opened", table.opened.is_some()),
+            ("closed", table.closed.is_some()),
+            ("gripping", table.gripping.is_some()),
+            ("protocol", table.protocol.is_some()),
+            ("bus", table.bus.is_some()),
+            ("slave", table.slave.is_some()),
+        ],
+    )?;
+    let cups = table.cups.clone();
+    let gauge = optional(check, "gauge", table.gauge, IoDirection::In)?;
+    if let (Some(IoPoint::Digital(_) | IoPoint::BooleanRegister(_)), Some(given)) =
+        (gauge, table.gauge)
+    {
+        return Err(check.wrong("gauge", given, "an analog input is needed"));
+    }
+    Ok(Vacuum {
+        cups: cups.ok_or_else(|| check.missing("cups", "the middles of the rims are needed"))?,
+        direction: table.direction.unwrap_or([0.0, 0.0, 1.0]),
+        radius: table
+            .radius
+            .ok_or_else(|| check.missing("radius", "cups need their radius, m"))?,
+        pressure: table.pressure.unwrap_or(60_000.0),
+        reach: table.reach.unwrap_or(0.003),
+        build_up: table.build_up.unwrap_or(0.1),
+        decay: table.decay.unwrap_or(0.05),
+        on: needed(check, "on", table.on, IoDirection::Out)?,
+        blow_off: optional(check, "blow_off", table.blow_off, IoDirection::Out)?,
+        switch: optional(check, "switch", table.switch, IoDirection::In)?,
+        threshold: table.threshold.unwrap_or(0.7),
+        gauge,
+    })
+}
+
+fn fingers(
+    check: &TableCheck,
+    table: &GripperTable,
+    meshes: &Meshes,
+) -> Result<Fingers, InvalidValue> {
+    refuse_keys(
+        check,
+        "fingers",
+        &[
+            ("cups", table.cups.is_some()),
+            ("direction", table.direction.is_some()),
+            ("radius", table.radius.is_some()),
+            ("pressure", table.pressure.is_some()),
+            ("reach", table.reach.is_some()),
+            ("build_up", table.build_up.is_some()),
+            ("decay", table.decay.is_some()),
+            ("on", table.on.is_some()),
+            ("blow_off", table.blow_off.is_some()),
+            ("switch", table.switch.is_some()),
+            ("threshold", table.threshold.is_some()),
+            ("gauge", table.gauge.is_some()),
+        ],
+    )?;
+    let control = finger_control(check, table)?;
+    let finger = table.finger.as_ref().ok_or_else(|| {
+        check.missing(
+            "finger",
+            "the shape of a finger is needed: { size = […], pose = […] } for a box",
+        )
+    })?;
+    let shape = solid(check, &finger.shape_keys(), meshes)?;
+    let number = |key: &'static str, value: Option<f64>, what: &str| {
+        value.ok_or_else(|| check.missing(key, what))
+    };
+    Ok(Fingers {
+        stroke: number("stroke", table.stroke, "the opening in m is needed")?,
+        axis: table.axis.unwrap_or([0.0, 1.0, 0.0]),
+        finger: (shape, pose_of(&finger.pose)),
+        force: number("force", table.force, "the force in N is needed")?,
+        speed: number("speed", table.speed, "the speed in m/s is needed")?,
+        friction: table.friction.unwrap_or(0.5),
+        control,
+        opened: optional(check, "opened", table.opened, IoDirection::In)?,
+        closed: optional(check, "closed", table.closed, IoDirection::In)?,
+        gripping: optional(check, "gripping", table.gripping, IoDirection::In)?,
+    })
+}
+
+/// Points, or a Modbus map on a bus.
+fn finger_control(check: &TableCheck, table: &GripperTable) -> Result<FingerControl, InvalidValue> {
+    if table.protocol.is_none() {
+        for (key, given) in [
+            ("bus", table.bus.is_some()),
+            ("slave", table.slave.is_some()),
+        ] {
+            if given {
+                return Err(check.wrong(key, "given", "it goes with protocol"));
+            }
+        }
+        let close = optional(check, "close", table.close, IoDirection::Out)?;
+        let open = optional(check, "open", table.open, IoDirection::Out)?;
+        if close.is_none() && open.is_none() {
+            return Err(check.missing("close", "an output close or open is needed"));
+        }
+        return Ok(FingerControl::Points { close, open });
+    }
+    for (key, given) in [
+        ("close", table.close),
+        ("open", table.open),
+        ("opened", table.opened),
+        ("closed", table.closed),
+        ("gripping", table.gripping),
+    ] {
+        if let Some(point) = given {
+            return Err(check.wrong(key, point, "a gripper with protocol has no points"));
+        }
+    }
+    let buses = "a bus is needed: \"tool\", \"masterboard\" or \"tcp:PORT\"";
+    let bus = table.bus.as_ref();
+    let bus = bus.ok_or_else(|| check.missing("bus", buses))?;
+    if table.modbus_bus().is_none() {
+        let allowed =
+            "allowed are \"tool\", \"masterboard\" and \"tcp:PORT\" with a port from 1 to 65535";
+        return Err(check.wrong("bus", format_args!("{bus:?}"), allowed));
+    }
+    if !(1..=247).contains(&table.slave_number()) {
+        return Err(check.wrong("slave", table.slave_number(), "allowed are 1 to 247"));
+    }
+    Ok(FingerControl::Orders)
+}
+
+/// Refuses two grippers of one number on a bus, and a gripper on a line that leads out.
+pub(super) fn check_buses(tables: &Tables) -> Result<(), InvalidValue> {
+    for (index, table) in tables.gripper.iter().enumerate() {
+        let Some(bus) = table.modbus_bus() else {
+            continue;
+        };
+        let check = TableCheck::named("gripper", &table.name);
+        let leads_out = |serial: &schema::Serial| GripperBus::Serial(serial.port) == bus;
+        if tables.serial.iter().any(leads_out) {
+            let given = format!("{:?}", table.bus.as_deref().unwrap_or_default());
+            return Err(check.wrong("bus", given, "a [[serial]] has this line already"));
+        }
+        let same = |other: &&GripperTable| {
+            other.modbus_bus() == Some(bus) && other.slave_number() == table.slave_number()
+        };
+        if let Some(other) = tables.gripper[..index].iter().find(same) {
+            let allowed = format!(
+                "gripper {:?} has this number on the bus already",
+                other.name
+            );
+            return Err(check.wrong("slave", table.slave_number(), allowed));
+        }
+    }
+    Ok(())
+}

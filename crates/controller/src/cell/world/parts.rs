@@ -1,0 +1,68 @@
+//! `[[part]]`, and the solids of whatever is no plane.
+
+use world::description::{BodyShape, Copies, Mass, PartDescription};
+
+use crate::cell::check::{InvalidValue, TableCheck};
+use crate::cell::convert::pose_of;
+use crate::cell::meshes::Meshes;
+use crate::cell::shape::{MESH_FILE, ShapeKeys};
+use crate::cell::world_schema::PartTable;
+
+/// The solid of something that is no plane.
+pub(super) fn solid(
+    check: &TableCheck,
+    keys: &ShapeKeys<'_>,
+    meshes: &Meshes,
+) -> Result<BodyShape, InvalidValue> {
+    keys.check(check, false)?;
+    let solid = keys.solid(meshes);
+    solid.ok_or_else(|| check.missing("file", MESH_FILE))
+}
+
+pub(super) fn part(table: &PartTable, meshes: &Meshes) -> Result<PartDescription, InvalidValue> {
+    let check = TableCheck::named("part", &table.name);
+    let shape = solid(&check, &table.shape_keys(), meshes)?;
+    let mass = match (table.mass, table.density) {
+        (Some(mass), None) => Mass::Total(mass),
+        (None, Some(density)) => Mass::Density(density),
+        (Some(mass), Some(_)) => {
+            return Err(check.wrong("mass", mass, "either mass or density is needed"));
+        }
+        (None, None) => return Err(check.missing("mass", "either mass or density is needed")),
+    };
+    let copies = match (table.copies, table.pitch) {
+        (Some(count), Some(pitch)) => Some(Copies { count, pitch }),
+        (None, None) => None,
+        (Some(count), None) if count.iter().all(|n| *n <= 1) => Some(Copies {
+            count,
+            pitch: [0.0; 3],
+        }),
+        (Some(_), None) => return Err(check.missing("pitch", "copies need their distances")),
+        (None, Some(pitch)) => {
+            return Err(check.wrong("pitch", format_args!("{pitch:?}"), "it goes with copies"));
+        }
+    };
+    if let Some(color) = &table.color
+        && !is_color(color)
+    {
+        return Err(check.wrong(
+            "color",
+            format_args!("{color:?}"),
+            "a text like \"#3a7f00\" is needed",
+        ));
+    }
+    Ok(PartDescription {
+        name: table.name.clone(),
+        shape,
+        mass,
+        pose: pose_of(&table.pose),
+        friction: table.friction.unwrap_or(0.5),
+        restitution: table.restitution.unwrap_or(0.0),
+        copies,
+    })
+}
+
+fn is_color(text: &str) -> bool {
+    let digits = text.strip_prefix('#').unwrap_or_default();
+    digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit())
+}
