@@ -170,6 +170,10 @@ const COMMANDS_STAY: &[&str] = &[
     "knots are in order",
     "lines count from 1",
     "the eight corners and six faces above are a box whatever its lengths are",
+    "a box",
+    "at line {} column {}",
+    // The Chinese of serde's words has it.
+    "an object",
     "the figures as documented, not the constant",
     "the messages say what the fields are",
     // A finding of runs again.

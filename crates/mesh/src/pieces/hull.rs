@@ -32,6 +32,9 @@ pub(super) fn hull_of(points: &[Vector3<f64>], most: usize, tolerance: f64) -> O
     let mut chosen: BTreeSet<usize> = support_points(points);
     // Of very many points some decide nearly everything; the others are looked at when these are done.
     let mut are_some = points.len() > MANY;
+    // Corners that were, or were to be, and that are exactly inside. The plane of a narrow triangle is rounded, so one
+    // of them may seem to be above it again and again.
+    let mut inside = BTreeSet::<usize>::new();
     let mut outside = if are_some {
         far_points(points)
     } else {
@@ -46,13 +49,15 @@ pub(super) fn hull_of(points: &[Vector3<f64>], most: usize, tolerance: f64) -> O
             .flatten()
             .map(|&corner| numbers[corner])
             .collect();
+        inside.extend(numbers.iter().filter(|number| !chosen.contains(number)));
         let planes: Vec<Option<Plane>> = triangles
             .iter()
-            .map(|corner| Plane::of_triangle(corner.map(|corner| corners[corner])))
+            .map(|corner| plane_of(corner.map(|corner| corners[corner]), tolerance))
             .collect();
         let room = most.saturating_sub(chosen.len());
         let mut farthest = vec![(tolerance, usize::MAX); triangles.len()];
         let mut loss = 0.0_f64;
+        outside.retain(|number| !inside.contains(number));
         outside.retain(|&number| {
             let point = &points[number];
             let (height, face) = highest_plane(&planes, point);
@@ -77,7 +82,7 @@ pub(super) fn hull_of(points: &[Vector3<f64>], most: usize, tolerance: f64) -> O
         farthest.retain(|&(_, number)| number != usize::MAX);
         if farthest.is_empty() || room == 0 {
             if !are_some {
-                return Some(Hull::new(corners, &triangles, loss + tolerance));
+                return Some(Hull::new(corners, &triangles, loss, tolerance));
             }
             are_some = false;
             outside = (0..points.len()).collect();
@@ -87,6 +92,14 @@ pub(super) fn hull_of(points: &[Vector3<f64>], most: usize, tolerance: f64) -> O
         let added = farthest.len().min(room.min(8.max(room / 3)));
         chosen.extend(farthest[..added].iter().map(|&(_, number)| number));
     }
+}
+
+/// The plane of a face; none for one narrower than `tolerance`, whose direction is little but rounding.
+fn plane_of(corners: [Vector3<f64>; 3], tolerance: f64) -> Option<Plane> {
+    let [a, b, c] = corners;
+    let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+    let is_wide = (b - a).cross(&(c - a)).norm() > longest * tolerance;
+    Plane::of_triangle(corners).filter(|_| is_wide)
 }
 
 /// How far a point is above the plane that it is highest above, and which that is.
@@ -123,7 +136,12 @@ fn far_points(points: &[Vector3<f64>]) -> Vec<usize> {
 
 impl Hull {
     /// Leaves out the points that are no corners.
-    fn new(corners: Vec<Vector3<f64>>, triangles: &[[usize; 3]], loss: f64) -> Self {
+    fn new(
+        corners: Vec<Vector3<f64>>,
+        triangles: &[[usize; 3]],
+        loss: f64,
+        tolerance: f64,
+    ) -> Self {
         let used: BTreeSet<usize> = triangles.iter().flatten().copied().collect();
         let numbers: Vec<usize> = used.into_iter().collect();
         let points: Vec<Vector3<f64>> = numbers.iter().map(|&number| corners[number]).collect();
@@ -134,7 +152,7 @@ impl Hull {
             .collect();
         let planes = triangles
             .iter()
-            .filter_map(|corner| Plane::of_triangle(corner.map(|corner| points[corner])))
+            .filter_map(|corner| plane_of(corner.map(|corner| points[corner]), tolerance))
             .collect();
         let start = points[0];
         let six_volumes: f64 = triangles
@@ -149,7 +167,7 @@ impl Hull {
             triangles,
             planes,
             volume: six_volumes / 6.0,
-            loss,
+            loss: loss + tolerance,
         }
     }
 

@@ -158,10 +158,18 @@ struct Entry {
 
 impl Cutting {
     fn add(&mut self, part: Part) {
-        let Some(hull) = hull_of(&part.points, Polytope::MAX_POINTS, self.hull_tolerance) else {
-            self.lost.push(part.points);
-            return;
-        };
+        match self.hull(&part) {
+            Some(hull) => self.add_entry(part, hull),
+            None => self.lost.push(part.points),
+        }
+    }
+
+    /// The hull of a part; none for a flat one.
+    fn hull(&self, part: &Part) -> Option<Hull> {
+        hull_of(&part.points, Polytope::MAX_POINTS, self.hull_tolerance)
+    }
+
+    fn add_entry(&mut self, part: Part, hull: Hull) {
         let convex = deviation::of_convex(&part, &hull.middle(), self.hull_tolerance);
         let reach = convex.unwrap_or(f64::INFINITY);
         let (reach, is_convex) = if reach < NEAR_ENOUGH_M {
@@ -214,9 +222,24 @@ impl Cutting {
         } else {
             [joined(below_parts, 1), joined(above_parts, 1)].concat()
         };
+        let parts: Vec<(Part, Option<Hull>)> = parts
+            .into_iter()
+            .map(|part| {
+                let hull = self.hull(&part);
+                (part, hull)
+            })
+            .collect();
+        // A cut that takes off nothing but flat slivers would be made for ever, since there is never one piece more.
+        if parts.iter().filter(|(_, hull)| hull.is_some()).count() < 2 {
+            self.entries[number].can_be_cut = false;
+            return;
+        }
         self.entries.swap_remove(number);
-        for part in parts {
-            self.add(part);
+        for (part, hull) in parts {
+            match hull {
+                Some(hull) => self.add_entry(part, hull),
+                None => self.lost.push(part.points),
+            }
         }
     }
 
@@ -244,16 +267,22 @@ impl Cutting {
                 continue;
             };
             let mut cost = handicap;
+            let mut hulls = 0;
             for part in components(below).into_iter().chain(components(above)) {
                 let hull = hull_of(&part.points, CORNERS_COMPARED, self.hull_tolerance);
-                cost += hull.map_or(0.0, |hull| {
-                    if !is_round {
-                        return hull.volume - part.volume();
-                    }
+                let Some(hull) = hull else { continue };
+                hulls += 1;
+                cost += if is_round {
                     let (low, high) = bounds_of(hull.points.iter().copied());
                     let reach = deviation::of_hulls(&[&hull], &self.solid, CELLS_OF_CUT);
                     reach * (high - low).sum()
-                });
+                } else {
+                    hull.volume - part.volume()
+                };
+            }
+            // Along a face that is flat but for rounding, nothing but a sliver may be on one side.
+            if hulls < 2 {
+                continue;
             }
             // Another plane must be better by more than rounding, so that the first of equal ones is taken.
             if best.is_none_or(|(least, _)| cost < least - 1e-9 * entry.hull.volume) {
