@@ -14,6 +14,8 @@ const HALVING_MAX: usize = 6;
 const RISE: f64 = 1e-6;
 /// Hollows of less than 20° are those of round surfaces, along whose facets no cut is good: 1 less the cosine.
 const SHARP: f64 = 0.06;
+/// Where the surface turns by less than 1°, rounding of a flat face may be all there is, rad.
+const TURN: f64 = 0.0175;
 /// Shares of the length along an axis at which a part may be cut.
 const SHARES: &[f64] = &[0.25, 0.5, 0.75];
 /// A round part is halved: rings end as wedges of the same angle.
@@ -70,7 +72,7 @@ pub(super) fn of_hollows(part: &Part) -> HollowPlanes {
         }
     }
     if weights.is_empty() {
-        return HollowPlanes::Round(halving(&hollows, (low + high) / 2.0, size));
+        return HollowPlanes::Round(halving(&hollows, mean_of(&part.points), size));
     }
     let mut found: Vec<(f64, Plane)> = weights.into_values().collect();
     found.sort_by(|one, other| other.0.total_cmp(&one.0));
@@ -91,7 +93,7 @@ fn halving(hollows: &[Hollow], middle: Vector3<f64>, size: f64) -> Vec<Plane> {
     let mut planes = BTreeMap::<[i64; 4], Plane>::new();
     for hollow in hollows {
         let across = hollow.planes[0].normal - hollow.planes[1].normal;
-        if let Some(normal) = across.try_normalize(RISE) {
+        if let Some(normal) = across.try_normalize(TURN) {
             let plane = Plane {
                 normal,
                 offset: normal.dot(&hollow.ends[0]),
@@ -122,8 +124,7 @@ fn key(plane: &Plane, size: f64) -> [i64; 4] {
 pub(super) fn of_axes(part: &Part, is_round: bool) -> Vec<Plane> {
     let shares = if is_round { HALF } else { SHARES };
     let mut axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let sum: Vector3<f64> = part.points.iter().sum();
-    let middle = sum / part.points.len().max(1) as f64;
+    let middle = mean_of(&part.points);
     let spread: Matrix3<f64> = part
         .points
         .iter()
@@ -152,6 +153,12 @@ pub(super) fn of_axes(part: &Part, is_round: bool) -> Vec<Plane> {
         }));
     }
     planes
+}
+
+/// The mean of points, which turns with them as the middle of a box around them does not.
+fn mean_of(points: &[Vector3<f64>]) -> Vector3<f64> {
+    let sum: Vector3<f64> = points.iter().sum();
+    sum / points.len().max(1) as f64
 }
 
 /// A part of about as many triangles at most, for comparing cuts: points near each other become one.

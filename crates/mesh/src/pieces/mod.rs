@@ -258,9 +258,12 @@ impl Cutting {
             AXIS_HANDICAP * excess
         };
         let at_hollows = at_hollows.into_iter().map(|plane| (plane, 0.0));
-        let across_axes = candidates::of_axes(&entry.part, is_round)
-            .into_iter()
-            .map(|plane| (plane, handicap));
+        // Where facets meet says better how to cut a ring than any axis does: across its own axis nothing is won.
+        let across_axes = match is_round && at_hollows.len() > 0 {
+            true => Vec::new(),
+            false => candidates::of_axes(&entry.part, is_round),
+        };
+        let across_axes = across_axes.into_iter().map(|plane| (plane, handicap));
         let mut best = None::<(f64, Plane)>;
         for (plane, handicap) in at_hollows.chain(across_axes) {
             let Some((below, above)) = coarse.cut(&plane, self.tolerance) else {
