@@ -359,6 +359,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0} 有 {1} 字节；一次最多读取 {2} 字节",
     ),
     (
+        "about {} records and {} bytes of messages wait unwritten, {} messages were dropped, and what comes last in the file may be incomplete",
+        "约有 {0} 条记录和 {1} 字节的消息尚未写入，丢弃了 {2} 条消息，文件末尾的内容可能不完整",
+    ),
+    (
         "all {} points are reached at least {} mm from everything, {} rad from the ends of the joints' ranges, in {} s from first to last",
         "全部 {0} 个点都可到达，与所有物体至少相距 {1} mm，距关节范围的边界 {2} rad，从第一点到最后一点 {3} s",
     ),
@@ -508,6 +512,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "块和括号嵌套超过 {0} 层",
     ),
     (
+        "cannot create the recording {}: {}",
+        "无法创建记录 {0}：{1}",
+    ),
+    (
         "cannot open port {} for the grippers of the cell file: {}",
         "无法为单元文件的夹爪打开端口 {0}：{1~}",
     ),
@@ -534,11 +542,19 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "无法删除旧的就绪文件 {0}：{1~}",
     ),
     ("cannot start a thread: {}", "无法启动线程：{0~}"),
+    (
+        "cannot start the recorder's thread: {}",
+        "无法启动记录线程：{0}",
+    ),
     ("cannot use the model {}: {}", "无法使用型号 {0}：{1~}"),
     ("cannot write the bag: {}", "无法写入 bag：{0~}"),
     (
         "cannot write the ready file {}: {}",
         "无法写入就绪文件 {0}：{1~}",
+    ),
+    (
+        "cannot write the recording {}: the disk takes nothing",
+        "无法写入记录 {0}：磁盘不接受数据",
     ),
     (
         "cannot write the recording {}: {}",
@@ -1162,6 +1178,11 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the recording has {} cycles up to cycle {}; at most {} missing ones are run",
         "到第 {1} 周期为止记录有 {0} 个周期；缺少的周期最多补运行 {2} 个",
     ),
+    (
+        "the recording is not complete: the disk did not take it in time",
+        "记录不完整：磁盘没有及时接受数据",
+    ),
+    ("the recording is not complete: {}", "记录不完整：{0}"),
     (
         "the recording takes nothing, no time can pass",
         "记录不再接收数据，时间无法前进",
