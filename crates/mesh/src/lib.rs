@@ -18,7 +18,7 @@
 //! assert!((solid.volume() - 1.0 / 6.0).abs() < 1e-12);
 //! let pieces = mesh::convex_pieces(&solid, 16);
 //! assert_eq!(pieces.pieces().len(), 1);
-//! assert!(pieces.deviation() < 1e-9);
+//! assert!(pieces.deviation() < 1e-6);
 //! # Ok::<(), mesh::MeshError>(())
 //! ```
 
