@@ -123,7 +123,8 @@ impl Folder {
 struct Bench(SteppedController);
 
 impl Bench {
-    fn run(&self, program: &str) -> RobotState {
+    /// Runs a program, and says with what error it ended.
+    fn run_to_end(&self, program: &str) -> (RobotState, Option<String>) {
         let text = ProgramText {
             name: "cell.script".to_owned(),
             text: program.to_owned(),
@@ -134,8 +135,13 @@ impl Bench {
         };
         let time = Seconds::new(60.0).unwrap();
         let result = self.0.run_program(text, time, &mut patience).unwrap();
-        assert_eq!(result.error, None);
-        self.0.state()
+        (self.0.state(), result.error)
+    }
+
+    fn run(&self, program: &str) -> RobotState {
+        let (state, error) = self.run_to_end(program);
+        assert_eq!(error, None);
+        state
     }
 
     fn pose(&self, part: &str) -> Pose {
@@ -416,7 +422,10 @@ sleep(1)
 fn a_tool_of_a_mesh_stays_on_the_allowed_side_of_a_plane() {
     let plane = "[[safety_plane]]\nname = 'floor'\npoint = [0, 0, 0.2]\nnormal = [0, 0, 1]\n";
     let tool = |shape: &str| format!("[tool]\n{shape}\npose = [0, 0, 0.05, 0, 0.3, 0]\n{plane}");
-    let program = "down = [3.141592653589793, 0, 0]\nmovel([-0.45, -0.2, 0.4] + down, a=1, v=0.3)\nmovel([-0.45, -0.2, 0.1] + down, a=0.5, v=0.2)\n";
+    // The second one goes down until the tool is at the plane, which the flange never reaches.
+    let above = "down = [3.141592653589793, 0, 0]\nmovel([-0.45, -0.2, 0.4] + down, a=1, v=0.3)\n";
+    let beyond = format!("{above}movel([-0.45, -0.2, 0.25] + down, a=1, v=0.3)\n");
+    let down = format!("{above}speedl([0, 0, -0.1, 0, 0, 0], 0.5, 4)\n");
     let heights = [
         Folder::new(&tool("shape = 'box'\nsize = [0.04, 0.06, 0.1]"), &[]),
         Folder::new(
@@ -425,22 +434,18 @@ fn a_tool_of_a_mesh_stays_on_the_allowed_side_of_a_plane() {
         ),
     ]
     .map(|folder| {
-        let bench = folder.open(PlantChoice::Ideal);
-        let text = ProgramText {
-            name: "plane.script".to_owned(),
-            text: program.to_owned(),
-        };
-        let mut patience = WallTimeout {
-            wall: Duration::from_secs(60),
-            keep_going: &mut || true,
-        };
-        let time = Seconds::new(60.0).unwrap();
-        let _ = bench.0.run_program(text, time, &mut patience).unwrap();
-        let state = bench.0.state();
-        state.actual_tcp_pose.xyz[2]
+        let (_, refused) = folder.open(PlantChoice::Ideal).run_to_end(&beyond);
+        let (state, _) = folder.open(PlantChoice::Ideal).run_to_end(&down);
+        (refused.unwrap(), state.actual_tcp_pose.xyz[2])
     });
-    assert!((heights[0] - heights[1]).abs() < 1e-6, "{heights:?}");
-    assert!(heights[0] > 0.25, "{heights:?}");
+    let [(box_refused, box_height), (mesh_refused, mesh_height)] = heights;
+    assert!(box_refused.contains("behind safety plane"), "{box_refused}");
+    assert_eq!(box_refused, mesh_refused);
+    assert!(
+        (box_height - mesh_height).abs() < 1e-6,
+        "{box_height} {mesh_height}"
+    );
+    assert!((0.29..0.32).contains(&box_height), "{box_height}");
 }
 
 #[test]

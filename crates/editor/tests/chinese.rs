@@ -171,7 +171,7 @@ const COMMANDS_STAY: &[&str] = &[
     // What no person sees.
     "knots are in order",
     "lines count from 1",
-    "the eight corners and six faces above are a box whatever its lengths are",
+    "no length is below a micrometre",
     "a box",
     "at line {} column {}",
     // The Chinese of serde's words has it.

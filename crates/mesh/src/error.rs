@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::{MAX_COORDINATE_M, MAX_TRIANGLES, MIN_EXTENT_M};
 
-/// Why a file could not be read.
+/// A reason for which a file could not be read.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FileError {
@@ -31,7 +31,7 @@ pub enum FileError {
 
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum FilePosition {
     /// A byte, from 0.
     Byte(usize),
     /// A line, from 1.
@@ -45,31 +45,31 @@ pub enum Place {
 }
 
 /// What is wrong at a place of a file. Each kind of place is a whole sentence, so that each can be translated.
-struct Located<'a>(&'a str, &'a Place, &'a dyn Display);
+struct Located<'a>(&'a str, &'a FilePosition, &'a dyn Display);
 
 impl Display for Located<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let Self(file, place, trouble) = self;
         match place {
-            Place::Byte(at) => write!(f, "{file}, byte {at}: {trouble}"),
-            Place::Line(at) => write!(f, "{file}, line {at}: {trouble}"),
-            Place::Triangle(at) => write!(f, "{file}, triangle {at}: {trouble}"),
-            Place::Element(array, at) => write!(f, "{file}, {array}[{at}]: {trouble}"),
-            Place::Whole => write!(f, "{file}: {trouble}"),
+            FilePosition::Byte(at) => write!(f, "{file}, byte {at}: {trouble}"),
+            FilePosition::Line(at) => write!(f, "{file}, line {at}: {trouble}"),
+            FilePosition::Triangle(at) => write!(f, "{file}, triangle {at}: {trouble}"),
+            FilePosition::Element(array, at) => write!(f, "{file}, {array}[{at}]: {trouble}"),
+            FilePosition::Whole => write!(f, "{file}: {trouble}"),
         }
     }
 }
 
-/// Why a file is no mesh, or a mesh is no solid.
+/// A reason for which a file is no mesh, or a mesh is no solid.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshError {
     /// The file, or a buffer beside a glTF file, could not be read.
     #[error("{file}: {source}")]
     File {
-        /// Which file.
+        /// Name of the file.
         file: String,
-        /// Why.
+        /// Reason for which it could not be read.
         source: FileError,
     },
     /// No format has this ending.
@@ -77,13 +77,13 @@ pub enum MeshError {
         "{file}: the name ends in no known format of meshes; allowed are .stl, .obj, .gltf and .glb"
     )]
     Format {
-        /// Which file.
+        /// Name of the file.
         file: String,
     },
     /// A scale that is no length.
     #[error("{file}: the scale is {scale}; allowed is a finite number above 0")]
     Scale {
-        /// Which file.
+        /// Name of the file.
         file: String,
         /// The scale that was given.
         scale: f64,
@@ -91,10 +91,10 @@ pub enum MeshError {
     /// What is there is not what the format says.
     #[error("{}", Located(.file, .place, .trouble))]
     Damaged {
-        /// Which file.
+        /// Name of the file.
         file: String,
-        /// Where.
-        place: Place,
+        /// Position in the file.
+        place: FilePosition,
         /// What was found, and what is allowed.
         trouble: String,
     },
@@ -105,15 +105,15 @@ pub enum MeshError {
         &format_args!("the file has more than {MAX_TRIANGLES} triangles, the most that is allowed")
     ))]
     TooManyTriangles {
-        /// Which file.
+        /// Name of the file.
         file: String,
         /// Where it became too many.
-        place: Place,
+        place: FilePosition,
     },
     /// Nothing to see.
     #[error("{file}: the file has no triangle with an area")]
     Empty {
-        /// Which file.
+        /// Name of the file.
         file: String,
     },
     /// A hole in the surface.
@@ -121,7 +121,7 @@ pub enum MeshError {
         "{file}, triangle {triangle}: the surface is open: the edge from {from} to {to} m belongs to one triangle only; in a solid every edge belongs to two"
     )]
     Open {
-        /// Which file.
+        /// Name of the file.
         file: String,
         /// The triangle at the hole, from 0.
         triangle: usize,
@@ -135,7 +135,7 @@ pub enum MeshError {
         "{file}, triangle {triangle}: the edge from {from} to {to} m belongs to {count} triangles; in a solid every edge belongs to two"
     )]
     Branched {
-        /// Which file.
+        /// Name of the file.
         file: String,
         /// One of the triangles, from 0.
         triangle: usize,
@@ -151,7 +151,7 @@ pub enum MeshError {
         "{file}: one of triangles {triangle} and {other} is inside out: both run along the edge from {from} to {to} m in the same direction; corners must be counterclockwise seen from outside"
     )]
     Turned {
-        /// Which file.
+        /// Name of the file.
         file: String,
         /// One of the triangles, from 0.
         triangle: usize,
@@ -167,7 +167,7 @@ pub enum MeshError {
         "{file}: the surface encloses no volume: {volume:e} m³ in a box of {x:e} by {y:e} by {z:e} m"
     )]
     NoVolume {
-        /// Which file.
+        /// Name of the file.
         file: String,
         /// What is enclosed, in m³.
         volume: f64,
@@ -183,9 +183,9 @@ pub enum MeshError {
         "{file}, triangle {triangle}: a corner is at {spot} m; allowed are coordinates within {MAX_COORDINATE_M} m (a file in millimetres needs a scale of 0.001)"
     )]
     TooFar {
-        /// Which file.
+        /// Name of the file.
         file: String,
-        /// Which triangle, from 0.
+        /// Number of the triangle, from 0.
         triangle: usize,
         /// Where the corner is.
         spot: Spot,
@@ -195,7 +195,7 @@ pub enum MeshError {
         "{file}: the extent along {axis} is {extent:e} m; allowed is {MIN_EXTENT_M} m and more"
     )]
     TooSmall {
-        /// Which file.
+        /// Name of the file.
         file: String,
         /// The axis: x, y or z.
         axis: char,

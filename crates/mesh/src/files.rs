@@ -11,7 +11,7 @@ pub trait MeshFiles {
     /// The bytes of a file, at most `most` of them. `path` is relative, with `/` between folders.
     ///
     /// # Errors
-    /// Why there are no such bytes; more than `most` of them are an error as well.
+    /// A file that is not there or cannot be read, and one of more than `most` bytes.
     fn read(&mut self, path: &str, most: u64) -> Result<Vec<u8>, FileError>;
 }
 

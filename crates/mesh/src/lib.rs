@@ -31,7 +31,7 @@ mod read;
 mod solid;
 
 pub use body::MeshBody;
-pub use error::{FileError, MeshError, Place};
+pub use error::{FileError, FilePosition, MeshError};
 pub use files::{Folder, MeshFiles};
 pub use mesh::Mesh;
 pub use pieces::{ConvexPiece, ConvexPieces, convex_pieces};

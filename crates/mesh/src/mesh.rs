@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::MAX_TRIANGLES;
-use crate::error::{MeshError, Place};
+use crate::error::{FilePosition, MeshError};
 
 /// Triangles as a file has them, in metres. The corners of each are counterclockwise from outside.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ impl Mesh {
         if triangles.len() > MAX_TRIANGLES {
             return Err(MeshError::TooManyTriangles {
                 file: file.to_owned(),
-                place: Place::Triangle(MAX_TRIANGLES),
+                place: FilePosition::Triangle(MAX_TRIANGLES),
             });
         }
         for (number, corners) in triangles.iter().enumerate() {
@@ -51,7 +51,7 @@ impl Mesh {
                 };
                 return Err(MeshError::Damaged {
                     file: file.to_owned(),
-                    place: Place::Triangle(number),
+                    place: FilePosition::Triangle(number),
                     trouble,
                 });
             }

@@ -23,6 +23,7 @@ use rapier3d_f64::geometry::{
 use rapier3d_f64::math::{Pose as EnginePose, Vector};
 use rapier3d_f64::pipeline::{CollisionPipeline, PhysicsPipeline, PhysicsWorld};
 use rapier3d_f64::prelude::{CCDSolver, CoefficientCombineRule};
+use std::sync::Arc;
 
 /// Natural frequency of contacts, Hz; twice that against what stands still.
 const CONTACT_FREQUENCY: f64 = 200.0;
@@ -168,10 +169,22 @@ impl Engine {
         mass: f64,
         material: Material,
     ) -> ColliderHandle {
-        let (solid, turn) = engine_shape(shape);
-        let collider = self.attach_solid(body, solid, engine_pose(pose) * turn, mass, material);
+        self.attach_prepared(body, &EngineShape::new(shape), pose, mass, material)
+    }
+
+    /// Gives a body a solid that the engine knows already, at `pose` in its frame.
+    pub(crate) fn attach_prepared(
+        &mut self,
+        body: RigidBodyHandle,
+        shape: &EngineShape,
+        pose: &Pose,
+        mass: f64,
+        material: Material,
+    ) -> ColliderHandle {
+        let place = engine_pose(pose) * shape.turn;
+        let collider = self.attach_solid(body, shape.solid.clone(), place, mass, material);
         // Pieces may overlap, and have other middles: what the mesh itself weighs counts.
-        if let BodyShape::Mesh(mesh) = shape
+        if let Some(mesh) = &shape.mesh
             && mass > 0.0
             && let Some(collider) = self.physics.colliders.get_mut(collider)
         {
@@ -401,8 +414,34 @@ pub(crate) fn our_pose(pose: &EnginePose) -> Pose {
     )
 }
 
-/// A shape of the engine, and its pose in the frame of ours: the engine's cylinders stand along y.
-pub(crate) fn engine_shape(shape: &BodyShape) -> (SharedShape, EnginePose) {
+/// A solid as the engine has it. Making one of a mesh takes long; clones share it.
+#[derive(Clone)]
+pub(crate) struct EngineShape {
+    pub(crate) solid: SharedShape,
+    /// Pose in the frame of our solid: the engine's cylinders stand along y.
+    pub(crate) turn: EnginePose,
+    /// The mesh whose mass properties count instead of those of the engine's solid.
+    mesh: Option<Arc<MeshBody>>,
+}
+
+impl EngineShape {
+    pub(crate) fn new(shape: &BodyShape) -> Self {
+        let (solid, turn) = engine_solid(shape);
+        let mesh = match shape {
+            BodyShape::Mesh(mesh) => Some(mesh.clone()),
+            _ => None,
+        };
+        Self { solid, turn, mesh }
+    }
+}
+
+impl core::fmt::Debug for EngineShape {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "EngineShape({:?})", self.solid.shape_type())
+    }
+}
+
+fn engine_solid(shape: &BodyShape) -> (SharedShape, EnginePose) {
     let upright = EnginePose::IDENTITY;
     match *shape {
         BodyShape::Mesh(ref mesh) => (compound(mesh), upright),

@@ -5,7 +5,7 @@
 
 use crate::arm::add_touches;
 use crate::description::{BodyShape, FingerControl, Fingers};
-use crate::engine::{ARM, Engine, Material, engine_shape, our_vector, vector};
+use crate::engine::{ARM, Engine, EngineShape, Material, our_vector, vector};
 use crate::error::OrderError;
 use crate::gripper::GripContext;
 use crate::hold::Hold;
@@ -489,7 +489,7 @@ struct FaceRay {
 impl InnerFace {
     /// `inwards` is a unit vector towards the other finger.
     fn new(shape: &BodyShape, inwards: Vector3<f64>) -> Self {
-        let (solid, turn) = engine_shape(shape);
+        let EngineShape { solid, turn, .. } = EngineShape::new(shape);
         let around = solid.compute_aabb(&turn);
         let (middle, half) = (
             our_vector(around.center()),

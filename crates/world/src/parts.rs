@@ -1,7 +1,7 @@
 //! The parts that are there: their bodies, names and templates.
 
 use crate::description::{BodyShape, Mass, PartDescription, WorldDescription};
-use crate::engine::{Engine, Material, PARTS};
+use crate::engine::{Engine, EngineShape, Material, PARTS};
 use crate::materials::Owner;
 use kinematics::{Pose, RigidBody};
 use nalgebra::{Matrix3, Vector3};
@@ -18,6 +18,7 @@ pub(crate) type PartNumber = u32;
 pub(crate) struct Template {
     pub(crate) name: Arc<str>,
     pub(crate) shape: BodyShape,
+    pub(crate) solid: EngineShape,
     /// Mass properties in the frame of the part.
     pub(crate) mass: RigidBody,
     pub(crate) friction: f64,
@@ -57,6 +58,7 @@ impl PartTable {
             parts.templates.push(Template {
                 name: part.name.as_str().into(),
                 shape: part.shape.clone(),
+                solid: EngineShape::new(&part.shape),
                 mass: mass_properties(part),
                 friction: part.friction,
                 restitution: part.restitution,
@@ -107,7 +109,8 @@ impl PartTable {
             restitution: of.restitution,
             group: PARTS,
         };
-        let collider = engine.attach(body, &of.shape, &Pose::IDENTITY, of.mass.mass, material);
+        let collider =
+            engine.attach_prepared(body, &of.solid, &Pose::IDENTITY, of.mass.mass, material);
         let part = PartBody {
             name,
             template,

@@ -2,7 +2,7 @@
 
 use crate::description::{SourceDescription as Plan, Trigger};
 use crate::edges::Edge;
-use crate::engine::{Engine, engine_pose, engine_shape};
+use crate::engine::{Engine, EngineShape, engine_pose};
 use crate::parts::PartTable;
 use crate::scatter::Scatter;
 use crate::state::SourceState;
@@ -64,10 +64,10 @@ impl Source {
             return;
         }
         let pose = self.place();
-        let (solid, turn) = engine_shape(&parts.templates[self.template].shape);
+        let EngineShape { solid, turn, .. } = &parts.templates[self.template].solid;
         let is_taken = engine
             .physics
-            .intersect_shape(engine_pose(&pose) * turn, &*solid, QueryFilter::default())
+            .intersect_shape(engine_pose(&pose) * *turn, &**solid, QueryFilter::default())
             .next()
             .is_some();
         if is_taken || parts.bodies.len() >= crate::check::MAX_PARTS {

@@ -136,7 +136,7 @@ impl TableCheck {
     }
 }
 
-/// Why a mesh has no size.
+/// Refusal of a `size` beside a mesh.
 pub(super) const MESH_SIZE: &str = "a mesh has the size of its file; scale changes it";
 
 /// Most obstacles: each is looked at in every step of the servo.

@@ -194,7 +194,7 @@ impl Cell {
     /// The cell of a recording, whose text and files it holds.
     ///
     /// # Errors
-    /// It is none of this version's.
+    /// A recorded cell file that this version cannot act on, or one of its meshes that is missing.
     pub fn of_recording(setup: &Setup) -> Result<Option<Self>, CellError> {
         let cell = setup.cell.clone().map(|text| {
             let path = Path::new("the recorded cell file");

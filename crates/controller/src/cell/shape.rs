@@ -16,7 +16,7 @@ use super::world_schema::{FingerTable, PartTable};
 /// Convex pieces of a mesh where the table names no number.
 const DEFAULT_PIECES: usize = 16;
 
-/// What a mesh needs.
+/// Refusal of a mesh without a file.
 pub(super) const MESH_FILE: &str =
     "a mesh needs a file: .stl, .obj, .gltf or .glb, beside the cell file or in a folder there";
 

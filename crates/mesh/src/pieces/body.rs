@@ -6,8 +6,8 @@ use kinematics::polytope::Polytope;
 use nalgebra::Vector3;
 
 use super::ConvexPiece;
+use super::fragment::Plane;
 use super::hull::Hull;
-use super::part::Plane;
 use crate::solid::bounds_of;
 
 /// Triangles whose corners are this near to a plane are one face, as a share of the body's size.
@@ -38,25 +38,8 @@ pub(super) fn box_around(low: Vector3<f64>, high: Vector3<f64>) -> (ConvexPiece,
     let middle = (low + high) / 2.0;
     // Not flat, whatever is in it.
     let half = ((high - low) / 2.0).map(|length| length.max(1e-6));
-    let corner = |index: usize| {
-        let sign = |bit: usize| if index & bit == 0 { -1.0 } else { 1.0 };
-        half.component_mul(&Vector3::new(sign(1), sign(2), sign(4)))
-    };
-    let points: Vec<Vector3<f64>> = (0..8).map(corner).collect();
-    let loops = [
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-    ];
-    let loops: Vec<Vec<u32>> = loops.iter().map(|face| face.to_vec()).collect();
-    #[expect(
-        clippy::expect_used,
-        reason = "the eight corners and six faces above are a box whatever its lengths are"
-    )]
-    let body = Arc::new(Polytope::new(points, &loops).expect("a box"));
+    #[expect(clippy::expect_used, reason = "no length is below a micrometre")]
+    let body = Arc::new(Polytope::cuboid(half.into()).expect("a box"));
     (ConvexPiece { middle, body }, 2.0 * half.norm())
 }
 

@@ -1,24 +1,24 @@
-//! Planes that may cut a part well: those of the faces at its hollows, and some across its axes.
+//! Planes that may cut a fragment well: those of the faces at its hollows, and some across its axes.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::part::{Part, Plane};
+use super::fragment::{Fragment, Plane};
 use crate::solid::bounds_of;
 
 /// The most planes of faces, and of those that halve angles, that are tried.
 const FACES_MAX: usize = 12;
 const HALVING_MAX: usize = 6;
-/// An edge is hollow where a neighbour rises above a triangle by this share of the part's size.
+/// An edge is hollow where a neighbour rises above a triangle by this share of the fragment's size.
 const RISE: f64 = 1e-6;
 /// Hollows of less than 20° are those of round surfaces, along whose facets no cut is good: 1 less the cosine.
 const SHARP: f64 = 0.06;
 /// Where the surface turns by less than 1°, rounding of a flat face may be all there is, rad.
 const TURN: f64 = 0.0175;
-/// Shares of the length along an axis at which a part may be cut.
+/// Shares of the length along an axis at which a fragment may be cut.
 const SHARES: &[f64] = &[0.25, 0.5, 0.75];
-/// A round part is halved: rings end as wedges of the same angle.
+/// A round fragment is halved: rings end as wedges of the same angle.
 const HALF: &[f64] = &[0.5];
 
 /// A hollow edge: the planes of its two triangles, and where it begins and ends.
@@ -35,9 +35,9 @@ impl Hollow {
 }
 
 /// The edges of triangles at which the surface is hollow.
-fn hollows(part: &Part, size: f64) -> Vec<Hollow> {
-    let mut edges = Vec::with_capacity(3 * part.triangles.len());
-    for (number, &[a, b, c]) in (0_u32..).zip(&part.triangles) {
+fn hollows(fragment: &Fragment, size: f64) -> Vec<Hollow> {
+    let mut edges = Vec::with_capacity(3 * fragment.triangles.len());
+    for (number, &[a, b, c]) in (0_u32..).zip(&fragment.triangles) {
         for (from, to, opposite) in [(a, b, c), (b, c, a), (c, a, b)] {
             edges.push((from.min(to), from.max(to), number, opposite));
         }
@@ -46,24 +46,25 @@ fn hollows(part: &Part, size: f64) -> Vec<Hollow> {
     let pairs = edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1));
     let hollows = pairs.filter_map(|pair| {
         let [one, other] = pair else { return None };
-        let plane =
-            |number: u32| Plane::of_triangle(part.triangle(&part.triangles[number as usize]));
+        let plane = |number: u32| {
+            Plane::of_triangle(fragment.triangle(&fragment.triangles[number as usize]))
+        };
         let planes = [plane(one.2)?, plane(other.2)?];
-        let rise = planes[0].height(&part.points[other.3 as usize]);
+        let rise = planes[0].height(&fragment.points[other.3 as usize]);
         (rise >= RISE * size).then(|| Hollow {
             planes,
-            ends: [one.0, one.1].map(|end| part.points[end as usize]),
+            ends: [one.0, one.1].map(|end| fragment.points[end as usize]),
         })
     });
     hollows.collect()
 }
 
-/// Planes of triangles at sharp hollow edges, those along the longest ones first; and for a part whose hollows are all
+/// Planes of triangles at sharp hollow edges, those along the longest ones first; and for a fragment whose hollows are all
 /// round, those that halve the angle at a hollow edge, which is where the facets of a ring meet.
-pub(super) fn of_hollows(part: &Part) -> HollowPlanes {
-    let (low, high) = bounds_of(part.points.iter().copied());
+pub(super) fn of_hollows(fragment: &Fragment) -> HollowPlanes {
+    let (low, high) = bounds_of(fragment.points.iter().copied());
     let size = (high - low).norm();
-    let hollows = hollows(part, size);
+    let hollows = hollows(fragment, size);
     let mut weights = BTreeMap::<[i64; 4], (f64, Plane)>::new();
     for hollow in hollows.iter().filter(|hollow| hollow.sharpness() >= SHARP) {
         let weight = (hollow.ends[0] - hollow.ends[1]).norm() * hollow.sharpness();
@@ -72,7 +73,7 @@ pub(super) fn of_hollows(part: &Part) -> HollowPlanes {
         }
     }
     if weights.is_empty() {
-        return HollowPlanes::Round(halving(&hollows, mean_of(&part.points), size));
+        return HollowPlanes::Round(halving(&hollows, mean_of(&fragment.points), size));
     }
     let mut found: Vec<(f64, Plane)> = weights.into_values().collect();
     found.sort_by(|one, other| other.0.total_cmp(&one.0));
@@ -84,7 +85,7 @@ pub(super) fn of_hollows(part: &Part) -> HollowPlanes {
 pub(super) enum HollowPlanes {
     /// Of faces that meet at a sharp edge.
     Sharp(Vec<Plane>),
-    /// Of a round part.
+    /// Of a round fragment.
     Round(Vec<Plane>),
 }
 
@@ -120,12 +121,12 @@ fn key(plane: &Plane, size: f64) -> [i64; 4] {
     [normal.x, normal.y, normal.z, offset].map(|value| value.round() as i64)
 }
 
-/// Planes across the axes of the frame and of the part's points.
-pub(super) fn of_axes(part: &Part, is_round: bool) -> Vec<Plane> {
+/// Planes across the axes of the frame and of the fragment's points.
+pub(super) fn of_axes(fragment: &Fragment, is_round: bool) -> Vec<Plane> {
     let shares = if is_round { HALF } else { SHARES };
     let mut axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
-    let middle = mean_of(&part.points);
-    let spread: Matrix3<f64> = part
+    let middle = mean_of(&fragment.points);
+    let spread: Matrix3<f64> = fragment
         .points
         .iter()
         .map(|point| (point - middle) * (point - middle).transpose())
@@ -143,7 +144,7 @@ pub(super) fn of_axes(part: &Part, is_round: bool) -> Vec<Plane> {
     }
     let mut planes = Vec::new();
     for normal in axes {
-        let along = part.points.iter().map(|point| normal.dot(point));
+        let along = fragment.points.iter().map(|point| normal.dot(point));
         let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(value), high.max(value))
         });
@@ -161,14 +162,14 @@ fn mean_of(points: &[Vector3<f64>]) -> Vector3<f64> {
     sum / points.len().max(1) as f64
 }
 
-/// A part of about as many triangles at most, for comparing cuts: points near each other become one.
-pub(super) fn coarse(part: &Part, most: usize) -> Part {
+/// A fragment of about as many triangles at most, for comparing cuts: points near each other become one.
+pub(super) fn coarse(fragment: &Fragment, most: usize) -> Fragment {
     let mut fine = 32.0;
     loop {
-        if part.triangles.len() <= most || fine < 4.0 {
-            return part.clone();
+        if fragment.triangles.len() <= most || fine < 4.0 {
+            return fragment.clone();
         }
-        let coarse = clustered(part, fine);
+        let coarse = clustered(fragment, fine);
         if coarse.triangles.len() <= most {
             return coarse;
         }
@@ -176,13 +177,13 @@ pub(super) fn coarse(part: &Part, most: usize) -> Part {
     }
 }
 
-fn clustered(part: &Part, fine: f64) -> Part {
-    let (low, high) = bounds_of(part.points.iter().copied());
+fn clustered(fragment: &Fragment, fine: f64) -> Fragment {
+    let (low, high) = bounds_of(fragment.points.iter().copied());
     let edge = (high - low).max() / fine;
     let mut cells = BTreeMap::<[i64; 3], u32>::new();
     let mut sums: Vec<(Vector3<f64>, f64)> = Vec::new();
-    let mut numbers = Vec::with_capacity(part.points.len());
-    for point in &part.points {
+    let mut numbers = Vec::with_capacity(fragment.points.len());
+    for point in &fragment.points {
         // Between 0 and the number of cells along an axis.
         let cell = ((point - low) / edge).map(|value| value.floor() as i64);
         let number = *cells.entry(cell.into()).or_insert_with(|| {
@@ -195,15 +196,15 @@ fn clustered(part: &Part, fine: f64) -> Part {
         numbers.push(number);
     }
     let number = |old: u32| numbers[old as usize];
-    let triangles = part.triangles.iter().map(|corners| corners.map(number));
-    let caps = part.caps.iter().map(|cap| {
+    let triangles = fragment.triangles.iter().map(|corners| corners.map(number));
+    let caps = fragment.caps.iter().map(|cap| {
         let edges = cap.edges.iter().map(|edge| edge.map(number));
-        super::part::Cap {
+        super::fragment::Cap {
             edges: edges.filter(|[from, to]| from != to).collect(),
             ..*cap
         }
     });
-    Part {
+    Fragment {
         points: sums.iter().map(|(sum, count)| sum / *count).collect(),
         triangles: triangles
             .filter(|[a, b, c]| a != b && b != c && c != a)

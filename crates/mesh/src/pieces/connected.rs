@@ -1,11 +1,11 @@
-//! What hangs together in a part: surfaces that share points, and caps with their holes.
+//! What hangs together in a fragment: surfaces that share points, and caps with their holes.
 
 use nalgebra::Vector3;
 
-use super::part::{Cap, Part};
+use super::fragment::{Cap, Fragment};
 use crate::solid::bounds_of;
 
-/// A part in more pieces than these is left as one.
+/// A fragment in more pieces than these is left as one.
 const COMPONENTS_MAX: usize = 1000;
 /// Loops of a cap times its edges; beyond that all loops count as connected.
 const WORK_MAX: usize = 20_000_000;
@@ -29,24 +29,24 @@ impl Sets {
 
     fn join(&mut self, one: u32, other: u32) {
         let (one, other) = (self.root(one), self.root(other));
-        // The smaller number stays the root, so that the order of parts is that of points.
+        // The smaller number stays the root, so that the order of fragments is that of points.
         self.0[one.max(other) as usize] = one.min(other);
     }
 }
 
-/// The connected parts of a part, in the order of their first points.
-pub(super) fn components(part: Part) -> Vec<Part> {
-    let mut sets = Sets::new(part.points.len());
-    for &[a, b, c] in &part.triangles {
+/// The connected fragments of a fragment, in the order of their first points.
+pub(super) fn components(fragment: Fragment) -> Vec<Fragment> {
+    let mut sets = Sets::new(fragment.points.len());
+    for &[a, b, c] in &fragment.triangles {
         sets.join(a, b);
         sets.join(b, c);
     }
-    for cap in &part.caps {
-        join_cap(cap, &part.points, &mut sets);
+    for cap in &fragment.caps {
+        join_cap(cap, &fragment.points, &mut sets);
     }
-    let mut order = vec![usize::MAX; part.points.len()];
+    let mut order = vec![usize::MAX; fragment.points.len()];
     let mut count = 0;
-    for number in (0_u32..).take(part.points.len()) {
+    for number in (0_u32..).take(fragment.points.len()) {
         let root = sets.root(number) as usize;
         if order[root] == usize::MAX {
             order[root] = count;
@@ -54,14 +54,14 @@ pub(super) fn components(part: Part) -> Vec<Part> {
         }
     }
     if count <= 1 || count > COMPONENTS_MAX {
-        return vec![part];
+        return vec![fragment];
     }
     let mut triangles = vec![Vec::new(); count];
     let mut caps: Vec<Vec<Cap>> = vec![Vec::new(); count];
-    for corners in &part.triangles {
+    for corners in &fragment.triangles {
         triangles[order[sets.root(corners[0]) as usize]].push(*corners);
     }
-    for cap in &part.caps {
+    for cap in &fragment.caps {
         let mut shares = vec![Vec::new(); count];
         for edge in &cap.edges {
             shares[order[sets.root(edge[0]) as usize]].push(*edge);
@@ -75,14 +75,15 @@ pub(super) fn components(part: Part) -> Vec<Part> {
     let found = triangles
         .into_iter()
         .zip(caps)
-        .map(|(triangles, caps)| part.subset(triangles, caps));
+        .map(|(triangles, caps)| fragment.subset(triangles, caps));
     with_hollows(found.collect())
 }
 
-/// Puts hollows, whose volume is negative, to the smallest part around them.
-fn with_hollows(found: Vec<Part>) -> Vec<Part> {
-    let (mut bodies, hollows): (Vec<Part>, Vec<Part>) =
-        found.into_iter().partition(|part| part.volume() > 0.0);
+/// Puts hollows, whose volume is negative, to the smallest fragment around them.
+fn with_hollows(found: Vec<Fragment>) -> Vec<Fragment> {
+    let (mut bodies, hollows): (Vec<Fragment>, Vec<Fragment>) = found
+        .into_iter()
+        .partition(|fragment| fragment.volume() > 0.0);
     if bodies.is_empty() {
         return hollows;
     }
@@ -102,17 +103,17 @@ fn with_hollows(found: Vec<Part>) -> Vec<Part> {
     bodies
 }
 
-/// Adds a part to another one.
-pub(super) fn append(part: &mut Part, other: &Part) {
-    let shift = u32::try_from(part.points.len()).unwrap_or(u32::MAX);
-    part.points.extend_from_slice(&other.points);
-    part.triangles.extend(
+/// Adds a fragment to another one.
+pub(super) fn append(fragment: &mut Fragment, other: &Fragment) {
+    let shift = u32::try_from(fragment.points.len()).unwrap_or(u32::MAX);
+    fragment.points.extend_from_slice(&other.points);
+    fragment.triangles.extend(
         other
             .triangles
             .iter()
             .map(|corners| corners.map(|corner| corner + shift)),
     );
-    part.caps.extend(other.caps.iter().map(|cap| {
+    fragment.caps.extend(other.caps.iter().map(|cap| {
         Cap {
             edges: cap
                 .edges

@@ -7,43 +7,43 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use super::distance::SolidDistance;
+use super::fragment::{Fragment, Plane};
 use super::hull::Hull;
-use super::part::{Part, Plane};
 use crate::solid::bounds_of;
 
 /// A bound is good enough when it is this little above what was found.
 const SHARE: f64 = 0.02;
 /// Or this little, in metres.
 const MARGIN_M: f64 = 1e-6;
-/// A part that is farther than this from its hull, in metres, is not convex but for rounding.
+/// A fragment that is farther than this from its hull, in metres, is not convex but for rounding.
 const NEAR_M: f64 = 1e-4;
 
-/// A bound for a part that is convex but for rounding: how far a point of its hull may be from it. None for others.
+/// A bound for a fragment that is convex but for rounding: how far a point of its hull may be from it. None for others.
 ///
 /// Let every triangle and cap have a point c at least r below its plane, and every corner at most h above it. Rays from
-/// c leave the part once, so what is below all planes is in the part. The hull is at most h above them; made smaller
-/// towards c by r/(r + h) it is below them all, so each of its points is within h/(r + h) of its diameter from the part.
-pub(super) fn of_convex(part: &Part, middle: &Vector3<f64>, tolerance: f64) -> Option<f64> {
+/// c leave the fragment once, so what is below all planes is in the fragment. The hull is at most h above them; made smaller
+/// towards c by r/(r + h) it is below them all, so each of its points is within h/(r + h) of its diameter from the fragment.
+pub(super) fn of_convex(fragment: &Fragment, middle: &Vector3<f64>, tolerance: f64) -> Option<f64> {
     let mut radius = f64::INFINITY;
-    let mut planes = Vec::with_capacity(part.triangles.len());
+    let mut planes = Vec::with_capacity(fragment.triangles.len());
     let mut above = 0.0_f64;
-    for corners in &part.triangles {
-        let [a, b, c] = part.triangle(corners);
+    for corners in &fragment.triangles {
+        let [a, b, c] = fragment.triangle(corners);
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
         match Plane::of_triangle([a, b, c]) {
             Some(plane) if (b - a).cross(&(c - a)).norm() > longest * tolerance => {
                 planes.push(plane)
             }
-            // Too narrow to have a side: the part without it is as good but for this.
+            // Too narrow to have a side: the fragment without it is as good but for this.
             _ => above = above.max(tolerance),
         }
     }
-    for cap in &part.caps {
+    for cap in &fragment.caps {
         let heights = cap
             .edges
             .iter()
             .flatten()
-            .map(|&end| cap.normal.dot(&part.points[end as usize]));
+            .map(|&end| cap.normal.dot(&fragment.points[end as usize]));
         let offset = heights.fold(f64::INFINITY, f64::min);
         let normal = cap.normal;
         planes.push(Plane { normal, offset });
@@ -54,9 +54,9 @@ pub(super) fn of_convex(part: &Part, middle: &Vector3<f64>, tolerance: f64) -> O
             return None;
         }
     }
-    let (low, high) = bounds_of(part.points.iter().copied());
+    let (low, high) = bounds_of(fragment.points.iter().copied());
     let diameter = (high - low).norm();
-    let boxes = PointBoxes::new(&part.points);
+    let boxes = PointBoxes::new(&fragment.points);
     for plane in &planes {
         above = boxes.highest(plane, above);
         if above / radius * diameter > NEAR_M {

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};
 
 use super::distance::to_triangle;
-use super::part::Plane;
+use super::fragment::Plane;
 use crate::solid::bounds_of;
 
 /// More points than these are looked at in two rounds.

@@ -1,6 +1,6 @@
 //! Convex pieces that stand for a solid in contacts and distances.
 //!
-//! The part that reaches farthest beyond the solid is cut, until none does by more than a tenth of a millimetre or
+//! The fragment that reaches farthest beyond the solid is cut, until none does by more than a tenth of a millimetre or
 //! there are as many pieces as are allowed. The planes of the faces at hollows come first: they take bins, brackets
 //! and forks apart without a remainder. What is left is measured against the solid as it was read.
 
@@ -9,8 +9,8 @@ mod candidates;
 mod connected;
 mod deviation;
 mod distance;
+mod fragment;
 mod hull;
-mod part;
 
 use std::sync::Arc;
 
@@ -22,16 +22,16 @@ use crate::solid::{Solid, bounds_of};
 use candidates::HollowPlanes;
 use connected::{append, components};
 use distance::SolidDistance;
+use fragment::{Fragment, Plane};
 use hull::{Hull, hull_of};
-use part::{Part, Plane};
 
-/// A part that reaches no farther beyond the solid than this, in metres, is cut no more.
+/// A fragment that reaches no farther beyond the solid than this, in metres, is cut no more.
 const NEAR_ENOUGH_M: f64 = 1e-4;
-/// Questions about what a cut makes, about a part before it is cut, and about all of them at the end.
+/// Questions about what a cut makes, about a fragment before it is cut, and about all of them at the end.
 const CELLS_OF_CUT: usize = 200;
-const CELLS_OF_PART: usize = 1500;
+const CELLS_OF_FRAGMENT: usize = 1500;
 const CELLS_OF_ALL: usize = 150_000;
-/// Corners and triangles of parts whose cuts are compared.
+/// Corners and triangles of fragments whose cuts are compared.
 const CORNERS_COMPARED: usize = 40;
 const TRIANGLES_COMPARED: usize = 2500;
 /// A cut across an axis must be better than one along a face by this share of what a hull has too much.
@@ -96,14 +96,14 @@ pub fn convex_pieces(solid: &Solid, most: usize) -> ConvexPieces {
         entries: Vec::new(),
         lost: Vec::new(),
     };
-    let whole = Part {
+    let whole = Fragment {
         points: solid.mesh().points().to_vec(),
         triangles: solid.mesh().triangles().to_vec(),
         caps: Vec::new(),
     };
-    let parts = components(whole);
-    for part in joined(parts, most) {
-        cutting.add(part);
+    let fragments = components(whole);
+    for fragment in joined(fragments, most) {
+        cutting.add(fragment);
     }
     while cutting.entries.len() < most {
         let Some(worst) = cutting.worst() else { break };
@@ -120,14 +120,14 @@ pub(crate) fn hull_corners(points: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     hull.map_or(points, |hull| hull.points)
 }
 
-/// The parts, or one of all of them where they are too many.
-fn joined(parts: Vec<Part>, most: usize) -> Vec<Part> {
-    if parts.len() <= most {
-        return parts;
+/// The fragments, or one of all of them where they are too many.
+fn joined(fragments: Vec<Fragment>, most: usize) -> Vec<Fragment> {
+    if fragments.len() <= most {
+        return fragments;
     }
-    let mut all = Part::default();
-    for part in &parts {
-        append(&mut all, part);
+    let mut all = Fragment::default();
+    for fragment in &fragments {
+        append(&mut all, fragment);
     }
     vec![all]
 }
@@ -140,48 +140,48 @@ struct Cutting {
     /// For corners of hulls, in metres.
     hull_tolerance: f64,
     entries: Vec<Entry>,
-    /// Corners of flat parts, which have no hull.
+    /// Corners of flat fragments, which have no hull.
     lost: Vec<Vec<Vector3<f64>>>,
 }
 
-/// A part with what is known of it.
+/// A fragment with what is known of it.
 struct Entry {
-    part: Part,
+    fragment: Fragment,
     hull: Hull,
     /// A bound of how far the hull reaches beyond the solid, in metres.
     reach: f64,
-    /// Whether `reach` is proven from the part alone, and needs no search.
+    /// Whether `reach` is proven from the fragment alone, and needs no search.
     is_convex: bool,
     /// Whether another cut may help.
     can_be_cut: bool,
 }
 
 impl Cutting {
-    fn add(&mut self, part: Part) {
-        match self.hull(&part) {
-            Some(hull) => self.add_entry(part, hull),
-            None => self.lost.push(part.points),
+    fn add(&mut self, fragment: Fragment) {
+        match self.hull(&fragment) {
+            Some(hull) => self.add_entry(fragment, hull),
+            None => self.lost.push(fragment.points),
         }
     }
 
-    /// The hull of a part; none for a flat one.
-    fn hull(&self, part: &Part) -> Option<Hull> {
-        hull_of(&part.points, Polytope::MAX_POINTS, self.hull_tolerance)
+    /// The hull of a fragment; none for a flat one.
+    fn hull(&self, fragment: &Fragment) -> Option<Hull> {
+        hull_of(&fragment.points, Polytope::MAX_POINTS, self.hull_tolerance)
     }
 
-    fn add_entry(&mut self, part: Part, hull: Hull) {
-        let convex = deviation::of_convex(&part, &hull.middle(), self.hull_tolerance);
+    fn add_entry(&mut self, fragment: Fragment, hull: Hull) {
+        let convex = deviation::of_convex(&fragment, &hull.middle(), self.hull_tolerance);
         let reach = convex.unwrap_or(f64::INFINITY);
         let (reach, is_convex) = if reach < NEAR_ENOUGH_M {
             (reach, true)
         } else {
-            let most = deviation::of_hulls(&[&hull], &self.solid, CELLS_OF_PART);
+            let most = deviation::of_hulls(&[&hull], &self.solid, CELLS_OF_FRAGMENT);
             (most.min(reach), false)
         };
         self.entries.push(Entry {
-            part,
+            fragment,
             reach,
-            // A round part with more corners than a body may have is not better in pieces.
+            // A round fragment with more corners than a body may have is not better in pieces.
             can_be_cut: reach > NEAR_ENOUGH_M,
             is_convex,
             hull,
@@ -210,48 +210,48 @@ impl Cutting {
         let entry = &self.entries[number];
         let cut = self
             .best_plane(entry)
-            .and_then(|plane| entry.part.cut(&plane, self.tolerance));
+            .and_then(|plane| entry.fragment.cut(&plane, self.tolerance));
         let Some((below, above)) = cut else {
             self.entries[number].can_be_cut = false;
             return;
         };
-        let below_parts = components(below);
-        let above_parts = components(above);
-        let parts = if below_parts.len() + above_parts.len() <= room {
-            below_parts.into_iter().chain(above_parts).collect()
+        let below_fragments = components(below);
+        let above_fragments = components(above);
+        let fragments = if below_fragments.len() + above_fragments.len() <= room {
+            below_fragments.into_iter().chain(above_fragments).collect()
         } else {
-            [joined(below_parts, 1), joined(above_parts, 1)].concat()
+            [joined(below_fragments, 1), joined(above_fragments, 1)].concat()
         };
-        let parts: Vec<(Part, Option<Hull>)> = parts
+        let fragments: Vec<(Fragment, Option<Hull>)> = fragments
             .into_iter()
-            .map(|part| {
-                let hull = self.hull(&part);
-                (part, hull)
+            .map(|fragment| {
+                let hull = self.hull(&fragment);
+                (fragment, hull)
             })
             .collect();
         // A cut that takes off nothing but flat slivers would be made for ever, since there is never one piece more.
-        if parts.iter().filter(|(_, hull)| hull.is_some()).count() < 2 {
+        if fragments.iter().filter(|(_, hull)| hull.is_some()).count() < 2 {
             self.entries[number].can_be_cut = false;
             return;
         }
         self.entries.swap_remove(number);
-        for (part, hull) in parts {
+        for (fragment, hull) in fragments {
             match hull {
-                Some(hull) => self.add_entry(part, hull),
-                None => self.lost.push(part.points),
+                Some(hull) => self.add_entry(fragment, hull),
+                None => self.lost.push(fragment.points),
             }
         }
     }
 
-    /// The plane whose parts have the least in their hulls that is not theirs. On round surfaces, where one cut alone
+    /// The plane whose fragments have the least in their hulls that is not theirs. On round surfaces, where one cut alone
     /// takes hardly anything away, how far their hulls reach beyond the solid counts, the more the longer they are.
     fn best_plane(&self, entry: &Entry) -> Option<Plane> {
-        let coarse = candidates::coarse(&entry.part, TRIANGLES_COMPARED);
-        let (at_hollows, is_round) = match candidates::of_hollows(&entry.part) {
+        let coarse = candidates::coarse(&entry.fragment, TRIANGLES_COMPARED);
+        let (at_hollows, is_round) = match candidates::of_hollows(&entry.fragment) {
             HollowPlanes::Sharp(planes) => (planes, false),
             HollowPlanes::Round(planes) => (planes, true),
         };
-        let excess = (entry.hull.volume - entry.part.volume()).max(0.0);
+        let excess = (entry.hull.volume - entry.fragment.volume()).max(0.0);
         let handicap = if is_round {
             0.0
         } else {
@@ -261,7 +261,7 @@ impl Cutting {
         // Where facets meet says better how to cut a ring than any axis does: across its own axis nothing is won.
         let across_axes = match is_round && at_hollows.len() > 0 {
             true => Vec::new(),
-            false => candidates::of_axes(&entry.part, is_round),
+            false => candidates::of_axes(&entry.fragment, is_round),
         };
         let across_axes = across_axes.into_iter().map(|plane| (plane, handicap));
         let mut best = None::<(f64, Plane)>;
@@ -271,8 +271,8 @@ impl Cutting {
             };
             let mut cost = handicap;
             let mut hulls = 0;
-            for part in components(below).into_iter().chain(components(above)) {
-                let hull = hull_of(&part.points, CORNERS_COMPARED, self.hull_tolerance);
+            for fragment in components(below).into_iter().chain(components(above)) {
+                let hull = hull_of(&fragment.points, CORNERS_COMPARED, self.hull_tolerance);
                 let Some(hull) = hull else { continue };
                 hulls += 1;
                 cost += if is_round {
@@ -280,7 +280,7 @@ impl Cutting {
                     let reach = deviation::of_hulls(&[&hull], &self.solid, CELLS_OF_CUT);
                     reach * (high - low).sum()
                 } else {
-                    hull.volume - part.volume()
+                    hull.volume - fragment.volume()
                 };
             }
             // Along a face that is flat but for rounding, nothing but a sliver may be on one side.
@@ -311,7 +311,7 @@ impl Cutting {
             }
         }
         if pieces.is_empty() {
-            // Rounding left nothing but flat parts: the box around them all.
+            // Rounding left nothing but flat fragments: the box around them all.
             let (piece, widened) = body::box_around(low, high);
             pieces.push(piece);
             deviation = widened;
@@ -323,7 +323,7 @@ impl Cutting {
                 .iter()
                 .filter(|entry| !entry.is_convex)
                 .map(|entry| entry.reach);
-            // The searches of the single parts have proven a bound as well.
+            // The searches of the single fragments have proven a bound as well.
             deviation = deviation.max(most.min(each.fold(0.0, f64::max)));
         }
         for flat in &self.lost {

@@ -6,7 +6,7 @@ mod stl;
 
 use nalgebra::Vector3;
 
-use crate::error::{MeshError, Place};
+use crate::error::{FilePosition, MeshError};
 use crate::files::MeshFiles;
 use crate::mesh::Mesh;
 use crate::{MAX_FILE_BYTES, MAX_TRIANGLES};
@@ -79,7 +79,7 @@ impl<'a> Soup<'a> {
     }
 
     /// The error at a place of the file.
-    fn damaged(&self, place: Place, trouble: impl Into<String>) -> MeshError {
+    fn damaged(&self, place: FilePosition, trouble: impl Into<String>) -> MeshError {
         MeshError::Damaged {
             file: self.file.to_owned(),
             place,
@@ -88,7 +88,7 @@ impl<'a> Soup<'a> {
     }
 
     /// Adds a point in units of the file.
-    fn add_point(&mut self, place: &Place, point: Vector3<f64>) -> Result<u32, MeshError> {
+    fn add_point(&mut self, place: &FilePosition, point: Vector3<f64>) -> Result<u32, MeshError> {
         let number = self.points.len();
         if number >= 3 * MAX_TRIANGLES {
             let trouble = format!(
@@ -110,7 +110,7 @@ impl<'a> Soup<'a> {
     }
 
     /// Adds a triangle of points that are there.
-    fn add_triangle(&mut self, place: &Place, corners: [u32; 3]) -> Result<(), MeshError> {
+    fn add_triangle(&mut self, place: &FilePosition, corners: [u32; 3]) -> Result<(), MeshError> {
         if self.triangles.len() >= MAX_TRIANGLES {
             return Err(MeshError::TooManyTriangles {
                 file: self.file.to_owned(),

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::Soup;
-use crate::error::{MeshError, Place, excerpt};
+use crate::error::{FilePosition, MeshError, excerpt};
 
 /// The most corners of one face; they are cut as a fan from the first.
 const FACE_CORNERS_MAX: usize = 1000;
@@ -11,7 +11,7 @@ const FACE_CORNERS_MAX: usize = 1000;
 pub(super) fn read(bytes: &[u8], soup: &mut Soup<'_>) -> Result<(), MeshError> {
     let mut lines = bytes.split(|&byte| byte == b'\n').enumerate();
     while let Some((index, line)) = lines.next() {
-        let place = Place::Line(index + 1);
+        let place = FilePosition::Line(index + 1);
         let mut line = without_comment(line);
         let mut longer = Vec::new();
         // A backslash continues a line.
@@ -38,7 +38,7 @@ fn without_comment(line: &[u8]) -> &[u8] {
     line[..end.unwrap_or(line.len())].trim_ascii()
 }
 
-fn read_line(line: &[u8], place: &Place, soup: &mut Soup<'_>) -> Result<(), MeshError> {
+fn read_line(line: &[u8], place: &FilePosition, soup: &mut Soup<'_>) -> Result<(), MeshError> {
     let mut words = line
         .split(u8::is_ascii_whitespace)
         .filter(|word| !word.is_empty());
@@ -81,7 +81,7 @@ fn read_line(line: &[u8], place: &Place, soup: &mut Soup<'_>) -> Result<(), Mesh
 
 fn read_face<'a>(
     words: impl Iterator<Item = &'a [u8]>,
-    place: &Place,
+    place: &FilePosition,
     soup: &mut Soup<'_>,
 ) -> Result<(), MeshError> {
     let mut first = None;
@@ -114,7 +114,7 @@ fn read_face<'a>(
 }
 
 /// The index of a corner such as `7`, `7/1`, `7//3`, or `-1` for the last point so far.
-fn corner(word: &[u8], place: &Place, soup: &Soup<'_>) -> Result<u32, MeshError> {
+fn corner(word: &[u8], place: &FilePosition, soup: &Soup<'_>) -> Result<u32, MeshError> {
     let name = word.split(|&byte| byte == b'/').next().unwrap_or_default();
     let count = soup.points.len();
     let number = std::str::from_utf8(name)

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::Soup;
 use crate::MAX_TRIANGLES;
-use crate::error::{MeshError, Place, excerpt};
+use crate::error::{FilePosition, MeshError, excerpt};
 
 /// A header of 80 bytes and the number of triangles.
 const HEAD_BYTES: usize = 84;
@@ -24,12 +24,12 @@ pub(super) fn read(bytes: &[u8], soup: &mut Soup<'_>) -> Result<(), MeshError> {
             "the file has {} bytes; STL is either text that begins with solid, or has at least {HEAD_BYTES} bytes",
             bytes.len()
         );
-        return Err(soup.damaged(Place::Whole, trouble));
+        return Err(soup.damaged(FilePosition::Whole, trouble));
     };
     if claimed > MAX_TRIANGLES {
         return Err(MeshError::TooManyTriangles {
             file: soup.file.to_owned(),
-            place: Place::Byte(HEAD_BYTES - 4),
+            place: FilePosition::Byte(HEAD_BYTES - 4),
         });
     }
     if !whole {
@@ -37,10 +37,10 @@ pub(super) fn read(bytes: &[u8], soup: &mut Soup<'_>) -> Result<(), MeshError> {
             "{claimed} triangles are announced, which are {} bytes; {records} bytes follow",
             claimed * RECORD_BYTES
         );
-        return Err(soup.damaged(Place::Byte(HEAD_BYTES - 4), trouble));
+        return Err(soup.damaged(FilePosition::Byte(HEAD_BYTES - 4), trouble));
     }
     for (number, record) in bytes[HEAD_BYTES..].chunks_exact(RECORD_BYTES).enumerate() {
-        let place = Place::Byte(HEAD_BYTES + number * RECORD_BYTES);
+        let place = FilePosition::Byte(HEAD_BYTES + number * RECORD_BYTES);
         let mut corners = [0; 3];
         for (corner, values) in corners.iter_mut().zip(record[12..48].chunks_exact(12)) {
             let point = Vector3::from_fn(|row, _| float_at(values, row * 4));
@@ -141,14 +141,14 @@ fn read_facets(words: &mut Words<'_>, soup: &mut Soup<'_>) -> Result<(), MeshErr
                 *value = super::obj::number(word).ok_or_else(|| {
                     let trouble =
                         format!("{} is no finite number; a vertex has three", excerpt(word));
-                    soup.damaged(Place::Line(words.line), trouble)
+                    soup.damaged(FilePosition::Line(words.line), trouble)
                 })?;
             }
-            *corner = soup.add_point(&Place::Line(words.line), point)?;
+            *corner = soup.add_point(&FilePosition::Line(words.line), point)?;
         }
         expect(soup, words, "endloop")?;
         expect(soup, words, "endfacet")?;
-        soup.add_triangle(&Place::Line(words.line), corners)?;
+        soup.add_triangle(&FilePosition::Line(words.line), corners)?;
     }
 }
 
@@ -168,7 +168,7 @@ fn check(soup: &Soup<'_>, words: &Words<'_>, word: &[u8], wanted: &str) -> Resul
         excerpt(word)
     };
     Err(soup.damaged(
-        Place::Line(words.line),
+        FilePosition::Line(words.line),
         format!("found {found} where {wanted} is needed"),
     ))
 }

@@ -87,7 +87,10 @@ impl ToolBall<'_> {
         let is_inside = way.distance < 0.0;
         let is_at_an_edge = !is_inside && solid.is_nearest_at_an_edge(center);
         for (other, neighbour) in self.obstacles.iter().enumerate() {
-            if other == number || neighbour.solid.distance(center).0 >= radius {
+            if other == number
+                || !neighbour.solid.may_be_near(center, radius)
+                || neighbour.solid.distance(center).0 >= radius
+            {
                 continue;
             }
             let its = self.exit_direction(other);

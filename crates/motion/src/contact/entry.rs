@@ -377,6 +377,10 @@ fn entered_by(
     let center = probe.center;
     let others = obstacles.iter().enumerate();
     others.filter_map(move |(other, obstacle)| {
+        // Deeper than now is only where the probe would be inside.
+        if !obstacle.solid.may_be_near(outside, 0.0) {
+            return None;
+        }
         let before = obstacle.solid.distance(center).0.min(0.0);
         let is_deeper = obstacle.solid.distance(outside).0 < before - DEPTH_TOLERANCE;
         (other != number && is_deeper).then_some(other)

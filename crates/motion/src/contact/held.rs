@@ -130,7 +130,7 @@ impl ContactModel {
             let (mut deepest, mut least_gap) = (0.0_f64, f64::INFINITY);
             for piece in held.pieces_of(held_part) {
                 let piece = piece.expressed_in(&base_from_part);
-                nearest::solid(&piece, solid, MARGIN, &mut |place, feature| {
+                let gap = nearest::solid(&piece, solid, MARGIN, &mut |place, feature| {
                     let place =
                         entry_faces.reorient_feature(part, feature, obstacle, obstacles, place);
                     deepest = deepest.max(place.depth);
@@ -138,7 +138,7 @@ impl ContactModel {
                         *next = Some(place);
                     }
                 });
-                least_gap = least_gap.min(piece.least_gap(solid));
+                least_gap = least_gap.min(gap);
             }
             let rest = &mut held.rest_depths[first + obstacle];
             *rest = rest.min(deepest);

@@ -370,6 +370,5 @@ fn touches_of_tool_piece(
     }
     nearest::solid(piece, solid, MARGIN, &mut |place, feature| {
         push(entries.reorient_feature(part, feature, obstacle, obstacles, place));
-    });
-    piece.least_gap(solid) - MARGIN
+    }) - MARGIN
 }

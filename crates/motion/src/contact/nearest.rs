@@ -5,6 +5,7 @@
 //! geometry only; forces are in `law`, the distances in `solid`.
 
 use core::f64::consts::TAU;
+use kinematics::bounds::within;
 use kinematics::elementary::{cos, sin};
 
 use kinematics::polytope::Polytope;
@@ -102,17 +103,28 @@ pub(super) fn capsule(
     }
 }
 
-/// Where a box, cylinder or ball touches `obstacle`.
+/// Where a box, cylinder, ball or polytope touches `obstacle`. Gives how wide the gap between them is at least, m.
 pub(super) fn solid(
+    body: &PlacedShape,
+    obstacle: &PlacedShape,
+    margin: f64,
+    found: &mut impl FnMut(ContactPoint, Feature),
+) -> f64 {
+    let gap = body.least_gap(obstacle);
+    if gap <= margin + ROUNDING {
+        touch(body, obstacle, margin, found);
+    }
+    gap
+}
+
+/// Where two bodies touch that no plane and no ball keeps apart.
+fn touch(
     body: &PlacedShape,
     obstacle: &PlacedShape,
     margin: f64,
     found: &mut impl FnMut(ContactPoint, Feature),
 ) {
     let center = body.pose.translation;
-    if body.least_gap(obstacle) > margin + ROUNDING {
-        return;
-    }
     if let Shape::Sphere { radius } = body.shape {
         let mut of_body = |place| found(place, Feature::OfBody { radius });
         return ball(center, radius, obstacle, margin, &mut of_body);
@@ -222,27 +234,41 @@ fn features_of_polytope(
     found: &mut impl FnMut(Vector3<f64>, f64, Vector3<f64>),
 ) {
     let corner = |number: usize| base_from_polytope.transform_point(polytope.points()[number]);
-    let mut known = [(f64::INFINITY, Vector3::zeros()); Polytope::MAX_POINTS];
-    for (number, known) in known.iter_mut().enumerate().take(polytope.points().len()) {
+    let mut known = [None::<(f64, Vector3<f64>)>; Polytope::MAX_POINTS];
+    let count = polytope.points().len();
+    for (number, known) in known.iter_mut().enumerate().take(count) {
         let point = corner(number);
+        if !other.may_be_near(point, margin) {
+            continue;
+        }
         let (distance, out) = other.distance(point);
-        *known = (distance, out);
+        *known = Some((distance, out));
         if distance < margin {
             found(point, distance, out);
         }
     }
     for edge in polytope.edges() {
         let [first, last] = edge.ends;
-        let ends = (known[first], known[last]);
-        if let Some(point) =
-            inner_minimum_between(other, (corner(first), corner(last)), ends, margin)
-        {
+        let ends = (corner(first), corner(last));
+        if !other.may_be_near(nearest_of_line(ends, other.pose.translation), margin) {
+            continue;
+        }
+        let at_first = known[first].unwrap_or_else(|| other.distance(ends.0));
+        let at_last = known[last].unwrap_or_else(|| other.distance(ends.1));
+        if let Some(point) = inner_minimum_between(other, ends, (at_first, at_last), margin) {
             let (distance, out) = other.distance(point);
             if distance < margin {
                 found(point, distance, out);
             }
         }
     }
+}
+
+/// The place of a line between two points that is nearest to a third one.
+fn nearest_of_line((p0, p1): (Vector3<f64>, Vector3<f64>), point: Vector3<f64>) -> Vector3<f64> {
+    let along = p1 - p0;
+    let share = (point - p0).dot(&along) / along.norm_squared();
+    p0 + along * within(share, 0.0, 1.0)
 }
 
 /// The direction from `center` across `axis` to the place of the circle that is nearest to `other`, and the one at

@@ -92,6 +92,13 @@ impl PlacedShape {
         (distance, self.pose.rotate(out))
     }
 
+    /// Whether a point can be nearer to the surface than `margin`, m, or inside: by the ball around the solid, so that
+    /// the many pieces of meshes that are elsewhere cost next to nothing.
+    pub(super) fn may_be_near(&self, point: Vector3<f64>, margin: f64) -> bool {
+        let reach = self.bounding_radius() + margin;
+        (point - self.pose.translation).norm_squared() <= reach * reach
+    }
+
     /// The ways out of the solid from `point`, each as [`distance`](Self::distance) gives it: through the nearest face
     /// of every kind from inside, the one way to the surface from outside.
     pub(super) fn exits(&self, point: Vector3<f64>) -> [Option<(f64, Vector3<f64>)>; 3] {

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::document::{Accessor, Document};
 use crate::MAX_TRIANGLES;
-use crate::error::{MeshError, Place, excerpt};
+use crate::error::{FilePosition, MeshError, excerpt};
 use crate::read::Soup;
 
 /// A document with its bytes.
@@ -90,7 +90,7 @@ impl Content<'_> {
         number: usize,
         soup: &Soup<'_>,
     ) -> Result<Vec<Vector3<f64>>, MeshError> {
-        let place = Place::Element("accessors", number);
+        let place = FilePosition::Element("accessors", number);
         let accessor = self.accessor(number, "VEC3", soup)?;
         let component = component(accessor.component_type, &place, soup)?;
         let read = |bytes: &[u8]| {
@@ -151,7 +151,7 @@ impl Content<'_> {
         points: usize,
         soup: &Soup<'_>,
     ) -> Result<Vec<u32>, MeshError> {
-        let place = Place::Element("accessors", number);
+        let place = FilePosition::Element("accessors", number);
         let accessor = self.accessor(number, "SCALAR", soup)?;
         let component = component_of_indices(accessor.component_type, &place, soup)?;
         let (Some(view), None) = (accessor.buffer_view, &accessor.sparse) else {
@@ -191,7 +191,7 @@ impl Content<'_> {
         soup: &Soup<'_>,
     ) -> Result<&Accessor, MeshError> {
         let all = &self.document.accessors.0;
-        let place = Place::Element("accessors", number);
+        let place = FilePosition::Element("accessors", number);
         let accessor = all.get(number).ok_or_else(|| {
             soup.damaged(
                 place.clone(),
@@ -223,7 +223,7 @@ impl Content<'_> {
         offset: usize,
         size: usize,
         count: usize,
-        place: &Place,
+        place: &FilePosition,
         soup: &Soup<'_>,
     ) -> Result<Elements<'_>, MeshError> {
         let views = &self.document.buffer_views.0;
@@ -231,7 +231,7 @@ impl Content<'_> {
             let trouble = format!("it names bufferViews[{view}]; there are {}", views.len());
             soup.damaged(place.clone(), trouble)
         })?;
-        let view_place = Place::Element("bufferViews", view);
+        let view_place = FilePosition::Element("bufferViews", view);
         let buffer = self.buffers.get(entry.buffer).ok_or_else(|| {
             let trouble = format!(
                 "it names buffers[{}]; there are {}",
@@ -281,7 +281,7 @@ impl Content<'_> {
     }
 }
 
-fn component(code: u64, place: &Place, soup: &Soup<'_>) -> Result<Component, MeshError> {
+fn component(code: u64, place: &FilePosition, soup: &Soup<'_>) -> Result<Component, MeshError> {
     Component::of_code(code).ok_or_else(|| {
         let trouble =
             format!("its componentType is {code}; allowed are 5120 to 5123, 5125 and 5126");
@@ -289,7 +289,11 @@ fn component(code: u64, place: &Place, soup: &Soup<'_>) -> Result<Component, Mes
     })
 }
 
-fn component_of_indices(code: u64, place: &Place, soup: &Soup<'_>) -> Result<Component, MeshError> {
+fn component_of_indices(
+    code: u64,
+    place: &FilePosition,
+    soup: &Soup<'_>,
+) -> Result<Component, MeshError> {
     match Component::of_code(code) {
         Some(component @ (Component::U8 | Component::U16 | Component::U32)) => Ok(component),
         _ => {

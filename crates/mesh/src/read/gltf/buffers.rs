@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 
 use super::document::Buffer;
 use crate::MAX_FILE_BYTES;
-use crate::error::{MeshError, Place, excerpt};
+use crate::error::{FilePosition, MeshError, excerpt};
 use crate::files::MeshFiles;
 use crate::read::Soup;
 
@@ -19,7 +19,7 @@ pub(super) fn load(
     let mut left = MAX_FILE_BYTES;
     let mut loaded = Vec::new();
     for (number, entry) in entries.iter().enumerate() {
-        let place = Place::Element("buffers", number);
+        let place = FilePosition::Element("buffers", number);
         let mut bytes = match (&entry.uri, chunk) {
             (Some(uri), _) => by_uri(uri, left, &place, soup, files)?,
             (None, Some(chunk)) if number == 0 => chunk.to_vec(),
@@ -46,7 +46,7 @@ pub(super) fn load(
 fn by_uri(
     uri: &str,
     most: u64,
-    place: &Place,
+    place: &FilePosition,
     soup: &Soup<'_>,
     files: &mut dyn MeshFiles,
 ) -> Result<Vec<u8>, MeshError> {

@@ -14,7 +14,7 @@ use document::{Document, ELEMENTS_MAX, Node, Primitive};
 
 use super::Soup;
 use crate::MAX_TRIANGLES;
-use crate::error::{MeshError, Place, excerpt};
+use crate::error::{FilePosition, MeshError, excerpt};
 use crate::files::MeshFiles;
 
 /// Extensions that a file may require although they are not known here: they change how a surface looks.
@@ -41,7 +41,7 @@ pub(super) fn read(
     if !document.asset.version.starts_with("2.") {
         let version = excerpt(document.asset.version.as_bytes());
         return Err(soup.damaged(
-            Place::Whole,
+            FilePosition::Whole,
             format!("the version of glTF is {version}; allowed is 2.0"),
         ));
     }
@@ -55,7 +55,7 @@ pub(super) fn read(
             "it requires the extension {}; export it without compression and without extensions of geometry",
             excerpt(name.as_bytes())
         );
-        return Err(soup.damaged(Place::Whole, trouble));
+        return Err(soup.damaged(FilePosition::Whole, trouble));
     }
     let buffers = buffers::load(&document.buffers.0, chunk, soup, files)?;
     let content = Content {
@@ -67,7 +67,7 @@ pub(super) fn read(
         let node = &document.nodes.0[number];
         let Some(mesh) = node.mesh else { continue };
         let meshes = &document.meshes.0;
-        let place = Place::Element("nodes", number);
+        let place = FilePosition::Element("nodes", number);
         let Some(entry) = meshes.get(mesh) else {
             let trouble = format!("it names meshes[{mesh}]; there are {}", meshes.len());
             return Err(soup.damaged(place, trouble));
@@ -99,7 +99,7 @@ fn no_document(error: &serde_json::Error, soup: &Soup<'_>) -> MeshError {
     let place = format!(" at line {line} column {column}");
     let said = text.strip_suffix(&place).unwrap_or(&text);
     let trouble = format!("it is no glTF (column {column}): {said}");
-    soup.damaged(Place::Line(line), trouble)
+    soup.damaged(FilePosition::Line(line), trouble)
 }
 
 /// The text and the binary chunk of a GLB.
@@ -110,17 +110,17 @@ fn chunks<'a>(bytes: &'a [u8], soup: &Soup<'_>) -> Result<(&'a [u8], Option<&'a 
     };
     let (Some(version), Some(length)) = (word(4), word(8)) else {
         let trouble = format!("a GLB has a head of 12 bytes; there are {}", bytes.len());
-        return Err(soup.damaged(Place::Byte(0), trouble));
+        return Err(soup.damaged(FilePosition::Byte(0), trouble));
     };
     if version != 2 {
         return Err(soup.damaged(
-            Place::Byte(4),
+            FilePosition::Byte(4),
             format!("the version of GLB is {version}; allowed is 2"),
         ));
     }
     if usize::try_from(length) != Ok(bytes.len()) {
         let trouble = format!("{length} bytes are announced; the file has {}", bytes.len());
-        return Err(soup.damaged(Place::Byte(8), trouble));
+        return Err(soup.damaged(FilePosition::Byte(8), trouble));
     }
     let mut at = 12;
     let mut text = None;
@@ -130,7 +130,7 @@ fn chunks<'a>(bytes: &'a [u8], soup: &Soup<'_>) -> Result<(&'a [u8], Option<&'a 
             .and_then(|size| usize::try_from(size).ok())
             .and_then(|size| bytes.get(at + 8..)?.get(..size));
         let (Some(body), Some(kind)) = (body, word(at + 4)) else {
-            return Err(soup.damaged(Place::Byte(at), "a chunk is longer than the file"));
+            return Err(soup.damaged(FilePosition::Byte(at), "a chunk is longer than the file"));
         };
         match &kind.to_le_bytes() {
             b"JSON" if text.is_none() => text = Some(body),
@@ -142,7 +142,7 @@ fn chunks<'a>(bytes: &'a [u8], soup: &Soup<'_>) -> Result<(&'a [u8], Option<&'a 
     }
     match text {
         Some(text) => Ok((text, binary)),
-        None => Err(soup.damaged(Place::Byte(12), "there is no chunk JSON")),
+        None => Err(soup.damaged(FilePosition::Byte(12), "there is no chunk JSON")),
     }
 }
 
@@ -159,7 +159,7 @@ fn placed_nodes(
         None => {
             let trouble = format!("it is the default scene; there are {} scenes", scenes.len());
             return Err(soup.damaged(
-                Place::Element("scenes", document.scene.unwrap_or(0)),
+                FilePosition::Element("scenes", document.scene.unwrap_or(0)),
                 trouble,
             ));
         }
@@ -172,7 +172,7 @@ fn placed_nodes(
         .collect();
     let mut placed = Vec::new();
     while let Some((number, to_scene)) = waiting.pop() {
-        let place = Place::Element("nodes", number);
+        let place = FilePosition::Element("nodes", number);
         let Some(node) = nodes.get(number) else {
             let trouble = format!("it is named, but there are {} nodes", nodes.len());
             return Err(soup.damaged(place, trouble));
@@ -224,7 +224,7 @@ fn add_primitive(
     to_scene: &Matrix4<f64>,
     soup: &mut Soup<'_>,
 ) -> Result<(), MeshError> {
-    let place = Place::Element("meshes", mesh);
+    let place = FilePosition::Element("meshes", mesh);
     let mode = primitive.mode.unwrap_or(4);
     if mode != 4 {
         let trouble = format!("the mode of a primitive is {mode}; allowed is 4, triangles");

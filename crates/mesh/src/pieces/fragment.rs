@@ -1,4 +1,4 @@
-//! A part of a solid between planes: what is left of its triangles, and flat caps where it was cut.
+//! A fragment of a solid between planes: what is left of its triangles, and flat caps where it was cut.
 //!
 //! A cap is the set of its directed edges, and never becomes triangles: cutting, volume, and what hangs together need
 //! the edges alone. Every point is on one side of a cut or on the plane, decided once, and points where edges are cut
@@ -37,21 +37,21 @@ impl Plane {
 /// A flat region where a solid was cut.
 #[derive(Clone, Debug)]
 pub(super) struct Cap {
-    /// Out of the part.
+    /// Out of the fragment.
     pub normal: Vector3<f64>,
     /// The region is to the left of each edge, seen from outside.
     pub edges: Vec<[u32; 2]>,
 }
 
-/// A part of a solid.
+/// A fragment of a solid.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Part {
+pub(super) struct Fragment {
     pub points: Vec<Vector3<f64>>,
     pub triangles: Vec<[u32; 3]>,
     pub caps: Vec<Cap>,
 }
 
-impl Part {
+impl Fragment {
     pub(super) fn triangle(&self, corners: &[u32; 3]) -> [Vector3<f64>; 3] {
         corners.map(|corner| self.points[corner as usize])
     }
@@ -85,7 +85,7 @@ impl Part {
         (sides + caps) / 6.0
     }
 
-    /// The parts below and above a plane. Points within `tolerance` of it count as on it. None where all is on one
+    /// The fragments below and above a plane. Points within `tolerance` of it count as on it. None where all is on one
     /// side, or where the surface goes through itself so often that its cap would have no bound.
     pub(super) fn cut(&self, plane: &Plane, tolerance: f64) -> Option<(Self, Self)> {
         let mut cutter = Cutter::new(self, plane, tolerance);
@@ -145,7 +145,7 @@ impl Part {
         }
     }
 
-    /// The part of these triangles and cap edges of this one.
+    /// The fragment of these triangles and cap edges of this one.
     pub(super) fn subset(&self, triangles: Vec<[u32; 3]>, caps: Vec<Cap>) -> Self {
         let chosen = Self {
             points: Vec::new(),
@@ -197,19 +197,19 @@ struct Cutter {
     crossings: HashMap<[u32; 2], u32>,
     normal: Vector3<f64>,
     /// Below and above.
-    halves: [Part; 2],
+    halves: [Fragment; 2],
 }
 
 impl Cutter {
-    fn new(part: &Part, plane: &Plane, tolerance: f64) -> Self {
-        let heights: Vec<f64> = part
+    fn new(fragment: &Fragment, plane: &Plane, tolerance: f64) -> Self {
+        let heights: Vec<f64> = fragment
             .points
             .iter()
             .map(|point| plane.height(point))
             .collect();
         let side = |&height: &f64| i8::from(height > tolerance) - i8::from(height < -tolerance);
         Self {
-            points: part.points.clone(),
+            points: fragment.points.clone(),
             sides: heights.iter().map(side).collect(),
             heights,
             crossings: HashMap::new(),
@@ -241,7 +241,7 @@ impl Cutter {
             let sum: i8 = sides.iter().sum();
             let above = match sum {
                 0 => {
-                    // In the plane: it belongs to the part that it bounds.
+                    // In the plane: it belongs to the fragment that it bounds.
                     let [a, b, c] = corners.map(|corner| self.points[corner as usize]);
                     (b - a).cross(&(c - a)).dot(&self.normal) < 0.0
                 }
