@@ -125,9 +125,17 @@ fn straight_pieces_of_any_length_and_radius_are_one_line_whatever_stands_between
 
 #[test]
 fn what_stands_between_acts_when_the_zone_is_entered_where_the_arm_can_still_stop_in_it() {
-    for (speed, radius) in [(0.1, 0.02), (0.25, 0.02), (0.25, 0.04), (0.05, 0.005)] {
+    for (speed, radius) in [
+        (0.05, 0.005),
+        (0.1, 0.01),
+        (0.1, 0.05),
+        (0.25, 0.02),
+        (0.25, 0.04),
+        (0.25, 0.05),
+        (0.5, 0.1),
+    ] {
         let (mut bench, start) = stretched();
-        let corner = moved(&start, [0.0, 0.15, 0.0]);
+        let corner = moved(&start, [0.0, 0.3, 0.0]);
         let id = bench.send(line(corner, (1.2, speed), 0.0, radius));
         bench.until_due(id);
         let there = Vector3::from(bench.now().target_tcp_pose.xyz);
@@ -137,6 +145,30 @@ fn what_stands_between_acts_when_the_zone_is_entered_where_the_arm_can_still_sto
             early.abs() <= 2.0 * STEP * speed,
             "{speed} m/s, {radius} m: {early} m early"
         );
+    }
+}
+
+#[test]
+fn before_a_zone_that_is_too_short_to_stop_in_what_stands_between_acts_early_and_nothing_slows_down()
+ {
+    // Speed, m/s; acceleration, m/s²; radius, m; earlier than the zone, s, at most.
+    for (speed, acceleration, radius, early) in [
+        (0.1, 1.2, 0.002, 0.06),
+        (0.25, 1.2, 0.002, 0.085),
+        (0.25, 1.2, 0.01, 0.07),
+        (0.5, 1.2, 0.02, 0.09),
+        (1.0, 3.0, 0.02, 0.175),
+    ] {
+        let (mut bench, start) = stretched();
+        let corner = moved(&start, [0.0, 0.4, 0.0]);
+        let id = bench.send(line(corner, (acceleration, speed), 0.0, radius));
+        bench.until_due(id);
+        let there = Vector3::from(bench.now().target_tcp_pose.xyz);
+        let away = (there - Vector3::from(corner.xyz)).norm();
+        let before = (away - radius) / speed;
+        println!("{speed} m/s, {radius} m: {before:.3} s before the zone");
+        assert!(before <= early, "{speed} m/s, {radius} m: {before} s");
+        assert!(tcp_speed(&bench.now()) > 0.999 * speed, "{speed} m/s");
     }
 }
 

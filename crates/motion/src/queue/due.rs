@@ -6,11 +6,10 @@
 //! corner. What a program does between two motions it does when the zone is entered, or when the next one is due where
 //! that is before: where the zone is short for the speed.
 
-use kinematics::bounds::within;
-
 use super::{MotionQueue, PathMotion, QueuedSegment};
 use crate::constants::{
     BLEND_ACCELERATION_FACTOR, DUE_SHARE, LATE_CURVE, LATE_TIME, LEAD_TIME, READY_FOR_NEXT_LEAD,
+    SLOW_SHARE,
 };
 use crate::path::Path;
 use crate::scalar::Zone;
@@ -75,12 +74,13 @@ impl MotionQueue {
                 zone.slow_from = from;
                 zone.speed = slow;
             } else {
-                // The less it has to slow down, the later.
-                let later = within((2.0 * turning - fast) / turning, 0.0, 1.0);
-                let by = last.blend_start + share * later * length;
-                // What is slow there makes the whole cell slow that it is felt in.
-                last.corner.by = self.track.begin_of(by - half * turning);
-                last.corner.speed = LATE_CURVE.1 * turning;
+                let by = match is_process {
+                    true => last.blend_start - half * turning,
+                    false => last.blend_start + SLOW_SHARE * length,
+                };
+                // A speed at a place bounds the whole cell of the track that the place lies in.
+                last.corner.by = self.track.begin_of(by);
+                last.corner.speed = slow;
             }
         }
         self.track.set_zone(zone);
