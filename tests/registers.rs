@@ -9,7 +9,9 @@ use controller::cell::Cell;
 use controller::start_configuration::cycle_config;
 use motion::{ControlLoop, CycleTiming};
 use motion_api::io::{InputAction, IoChange};
-use motion_api::{CommandKind, Origin, Registers, RingCapacities, ScriptEndpoint, motion_channel};
+use motion_api::{
+    CommandKind, Origin, Registers, RingCapacities, ScriptEndpoint, SettingCommand, motion_channel,
+};
 use recorder::{IoMessage, IoValue, Recorder, Recording, RecordingEntry, Setup, Topic};
 use server::cli::{Cli, CliCommand};
 use server::commands::replay::answer;
@@ -72,7 +74,7 @@ fn act(number: u64, script: &ScriptEndpoint) {
     if number == 10 {
         let (index, action) = (100, InputAction::Freedrive);
         let change = IoChange::BooleanRegisterAction { index, action };
-        let kind = CommandKind::SetIo(change);
+        let kind = CommandKind::Setting(SettingCommand::SetIo(change));
         script.commands.send(Origin::default(), kind).unwrap();
     }
     outside(number, &script.registers);

@@ -7,7 +7,9 @@ use crate::common::recorder_config;
 use clap::Parser;
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion::{ControlLoop, CycleConfig, CycleTiming, LimitOverrides, PlantKind};
-use motion_api::{CommandKind, Origin, ProgramId, RingCapacities, ThreadNumber, motion_channel};
+use motion_api::{
+    CommandKind, MotionCommand, Origin, ProgramId, RingCapacities, ThreadNumber, motion_channel,
+};
 use recorder::{IoValue, LogLevel, Recorder, Setup};
 use server::cli::{Cli, CliCommand};
 use server::commands::replay::{ReplayError, answer};
@@ -51,13 +53,13 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
                 thread: main,
                 line,
             };
-            let kind = CommandKind::MoveJ {
+            let kind = CommandKind::Motion(MotionCommand::MoveJ {
                 target: JointPositions(target),
                 acceleration: 1.4,
                 speed: 1.05,
                 duration: 0.0,
                 radius: 0.0,
-            };
+            });
             script.commands.send(origin, kind).unwrap();
         }
         if number == 400 {

@@ -4,7 +4,9 @@
 use std::sync::Arc;
 
 use motion_api::points::{POINTS_MAX, PointValues};
-use motion_api::{Command, CommandKind, CommandSender, PointList, Refusal};
+use motion_api::{
+    Command, CommandKind, CommandSender, MotionCommand, OnlineCommand, PointList, Refusal,
+};
 use recorder::{ArgumentError, CommandMessage};
 use thiserror::Error;
 
@@ -74,14 +76,15 @@ impl CommandReplayer {
         }
         let command = message.to_command().map_err(wrong)?;
         let sent = match command.kind {
-            CommandKind::MoveMl { interval, .. } | CommandKind::FollowPoints { interval, .. } => {
+            CommandKind::Motion(MotionCommand::MoveMl { interval, .. })
+            | CommandKind::Online(OnlineCommand::FollowPoints { interval, .. }) => {
                 let (are_poses, points) = std::mem::take(&mut self.points);
                 let id = message.id;
                 let list = PointList::new(points, are_poses)
                     .map_err(|refusal| CommandReplayError::Points { id, refusal })?;
                 let list = Arc::new(list);
                 match command.kind {
-                    CommandKind::FollowPoints { .. } => {
+                    CommandKind::Online(OnlineCommand::FollowPoints { .. }) => {
                         port.send_trajectory(command.origin, &list, interval, |_, _| ())
                     }
                     _ => port.send_points(command.origin, &list, interval, |_, _| ()),

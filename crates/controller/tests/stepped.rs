@@ -16,7 +16,7 @@ use controller::{
     WallTimeout,
 };
 use elite_runtime::ProgramText;
-use motion_api::{CommandKind, Origin, Seconds};
+use motion_api::{CommandKind, MachineCommand, Origin, Seconds};
 
 fn opened() -> SteppedController {
     SteppedController::open(&ControllerConfig::default(), Arc::new(NullObserver)).unwrap()
@@ -209,7 +209,7 @@ fn stops_of_the_arm_are_outcomes() {
             let program = "movej([1, -1.5708, 1.5708, -1.5708, -1.5708, 0])";
             controller.start(text(program), patience).unwrap();
             controller.advance(100, patience).unwrap();
-            let kind = CommandKind::EmergencyStop { pressed };
+            let kind = CommandKind::Machine(MachineCommand::EmergencyStop { pressed });
             let robot = controller.controller().robot();
             robot.send(Origin::default(), kind).unwrap();
             let result = controller.run_to_end(seconds(20.0), patience).unwrap();

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use kinematics::{JointPositions, RobotModel};
 use motion_api::{
-    Command, CommandId, CommandKind, Origin, ProgramId, Record, RingCapacities, RobotState,
-    ThreadNumber, motion_channel,
+    Command, CommandId, CommandKind, MotionCommand, Origin, ProgramId, Record, RingCapacities,
+    RobotState, ThreadNumber, motion_channel,
 };
 use parking_lot::Mutex;
 use recorder::{LogLevel, Recorder, RecorderConfig, Recording, Rotation, Setup};
@@ -114,13 +114,13 @@ fn recorded() -> Option<Vec<u8>> {
         thread: ThreadNumber(0),
         line: 7,
     };
-    let kind = CommandKind::MoveJ {
+    let kind = CommandKind::Motion(MotionCommand::MoveJ {
         target: JointPositions([0.01; 6]),
         acceleration: 1.4,
         speed: 1.05,
         duration: 0.0,
         radius: 0.0,
-    };
+    });
     let command = Command {
         id: CommandId(1),
         origin,

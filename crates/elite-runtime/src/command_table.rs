@@ -7,8 +7,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound;
 
 use motion_api::{
-    Command, CommandId, CommandKind, DigitalBank, IoChange, IoImage, Origin, Outcome, RobotState,
-    StopReason,
+    Command, CommandId, CommandKind, DigitalBank, IoChange, IoImage, MachineCommand, OnlineCommand,
+    Origin, Outcome, RobotState, SettingCommand, StopReason,
 };
 
 use crate::predicted_state::{CommandedModes, PredictedState, PredictionCache, PredictionKey};
@@ -116,7 +116,8 @@ impl CommandTable {
         let kind = &command.kind;
         let is_stop = matches!(
             kind,
-            CommandKind::Stop { .. } | CommandKind::StopJ { .. } | CommandKind::StopL { .. }
+            CommandKind::Machine(MachineCommand::Stop { .. })
+                | CommandKind::Online(OnlineCommand::StopJ { .. } | OnlineCommand::StopL { .. })
         );
         if kind.is_motion() || is_stop {
             self.held_motion = Origin::default();
@@ -146,10 +147,14 @@ impl CommandTable {
         let mut image = state.io();
         for command in self.open_commands_after(cycle, CommandId::NONE) {
             match command.kind {
-                CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
+                CommandKind::Setting(SettingCommand::SetStandardDigitalOut { index, level })
+                    if index < 16 =>
+                {
                     image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
                 }
-                CommandKind::SetIo(change) | CommandKind::SetIoAtZone { change, .. } => {
+                CommandKind::Setting(
+                    SettingCommand::SetIo(change) | SettingCommand::SetIoAtZone { change, .. },
+                ) => {
                     image.apply(&change);
                 }
                 _ => {}

@@ -9,8 +9,9 @@
 use kinematics::{Pose, RpyPose, Wrench};
 use motion_api::form::check_tick_count;
 use motion_api::{
-    Command, CommandId, CommandKind, EncoderRange, MotionMode, Outcome, Refusal, RobotMode,
-    RobotState, SafetyMode,
+    Command, CommandId, CommandKind, EncoderRange, MachineCommand, MotionMode, OnlineCommand,
+    Outcome, OverlayCommand, Refusal, RobotMode, RobotState, SafetyMode, SensingCommand,
+    SettingCommand,
 };
 
 /// What the state of a cycle does not tell: as of the command that was sent last, whether or not a cycle has taken it.
@@ -35,24 +36,34 @@ impl CommandedModes {
     pub fn note(&mut self, command: &Command) {
         let id = command.id;
         match command.kind {
-            CommandKind::TrackConveyorLinear { .. } => {
+            CommandKind::Overlay(OverlayCommand::TrackConveyorLinear { .. }) => {
                 (self.is_tracking, self.keeps_the_tool) = (true, false);
             }
-            CommandKind::TrackConveyorCircular { rotate_tool, .. } => {
+            CommandKind::Overlay(OverlayCommand::TrackConveyorCircular { rotate_tool, .. }) => {
                 (self.is_tracking, self.keeps_the_tool) = (true, !rotate_tool);
             }
-            CommandKind::StopConveyorTracking => self.is_tracking = false,
-            CommandKind::PathOffsetEnable => self.has_offsets = true,
-            CommandKind::PathOffsetDisable { .. } => self.has_offsets = false,
-            CommandKind::PowerOff => self.record_stop(),
-            CommandKind::Stop { only } if only == CommandId::NONE => {
+            CommandKind::Overlay(OverlayCommand::StopConveyorTracking) => self.is_tracking = false,
+            CommandKind::Overlay(OverlayCommand::PathOffsetEnable) => self.has_offsets = true,
+            CommandKind::Overlay(OverlayCommand::PathOffsetDisable { .. }) => {
+                self.has_offsets = false
+            }
+            CommandKind::Machine(MachineCommand::PowerOff) => self.record_stop(),
+            CommandKind::Machine(MachineCommand::Stop { only }) if only == CommandId::NONE => {
                 self.record_stop();
                 (self.force, self.hand) = (id, id);
             }
-            CommandKind::EncoderEnableSetTickCount { encoder, .. } => self.count(encoder, true),
-            CommandKind::EncoderEnablePulseDecode { encoder, .. } => self.count(encoder, false),
-            CommandKind::ForceMode { .. } | CommandKind::EndForceMode => self.force = id,
-            CommandKind::Freedrive { .. } | CommandKind::EndFreedrive => self.hand = id,
+            CommandKind::Setting(SettingCommand::EncoderEnableSetTickCount { encoder, .. }) => {
+                self.count(encoder, true)
+            }
+            CommandKind::Setting(SettingCommand::EncoderEnablePulseDecode { encoder, .. }) => {
+                self.count(encoder, false)
+            }
+            CommandKind::Overlay(
+                OverlayCommand::ForceMode { .. } | OverlayCommand::EndForceMode,
+            ) => self.force = id,
+            CommandKind::Online(OnlineCommand::Freedrive { .. } | OnlineCommand::EndFreedrive) => {
+                self.hand = id
+            }
             _ => {}
         }
     }
@@ -61,7 +72,10 @@ impl CommandedModes {
     pub fn record_end(&mut self, kind: &CommandKind, outcome: &Outcome) {
         let begins_tracking = matches!(
             kind,
-            CommandKind::TrackConveyorLinear { .. } | CommandKind::TrackConveyorCircular { .. }
+            CommandKind::Overlay(
+                OverlayCommand::TrackConveyorLinear { .. }
+                    | OverlayCommand::TrackConveyorCircular { .. }
+            )
         );
         // Refused because a conveyor is tracked already: that goes on.
         if begins_tracking
@@ -69,7 +83,9 @@ impl CommandedModes {
         {
             self.is_tracking = false;
         }
-        if *kind == CommandKind::PathOffsetEnable && matches!(outcome, Outcome::Refused(_)) {
+        if *kind == CommandKind::Overlay(OverlayCommand::PathOffsetEnable)
+            && matches!(outcome, Outcome::Refused(_))
+        {
             self.has_offsets = false;
         }
     }
@@ -122,31 +138,43 @@ impl PredictedState {
             command.id == self.lasting.hand,
         );
         match command.kind {
-            CommandKind::SetTcp(tcp) => set_tcp(state, tcp),
-            CommandKind::SetPayload(payload) => state.payload = payload,
-            CommandKind::SetGravity(gravity) => state.gravity = gravity,
-            CommandKind::SetSpeedFraction(fraction) => state.target_speed_fraction = fraction,
-            CommandKind::SetCollisionDetection(enabled) => state.collision_detection = enabled,
-            CommandKind::SetCollisionSensitivity(ratio) => {
+            CommandKind::Setting(SettingCommand::SetTcp(tcp)) => set_tcp(state, tcp),
+            CommandKind::Setting(SettingCommand::SetPayload(payload)) => state.payload = payload,
+            CommandKind::Setting(SettingCommand::SetGravity(gravity)) => state.gravity = gravity,
+            CommandKind::Setting(SettingCommand::SetSpeedFraction(fraction)) => {
+                state.target_speed_fraction = fraction
+            }
+            CommandKind::Sensing(SensingCommand::SetCollisionDetection(enabled)) => {
+                state.collision_detection = enabled
+            }
+            CommandKind::Sensing(SensingCommand::SetCollisionSensitivity(ratio)) => {
                 state.collision_sensitivity = ratio.into();
             }
-            CommandKind::ZeroFtSensor => state.tcp_force = [0.0; 6],
-            CommandKind::EncoderEnableSetTickCount { encoder, range } => {
+            CommandKind::Sensing(SensingCommand::ZeroFtSensor) => state.tcp_force = [0.0; 6],
+            CommandKind::Setting(SettingCommand::EncoderEnableSetTickCount { encoder, range }) => {
                 set_counter(state, encoder, range, range.wrap_count(0.0));
             }
-            CommandKind::EncoderEnablePulseDecode { encoder, .. } => {
+            CommandKind::Setting(SettingCommand::EncoderEnablePulseDecode { encoder, .. }) => {
                 set_counter(state, encoder, EncoderRange::Signed32, 0.0);
             }
-            CommandKind::EncoderSetTickCount { encoder, count } => {
+            CommandKind::Setting(SettingCommand::EncoderSetTickCount { encoder, count }) => {
                 if let Some(shown) = state.encoder_counts.get_mut(usize::from(encoder)) {
                     *shown = count;
                 }
             }
-            CommandKind::ForceMode { .. } if is_last_of_force => state.force_mode = true,
-            CommandKind::EndForceMode if is_last_of_force => state.force_mode = false,
-            CommandKind::Freedrive { .. } if is_last_of_hand => self.is_led_by_hand = true,
-            CommandKind::EndFreedrive if is_last_of_hand => self.is_led_by_hand = false,
-            CommandKind::Stop { only } => {
+            CommandKind::Overlay(OverlayCommand::ForceMode { .. }) if is_last_of_force => {
+                state.force_mode = true
+            }
+            CommandKind::Overlay(OverlayCommand::EndForceMode) if is_last_of_force => {
+                state.force_mode = false
+            }
+            CommandKind::Online(OnlineCommand::Freedrive { .. }) if is_last_of_hand => {
+                self.is_led_by_hand = true
+            }
+            CommandKind::Online(OnlineCommand::EndFreedrive) if is_last_of_hand => {
+                self.is_led_by_hand = false
+            }
+            CommandKind::Machine(MachineCommand::Stop { only }) => {
                 // What follows a stopped motion waits until the arm stands.
                 let is_stopped = |id: &CommandId| only == CommandId::NONE || *id == only;
                 self.running = self.running.filter(|id| !is_stopped(id));
@@ -155,7 +183,7 @@ impl PredictedState {
                     self.is_led_by_hand &= !is_last_of_hand;
                 }
             }
-            kind if kind.starts_motion() && !kind.is_setting() => self.running = Some(command.id),
+            kind if kind.starts_motion() && !kind.is_light() => self.running = Some(command.id),
             _ => {}
         }
     }
@@ -167,11 +195,15 @@ impl PredictedState {
     pub fn check(&self, kind: &CommandKind) -> Result<(), Refusal> {
         kind.validate()?;
         match *kind {
-            CommandKind::SetTcp(_) if self.lasting.is_tracking && self.lasting.keeps_the_tool => {
+            CommandKind::Setting(SettingCommand::SetTcp(_))
+                if self.lasting.is_tracking && self.lasting.keeps_the_tool =>
+            {
                 Err(Refusal::NonRotatingTurntable)
             }
-            CommandKind::SetTcp(_) if self.lasting.has_offsets => Err(Refusal::PathOffset),
-            CommandKind::EncoderSetTickCount { encoder, count } => {
+            CommandKind::Setting(SettingCommand::SetTcp(_)) if self.lasting.has_offsets => {
+                Err(Refusal::PathOffset)
+            }
+            CommandKind::Setting(SettingCommand::EncoderSetTickCount { encoder, count }) => {
                 let encoder = usize::from(encoder);
                 let sources = self.lasting.counts_from_program;
                 let is_from_program = sources.get(encoder).is_some_and(|source| *source);
@@ -179,7 +211,7 @@ impl PredictedState {
                 let range = number.and_then(|number| EncoderRange::from_number(*number));
                 check_tick_count(is_from_program, range.unwrap_or_default(), count)
             }
-            CommandKind::ForceMode { .. } => {
+            CommandKind::Overlay(OverlayCommand::ForceMode { .. }) => {
                 self.check_ready()?;
                 if self.lasting.is_tracking {
                     return Err(Refusal::ConveyorTracking);
@@ -190,7 +222,7 @@ impl PredictedState {
                 }
                 Ok(())
             }
-            CommandKind::Freedrive { .. } => {
+            CommandKind::Online(OnlineCommand::Freedrive { .. }) => {
                 self.check_ready()?;
                 if self.state.force_mode {
                     return Err(Refusal::InForceMode);
@@ -200,9 +232,11 @@ impl PredictedState {
                     None => Ok(()),
                 }
             }
-            CommandKind::TrackConveyorLinear { .. }
-            | CommandKind::TrackConveyorCircular { .. }
-            | CommandKind::PathOffsetEnable => {
+            CommandKind::Overlay(
+                OverlayCommand::TrackConveyorLinear { .. }
+                | OverlayCommand::TrackConveyorCircular { .. }
+                | OverlayCommand::PathOffsetEnable,
+            ) => {
                 self.check_ready()?;
                 if self.lasting.is_tracking {
                     return Err(Refusal::ConveyorTracking);
@@ -380,7 +414,7 @@ mod tests {
             waiting.push(Command {
                 id: CommandId(u64::from(id)),
                 origin: Origin::default(),
-                kind: CommandKind::SetSpeedFraction(fraction),
+                kind: CommandKind::Setting(SettingCommand::SetSpeedFraction(fraction)),
             });
             assert_eq!(ask(basis, &waiting), fraction);
         }

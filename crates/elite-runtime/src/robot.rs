@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
     Command, CommandId, CommandKind, CommandSender, CycleTime, Event, EventReader, FrameReader,
-    IoImage, Origin, Outcome, PointList, ProgramId, Registers, RingFull, RobotState,
+    IoImage, MotionCommand, Origin, Outcome, PointList, ProgramId, Registers, RingFull, RobotState,
     ScriptEndpoint, SnapshotCell, StopReason, Timeline,
 };
 use tokio::sync::Notify;
@@ -154,16 +154,24 @@ impl Robot {
     ///
     /// # Errors
     /// [`RingFull`] when the motion thread does not keep up.
-    pub fn send(&self, origin: Origin, kind: CommandKind) -> Result<CommandId, RingFull> {
-        self.enter(origin, kind, false)
+    pub fn send(
+        &self,
+        origin: Origin,
+        kind: impl Into<CommandKind>,
+    ) -> Result<CommandId, RingFull> {
+        self.enter(origin, kind.into(), false)
     }
 
     /// Sends a command whose outcome will be asked for with [`take_outcome`](Self::take_outcome).
     ///
     /// # Errors
     /// [`RingFull`] when the motion thread does not keep up.
-    pub fn request(&self, origin: Origin, kind: CommandKind) -> Result<CommandId, RingFull> {
-        self.enter(origin, kind, true)
+    pub fn request(
+        &self,
+        origin: Origin,
+        kind: impl Into<CommandKind>,
+    ) -> Result<CommandId, RingFull> {
+        self.enter(origin, kind.into(), true)
     }
 
     /// Sends a moveml through points, whose outcome will be asked for with [`take_outcome`](Self::take_outcome).
@@ -181,7 +189,7 @@ impl Robot {
             return Ok(self.match_recorded_command(
                 repeat,
                 origin,
-                CommandKind::MoveMl { count, interval },
+                CommandKind::Motion(MotionCommand::MoveMl { count, interval }),
                 true,
             ));
         }
@@ -562,6 +570,9 @@ mod tests {
     use kinematics::JointPositions;
     use kinematics::RpyPose;
     use motion_api::{CycleFrame, MotionEndpoint, RingCapacities, motion_channel};
+    use motion_api::{
+        MachineCommand, OnlineCommand, OverlayCommand, SensingCommand, SettingCommand,
+    };
     use proptest::prelude::*;
 
     /// Notes which cycles it was shown.
@@ -648,12 +659,12 @@ mod tests {
             for (id, (what, which)) in (1..).zip(steps) {
                 let number = f64::from(which);
                 let kind = match what {
-                    0 => CommandKind::SetTcp(RpyPose::from_array([0.1 * number, 0.0, 0.1, 0.2, 0.0, number])),
-                    1 => CommandKind::SetSpeedFraction(0.25 * number),
-                    2 => CommandKind::EndForceMode,
-                    3 => CommandKind::EndFreedrive,
-                    4 => CommandKind::SetCollisionDetection(which > 1),
-                    5 => CommandKind::Stop { only: CommandId::NONE },
+                    0 => CommandKind::Setting(SettingCommand::SetTcp(RpyPose::from_array([0.1 * number, 0.0, 0.1, 0.2, 0.0, number]))),
+                    1 => CommandKind::Setting(SettingCommand::SetSpeedFraction(0.25 * number)),
+                    2 => CommandKind::Overlay(OverlayCommand::EndForceMode),
+                    3 => CommandKind::Online(OnlineCommand::EndFreedrive),
+                    4 => CommandKind::Sensing(SensingCommand::SetCollisionDetection(which > 1)),
+                    5 => CommandKind::Machine(MachineCommand::Stop { only: CommandId::NONE }),
                     6 => {
                         // Ends the one of that place.
                         if let Some(id) = awaited.open.keys().nth(which.into()).copied() {

@@ -5,7 +5,7 @@ use crate::common;
 use common::{Standing, run};
 use elite_runtime::TaskEnd;
 use kinematics::{JointPositions, RpyPose};
-use motion_api::CommandKind;
+use motion_api::{CommandKind, MotionCommand, OverlayCommand};
 
 const A: RpyPose = RpyPose {
     xyz: [0.4, -0.2, 0.3],
@@ -34,34 +34,36 @@ fn commands(line: &str) -> Vec<CommandKind> {
 #[test]
 fn a_blend_radius_reaches_the_arm() {
     let target = JointPositions([0.0, -1.5, 1.5, -1.5, -1.5, 0.0]);
-    let joint = CommandKind::MoveJ {
+    let joint = CommandKind::Motion(MotionCommand::MoveJ {
         target,
         acceleration: 2.0,
         speed: 0.5,
         duration: 0.0,
         radius: 0.05,
-    };
+    });
     let line = "movej([0, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=0.5, r=0.05)";
     assert_eq!(commands(line), [joint]);
-    let cartesian = CommandKind::MoveL {
+    let cartesian = CommandKind::Motion(MotionCommand::MoveL {
         target: A,
         acceleration: 1.2,
         speed: 0.25,
         duration: 3.0,
         radius: 0.02,
-    };
+    });
     assert_eq!(commands("movel(a, t=3, r=0.02)"), [cartesian]);
 }
 
 #[test]
 fn movec_takes_two_poses_and_a_mode() {
-    let arc = |speed, radius, fixed| CommandKind::MoveC {
-        via: A,
-        target: B,
-        acceleration: 1.2,
-        speed,
-        radius,
-        fixed,
+    let arc = |speed, radius, fixed| {
+        CommandKind::Motion(MotionCommand::MoveC {
+            via: A,
+            target: B,
+            acceleration: 1.2,
+            speed,
+            radius,
+            fixed,
+        })
     };
     assert_eq!(commands("movec(a, b)"), [arc(0.25, 0.0, true)]);
     assert_eq!(
@@ -92,11 +94,13 @@ fn a_negative_radius_is_a_value_error() {
 
 #[test]
 fn movep_has_four_arguments_with_defaults() {
-    let process = |acceleration, speed, radius| CommandKind::MoveP {
-        target: A,
-        acceleration,
-        speed,
-        radius,
+    let process = |acceleration, speed, radius| {
+        CommandKind::Motion(MotionCommand::MoveP {
+            target: A,
+            acceleration,
+            speed,
+            radius,
+        })
     };
     assert_eq!(commands("movep(a)"), [process(1.2, 0.25, 0.0)]);
     assert_eq!(
@@ -112,17 +116,17 @@ fn path_offsets_become_commands_and_wrong_ones_exceptions() {
     let ran = run(&Standing::default(), text);
     assert_eq!(ran.end, TaskEnd::Finished, "{}", ran.error);
     let wanted = [
-        CommandKind::PathOffsetMax {
+        CommandKind::Overlay(OverlayCommand::PathOffsetMax {
             translation: 0.02,
             rotation: 0.1,
-        },
-        CommandKind::PathOffsetFilter(0.3),
-        CommandKind::PathOffsetEnable,
-        CommandKind::PathOffsetSet {
+        }),
+        CommandKind::Overlay(OverlayCommand::PathOffsetFilter(0.3)),
+        CommandKind::Overlay(OverlayCommand::PathOffsetEnable),
+        CommandKind::Overlay(OverlayCommand::PathOffsetSet {
             offset: RpyPose::from_array([0.0, 0.0, 0.005, 0.0, 0.0, 0.0]),
             axes: motion_api::OffsetAxes::Motion,
-        },
-        CommandKind::PathOffsetDisable { acceleration: 20.0 },
+        }),
+        CommandKind::Overlay(OverlayCommand::PathOffsetDisable { acceleration: 20.0 }),
     ];
     let sent: Vec<_> = ran
         .commands

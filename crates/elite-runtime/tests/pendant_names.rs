@@ -6,7 +6,7 @@ use crate::common;
 
 use common::{Standing, run};
 use elite_runtime::builtins::{all, declare::FROM_OUTPUT, known_names};
-use motion_api::{CommandKind, IoChange};
+use motion_api::{CommandKind, IoChange, MotionCommand, SettingCommand};
 
 /// What a program prints that must not fail; `check` finds no error in it either.
 fn printed(text: &str) -> String {
@@ -28,7 +28,9 @@ fn changes(text: &str) -> Vec<IoChange> {
     assert_eq!(ran.report, "", "{text}");
     let commands = ran.commands.into_iter();
     let changes = commands.filter_map(|kind| match kind {
-        CommandKind::SetIo(change) if !matches!(change, IoChange::ProgramRunning(_)) => {
+        CommandKind::Setting(SettingCommand::SetIo(change))
+            if !matches!(change, IoChange::ProgramRunning(_)) =>
+        {
             Some(change)
         }
         _ => None,
@@ -141,7 +143,12 @@ movej(get_inverse_kin(p, qnear=q), 1.4, 1.05, 0, 0)
 ";
     let ran = run(&Standing::default(), arc);
     assert_eq!(ran.report, "");
-    let is_arc = |kind: &CommandKind| matches!(kind, CommandKind::MoveC { fixed: false, .. });
+    let is_arc = |kind: &CommandKind| {
+        matches!(
+            kind,
+            CommandKind::Motion(MotionCommand::MoveC { fixed: false, .. })
+        )
+    };
     assert!(ran.commands.iter().any(is_arc));
     // No output, no error; others outside are errors still.
     assert_eq!(changes("set_standard_digital_out(-1, True)\n"), []);

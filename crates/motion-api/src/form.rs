@@ -6,7 +6,7 @@
 
 use kinematics::{Payload, PayloadError};
 
-use crate::{CommandKind, EncoderRange, Refusal};
+use crate::{CommandKind, EncoderRange, OverlayCommand, Refusal, SensingCommand, SettingCommand};
 
 /// Largest reach of a TCP or a centre of gravity from the flange that is taken, m. This and the bounds below only keep
 /// out numbers that no physics survives; the rated payload of the model is checked where scripts are.
@@ -35,46 +35,21 @@ impl CommandKind {
     /// [`Refusal::BadValue`] with the first number that cannot be.
     pub fn validate(&self) -> Result<(), Refusal> {
         match self {
-            Self::SetTcp(tcp) => {
-                if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
-                    return Err(bad_value("an angle of the TCP", angle, "a finite number"));
-                }
-                let name = "a coordinate of the TCP";
-                check_magnitude(&tcp.xyz, TOOL_REACH_MAX, name, "at most 10 m")
-            }
-            Self::SetPayload(payload) => check_payload(payload),
-            Self::SetGravity(gravity) => {
-                let name = "a component of gravity";
-                check_magnitude(gravity, GRAVITY_MAX, name, "at most 30 m/s²")
-            }
-            Self::SetExternalWrench(wrench) => {
-                let name = "a component of the external wrench";
-                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")
-            }
-            Self::Push {
-                wrench, duration, ..
-            } => {
-                let name = "a component of the push";
-                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
-                if !(0.0..=PUSH_DURATION_MAX).contains(duration) {
-                    let needed = "0 to 1e9 s";
-                    return Err(bad_value("the duration of the push", *duration, needed));
-                }
-                Ok(())
-            }
-            Self::FtRtsiInput {
-                mass,
-                measuring_offset,
-                cog,
-                ..
-            } => {
-                if !(0.0..=PAYLOAD_MASS_MAX).contains(mass) {
-                    return Err(bad_value("sensor_mass", *mass, "0 to 1000 kg"));
-                }
-                let (most, needed) = (TOOL_REACH_MAX, "at most 10 m");
-                check_magnitude(measuring_offset, most, "sensor_measuring_offset", needed)?;
-                check_magnitude(cog, most, "sensor_cog", needed)
-            }
+            Self::Overlay(command) => command.validate(),
+            Self::Sensing(command) => command.validate(),
+            Self::Setting(command) => command.validate(),
+            Self::Motion(_) | Self::Online(_) | Self::Machine(_) => Ok(()),
+        }
+    }
+}
+
+impl OverlayCommand {
+    /// Checks frames, wrenches and directions. Offsets of the path are checked where they are laid over it.
+    ///
+    /// # Errors
+    /// [`Refusal::BadValue`] with the first number that cannot be.
+    pub fn validate(&self) -> Result<(), Refusal> {
+        match self {
             Self::ForceMode {
                 frame,
                 wrench,
@@ -124,7 +99,88 @@ impl CommandKind {
                 check_magnitude(&center.xyz, most, "a coordinate of center", needed)?;
                 check_ticks("ticks_per_revolution", *ticks_per_revolution)
             }
-            _ => Ok(()),
+            Self::EndForceMode
+            | Self::StopConveyorTracking
+            | Self::PathOffsetEnable
+            | Self::PathOffsetDisable { .. }
+            | Self::PathOffsetSet { .. }
+            | Self::PathOffsetFilter(_)
+            | Self::PathOffsetMax { .. } => Ok(()),
+        }
+    }
+}
+
+impl SensingCommand {
+    /// Checks wrenches and the sensor. Gains and sensitivities are checked where they are carried out.
+    ///
+    /// # Errors
+    /// [`Refusal::BadValue`] with the first number that cannot be.
+    pub fn validate(&self) -> Result<(), Refusal> {
+        match self {
+            Self::SetExternalWrench(wrench) => {
+                let name = "a component of the external wrench";
+                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")
+            }
+            Self::Push {
+                wrench, duration, ..
+            } => {
+                let name = "a component of the push";
+                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
+                if !(0.0..=PUSH_DURATION_MAX).contains(duration) {
+                    let needed = "0 to 1e9 s";
+                    return Err(bad_value("the duration of the push", *duration, needed));
+                }
+                Ok(())
+            }
+            Self::FtRtsiInput {
+                mass,
+                measuring_offset,
+                cog,
+                ..
+            } => {
+                if !(0.0..=PAYLOAD_MASS_MAX).contains(mass) {
+                    return Err(bad_value("sensor_mass", *mass, "0 to 1000 kg"));
+                }
+                let (most, needed) = (TOOL_REACH_MAX, "at most 10 m");
+                check_magnitude(measuring_offset, most, "sensor_measuring_offset", needed)?;
+                check_magnitude(cog, most, "sensor_cog", needed)
+            }
+            Self::SetForceGain(_)
+            | Self::SetForceDamping(_)
+            | Self::ZeroFtSensor
+            | Self::SetCollisionDetection(_)
+            | Self::SetCollisionSensitivity(_) => Ok(()),
+        }
+    }
+}
+
+impl SettingCommand {
+    /// Checks tool, payload and gravity. The rest is checked where it is carried out.
+    ///
+    /// # Errors
+    /// [`Refusal::BadValue`] with the first number that cannot be.
+    pub fn validate(&self) -> Result<(), Refusal> {
+        match self {
+            Self::SetTcp(tcp) => {
+                if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
+                    return Err(bad_value("an angle of the TCP", angle, "a finite number"));
+                }
+                let name = "a coordinate of the TCP";
+                check_magnitude(&tcp.xyz, TOOL_REACH_MAX, name, "at most 10 m")
+            }
+            Self::SetPayload(payload) => check_payload(payload),
+            Self::SetGravity(gravity) => {
+                let name = "a component of gravity";
+                check_magnitude(gravity, GRAVITY_MAX, name, "at most 30 m/s²")
+            }
+            Self::SetSpeedFraction(_)
+            | Self::SetStandardDigitalOut { .. }
+            | Self::SetIo(_)
+            | Self::SetIoAtZone { .. }
+            | Self::SetDigitalInput { .. }
+            | Self::EncoderEnableSetTickCount { .. }
+            | Self::EncoderSetTickCount { .. }
+            | Self::EncoderEnablePulseDecode { .. } => Ok(()),
         }
     }
 }

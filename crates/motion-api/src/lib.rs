@@ -30,7 +30,10 @@ mod atomics {
     pub(crate) use std::sync::atomic::{AtomicU64, Ordering, fence};
 }
 
-pub use command::{Command, CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
+pub use command::{
+    Command, CommandId, CommandKind, MachineCommand, MotionCommand, OnlineCommand, Origin,
+    OverlayCommand, ProgramId, SensingCommand, SettingCommand, ThreadNumber,
+};
 pub use event::{Event, Outcome, PathFault, Refusal, StopReason, Warning, WayUnit};
 pub use io::{
     AnalogDomain, DigitalBank, InputAction, IoChange, IoConfig, IoImage, IoPoint, RunStateChoice,

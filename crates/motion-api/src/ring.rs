@@ -11,8 +11,8 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use thiserror::Error;
 
 use crate::{
-    Command, CommandId, CommandKind, Event, Origin, PointList, RegisterImages, Registers,
-    RobotState, SnapshotCell,
+    Command, CommandId, CommandKind, Event, MotionCommand, OnlineCommand, Origin, PointList,
+    RegisterImages, Registers, RobotState, SnapshotCell,
 };
 
 /// One entry of the recording, in the order in which it happened.
@@ -241,8 +241,12 @@ impl CommandSender {
     ///
     /// # Errors
     /// [`RingFull`] when the motion thread has not drained the ring.
-    pub fn send(&self, origin: Origin, kind: CommandKind) -> Result<CommandId, RingFull> {
-        self.send_with(origin, kind, |_| ())
+    pub fn send(
+        &self,
+        origin: Origin,
+        kind: impl Into<CommandKind>,
+    ) -> Result<CommandId, RingFull> {
+        self.send_with(origin, kind.into(), |_| ())
     }
 
     /// How many commands wait for the motion thread.
@@ -297,7 +301,7 @@ impl CommandSender {
         self.hand_over(
             origin,
             points,
-            CommandKind::MoveMl { count, interval },
+            CommandKind::Motion(MotionCommand::MoveMl { count, interval }),
             before,
         )
     }
@@ -317,7 +321,7 @@ impl CommandSender {
         self.hand_over(
             origin,
             points,
-            CommandKind::FollowPoints { count, interval },
+            CommandKind::Online(OnlineCommand::FollowPoints { count, interval }),
             before,
         )
     }
@@ -478,6 +482,7 @@ impl RecordReader {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::MachineCommand;
     use kinematics::JointPositions;
 
     fn small() -> (MotionEndpoint, ScriptEndpoint) {
@@ -497,7 +502,10 @@ mod tests {
         for _ in 0..2 {
             script
                 .commands
-                .send(Origin::default(), CommandKind::PowerOn)
+                .send(
+                    Origin::default(),
+                    CommandKind::Machine(MachineCommand::PowerOn),
+                )
                 .unwrap();
         }
         let ids: Vec<u64> = std::iter::from_fn(|| motion.commands.pop().ok())
@@ -510,9 +518,10 @@ mod tests {
     fn a_full_ring_refuses_and_uses_up_no_number() {
         let (mut motion, script) = small();
         let send = || {
-            script
-                .commands
-                .send(Origin::default(), CommandKind::PowerOn)
+            script.commands.send(
+                Origin::default(),
+                CommandKind::Machine(MachineCommand::PowerOn),
+            )
         };
         send().unwrap();
         send().unwrap();
@@ -525,18 +534,18 @@ mod tests {
     fn a_stop_finds_room_where_nothing_else_does() {
         let (mut motion, script) = small();
         let send = |kind| script.commands.send(Origin::default(), kind);
-        let stop = CommandKind::Stop {
+        let stop = CommandKind::Machine(MachineCommand::Stop {
             only: CommandId::NONE,
-        };
-        send(CommandKind::PowerOn).unwrap();
-        send(CommandKind::PowerOn).unwrap();
-        assert!(send(CommandKind::PowerOn).is_err());
+        });
+        send(CommandKind::Machine(MachineCommand::PowerOn)).unwrap();
+        send(CommandKind::Machine(MachineCommand::PowerOn)).unwrap();
+        assert!(send(CommandKind::Machine(MachineCommand::PowerOn)).is_err());
         assert_eq!(send(stop), Ok(CommandId(3)));
         assert_eq!(script.commands.waiting(), 3);
         assert!(send(stop).is_err(), "the kept places are bounded, too");
         motion.commands.pop().unwrap();
         assert!(
-            send(CommandKind::PowerOn).is_err(),
+            send(CommandKind::Machine(MachineCommand::PowerOn)).is_err(),
             "the kept place comes first"
         );
         assert!(send(stop).is_ok());
@@ -545,7 +554,10 @@ mod tests {
     #[test]
     fn commands_that_belong_together_go_in_together_or_not_at_all() {
         let (mut motion, script) = small();
-        let two = [CommandKind::PowerOn, CommandKind::ReleaseBrakes];
+        let two = [
+            CommandKind::Machine(MachineCommand::PowerOn),
+            CommandKind::Machine(MachineCommand::ReleaseBrakes),
+        ];
         let send = |kinds: &[CommandKind]| {
             let mut announced = Vec::new();
             let origin = Origin::default();
@@ -600,14 +612,17 @@ mod tests {
         for _ in 0..2 {
             script
                 .commands
-                .send(Origin::default(), CommandKind::PowerOn)
+                .send(
+                    Origin::default(),
+                    CommandKind::Machine(MachineCommand::PowerOn),
+                )
                 .unwrap();
         }
-        let refused = script
-            .commands
-            .send_with(Origin::default(), CommandKind::PowerOn, |_| {
-                panic!("announced")
-            });
+        let refused = script.commands.send_with(
+            Origin::default(),
+            CommandKind::Machine(MachineCommand::PowerOn),
+            |_| panic!("announced"),
+        );
         assert!(refused.is_err());
     }
 }

@@ -11,7 +11,8 @@
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
 use motion::{ControlLoop, CycleConfig, CycleTiming, PlantKind};
 use motion_api::{
-    CommandKind, Event, Origin, Outcome, RingCapacities, ScriptEndpoint, motion_channel,
+    CommandKind, Event, MotionCommand, Origin, Outcome, RingCapacities, ScriptEndpoint,
+    motion_channel,
 };
 
 /// Commands of each kind on each arm.
@@ -118,22 +119,22 @@ impl Desk {
     /// Planning of one command, us, and the cycles it took; `None` for one that is refused.
     fn one(&mut self, kind: Kind, number: usize) -> Option<(f64, usize)> {
         let kind = match kind {
-            Kind::MoveJ => CommandKind::MoveJ {
+            Kind::MoveJ => CommandKind::Motion(MotionCommand::MoveJ {
                 target: self.place(),
                 acceleration: 1.4,
                 speed: 3.0,
                 duration: 0.0,
                 radius: 0.0,
-            },
+            }),
             Kind::MoveL => line(self.pose(), 0.5, 0.0),
-            Kind::MoveC => CommandKind::MoveC {
+            Kind::MoveC => CommandKind::Motion(MotionCommand::MoveC {
                 via: self.pose(),
                 target: self.pose(),
                 acceleration: 1.2,
                 speed: 0.5,
                 radius: 0.0,
                 fixed: number.is_multiple_of(2),
-            },
+            }),
         };
         self.script
             .commands
@@ -168,13 +169,13 @@ impl Desk {
 }
 
 fn line(target: RpyPose, speed: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration: 1.2,
         speed,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 /// A polygon of [`LEGS`] legs of 26 mm with blends of 8 mm: does the arm ever stop, and what do the cycles cost?

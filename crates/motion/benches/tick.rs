@@ -14,7 +14,10 @@ use divan::Bencher;
 use kinematics::{JointPositions, RobotModel};
 use motion::plan::{CartesianPlanner, MotionRequest, PlanningContext, plan_movej};
 use motion::{ControlLoop, CycleConfig, CycleTiming, PlantKind};
-use motion_api::{CommandKind, Origin, RingCapacities, ScriptEndpoint, motion_channel};
+use motion_api::{
+    CommandKind, MotionCommand, OnlineCommand, Origin, OverlayCommand, RingCapacities,
+    ScriptEndpoint, SensingCommand, SettingCommand, motion_channel,
+};
 
 fn main() {
     percentiles();
@@ -54,13 +57,13 @@ fn go(script: &ScriptEndpoint, way: f64) {
     [0, 3, 4, 5]
         .into_iter()
         .for_each(|joint: usize| target[joint] += way);
-    let kind = CommandKind::MoveJ {
+    let kind = CommandKind::Motion(MotionCommand::MoveJ {
         target: JointPositions(target),
         acceleration: 1.396263,
         speed: 1.047197,
         duration: 0.0,
         radius: 0.0,
-    };
+    });
     script.commands.send(Origin::default(), kind).expect("room");
 }
 
@@ -115,14 +118,14 @@ fn force_percentiles() {
         let (motion, mut script) = motion_channel(sizes, &config.first_state());
         let mut cycle = ControlLoop::new(config, motion).expect("a controller");
         for kind in [
-            CommandKind::SetCollisionDetection(false),
-            CommandKind::ForceMode {
+            CommandKind::Sensing(SensingCommand::SetCollisionDetection(false)),
+            CommandKind::Overlay(OverlayCommand::ForceMode {
                 frame: kinematics::RpyPose::default(),
                 selection: [is_pushed, is_pushed, true, is_pushed, false, false],
                 wrench: [0.0, 0.0, if is_pushed { 0.0 } else { -20.0 }, 0.0, 0.0, 0.0],
                 mode: 0,
                 speed_limits: [0.2; 6],
-            },
+            }),
         ] {
             script.commands.send(Origin::default(), kind).expect("room");
         }
@@ -174,7 +177,8 @@ fn other_percentiles() {
             let mut cycle = ControlLoop::new(config, motion).expect("a controller");
             if name == "reduced mode" {
                 let level = true;
-                let input = CommandKind::SetDigitalInput { index: 20, level };
+                let input =
+                    CommandKind::Setting(SettingCommand::SetDigitalInput { index: 20, level });
                 script
                     .commands
                     .send(Origin::default(), input)
@@ -236,13 +240,13 @@ fn send_next(
     let mut target = *start;
     target.xyz[1] += [0.0, 0.1, 0.1, 0.0][corner as usize % 4];
     target.xyz[2] += [0.0, 0.0, 0.1, 0.1][corner as usize % 4];
-    let kind = CommandKind::MoveL {
+    let kind = CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration: 1.2,
         speed: 0.25,
         duration: 0.0,
         radius: 0.01,
-    };
+    });
     script.commands.send(origin, kind).expect("room");
 }
 
@@ -351,49 +355,51 @@ fn modes_percentiles(plant: PlantKind) {
         .to_rpy();
     line.xyz[1] += 0.3;
     let modes = [
-        CommandKind::MoveL {
+        CommandKind::Motion(MotionCommand::MoveL {
             target: line,
             acceleration: 1.2,
             speed: 0.25,
             duration: 13.0,
             radius: 0.0,
-        },
-        CommandKind::ServoJ {
+        }),
+        CommandKind::Online(OnlineCommand::ServoJ {
             target: q,
             duration: 1e5,
             lookahead: 0.2,
             gain: 300.0,
-        },
-        CommandKind::SpeedJ {
+        }),
+        CommandKind::Online(OnlineCommand::SpeedJ {
             speeds: kinematics::JointSpeeds([0.02; 6]),
             acceleration: 1.0,
             duration: Some(1e5),
-        },
-        CommandKind::SpeedL {
+        }),
+        CommandKind::Online(OnlineCommand::SpeedL {
             speed: [0.0, 0.01, 0.01, 0.0, 0.0, 0.01],
             acceleration: 1.0,
             rotation_acceleration: 1.0,
             duration: Some(1e5),
-        },
-        CommandKind::Freedrive {
+        }),
+        CommandKind::Online(OnlineCommand::Freedrive {
             free_axes: [false, true, true, false, false, false],
             frame: motion_api::FreedriveFrame::Base,
-        },
-        CommandKind::TrackConveyorLinear {
+        }),
+        CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
             direction: [0.0, 1.0, 0.0],
             ticks_per_meter: 1000.0,
             encoder: 0,
-        },
+        }),
     ];
     for kind in modes {
         let (mut cycle, mut script) = controller(plant, 0.004);
-        let hand = CommandKind::SetExternalWrench([0.0, 2.0, 1.5, 0.0, 0.0, 0.0]);
-        let enable = CommandKind::FtRtsiInput {
+        let hand = CommandKind::Sensing(SensingCommand::SetExternalWrench([
+            0.0, 2.0, 1.5, 0.0, 0.0, 0.0,
+        ]));
+        let enable = CommandKind::Sensing(SensingCommand::FtRtsiInput {
             enabled: true,
             mass: 0.0,
             measuring_offset: [0.0; 3],
             cog: [0.0; 3],
-        };
+        });
         for kind in [enable, hand, kind] {
             script.commands.send(Origin::default(), kind).expect("room");
         }
@@ -506,13 +512,13 @@ fn tick_on_a_line(bencher: Bencher) {
             if there {
                 target.xyz[1] += 0.3;
             }
-            let kind = CommandKind::MoveL {
+            let kind = CommandKind::Motion(MotionCommand::MoveL {
                 target,
                 acceleration: 1.2,
                 speed: 0.25,
                 duration: 0.0,
                 radius: 0.0,
-            };
+            });
             script.commands.send(Origin::default(), kind).expect("room");
         }
         cycle.tick(CycleTiming::default());

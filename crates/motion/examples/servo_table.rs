@@ -12,7 +12,7 @@
 
 use kinematics::RobotModel;
 use motion::{ControlLoop, CycleConfig, CycleTiming, PlantKind};
-use motion_api::{CommandKind, Origin, RingCapacities, motion_channel};
+use motion_api::{CommandKind, OnlineCommand, Origin, RingCapacities, motion_channel};
 
 const STEP: f64 = 0.004;
 const SPEED: f64 = 0.5;
@@ -37,12 +37,12 @@ fn stream(gain: f64, lookahead: f64, point: impl Fn(f64) -> f64, seconds: f64) -
         .map(|k| {
             let mut target = home;
             target[0] += point(f64::from(k + 1) * STEP);
-            let kind = CommandKind::ServoJ {
+            let kind = CommandKind::Online(OnlineCommand::ServoJ {
                 target,
                 duration: STEP,
                 lookahead,
                 gain,
-            };
+            });
             script.commands.send(Origin::default(), kind).expect("room");
             cycle.tick(CycleTiming::default());
             while script.events.next_event().is_some() {}

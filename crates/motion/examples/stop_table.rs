@@ -16,7 +16,8 @@ use motion::{
     ControlLoop, CycleConfig, CycleTiming, InputPair, MotionLimits, PlantKind, SafetyInputs,
 };
 use motion_api::{
-    CommandId, CommandKind, Event, OffsetAxes, Origin, RingCapacities, RobotState, ScriptEndpoint,
+    CommandId, CommandKind, Event, MachineCommand, MotionCommand, OffsetAxes, OnlineCommand,
+    Origin, OverlayCommand, RingCapacities, RobotState, ScriptEndpoint, SettingCommand,
     motion_channel,
 };
 
@@ -40,21 +41,27 @@ const MODES: [(&str, f64); 11] = [
 const STOPS: [(&str, CommandKind); 6] = [
     (
         "safeguard",
-        CommandKind::SetDigitalInput {
+        CommandKind::Setting(SettingCommand::SetDigitalInput {
             index: 16,
             level: true,
-        },
+        }),
     ),
-    ("protective", CommandKind::ProtectiveStop),
+    (
+        "protective",
+        CommandKind::Machine(MachineCommand::ProtectiveStop),
+    ),
     (
         "stop task",
-        CommandKind::Stop {
+        CommandKind::Machine(MachineCommand::Stop {
             only: CommandId::NONE,
-        },
+        }),
     ),
-    ("power off", CommandKind::PowerOff),
-    ("pause", CommandKind::Pause),
-    ("stopj(8)", CommandKind::StopJ { acceleration: 8.0 }),
+    ("power off", CommandKind::Machine(MachineCommand::PowerOff)),
+    ("pause", CommandKind::Machine(MachineCommand::Pause)),
+    (
+        "stopj(8)",
+        CommandKind::Online(OnlineCommand::StopJ { acceleration: 8.0 }),
+    ),
 ];
 
 struct Arm {
@@ -106,7 +113,7 @@ impl Arm {
         self.script.snapshot.read()
     }
 
-    fn send(&self, kind: CommandKind) {
+    fn send(&self, kind: impl Into<CommandKind>) {
         self.script
             .commands
             .send(Origin::default(), kind)
@@ -131,13 +138,13 @@ impl Arm {
     fn line(&self, duration: f64) -> CommandKind {
         let mut target = self.now().target_tcp_pose;
         target.xyz[1] += 0.25;
-        CommandKind::MoveL {
+        CommandKind::Motion(MotionCommand::MoveL {
             target,
             acceleration: 1.2,
             speed: 0.25,
             duration,
             radius: 0.0,
-        }
+        })
     }
 
     fn joints(
@@ -149,13 +156,13 @@ impl Arm {
         let mut target = self.now().target_q;
         target[0] += 0.6;
         target[joint] += by;
-        CommandKind::MoveJ {
+        CommandKind::Motion(MotionCommand::MoveJ {
             target,
             acceleration,
             speed: 1.05,
             duration,
             radius,
-        }
+        })
     }
 
     fn begin(&mut self, mode: &str) {
@@ -168,12 +175,12 @@ impl Arm {
             }
             "movel" => self.send(self.line(0.0)),
             "movel, t = 10" => self.send(self.line(10.0)),
-            "speedj, a = 0.2" => self.send(CommandKind::SpeedJ {
+            "speedj, a = 0.2" => self.send(OnlineCommand::SpeedJ {
                 speeds: JointSpeeds([0.7, 0.0, 0.0, 0.0, 0.3, 0.0]),
                 acceleration: 0.2,
                 duration: None,
             }),
-            "speedl, a = 0.2" => self.send(CommandKind::SpeedL {
+            "speedl, a = 0.2" => self.send(OnlineCommand::SpeedL {
                 speed: [0.0, 0.2, 0.0, 0.0, 0.0, 0.0],
                 acceleration: 0.2,
                 rotation_acceleration: 1.0,
@@ -182,7 +189,7 @@ impl Arm {
             "servoj" => {
                 let mut target = self.now().target_q;
                 target[0] += 0.6;
-                self.send(CommandKind::ServoJ {
+                self.send(OnlineCommand::ServoJ {
                     target,
                     duration: 5.0,
                     lookahead: 0.1,
@@ -190,7 +197,7 @@ impl Arm {
                 });
             }
             "belt" | "movel on a belt" => {
-                self.send(CommandKind::TrackConveyorLinear {
+                self.send(OverlayCommand::TrackConveyorLinear {
                     direction: [0.0, 1.0, 0.0],
                     ticks_per_meter: 1000.0,
                     encoder: 0,
@@ -199,7 +206,7 @@ impl Arm {
                 if mode != "belt" {
                     let mut target = self.now().path_pose;
                     target.xyz[2] -= 0.15;
-                    self.send(CommandKind::MoveL {
+                    self.send(MotionCommand::MoveL {
                         target,
                         acceleration: 1.2,
                         speed: 0.1,
@@ -209,8 +216,8 @@ impl Arm {
                 }
             }
             _ => {
-                self.send(CommandKind::PathOffsetEnable);
-                self.send(CommandKind::PathOffsetSet {
+                self.send(OverlayCommand::PathOffsetEnable);
+                self.send(OverlayCommand::PathOffsetSet {
                     offset: RpyPose::from_array([0.0, 0.0, 0.03, 0.0, 0.0, 0.0]),
                     axes: OffsetAxes::Base,
                 });

@@ -1,9 +1,11 @@
-//! What may be asked of the arm when: one table of families of commands and of what the arm is doing.
+//! What may be asked of the arm when: one table of admission classes of commands and of what the arm is doing.
 //!
 //! Owns the table and the finding of its row and columns. Whether the numbers of a command can be used is found where
-//! it is carried out; what it then does is there, too. Commands that are in no family may come at any time.
+//! it is carried out; what it then does is there, too. Commands that are in no class may come at any time.
 
-use motion_api::{Command, CommandId, CommandKind, Origin, Refusal};
+use motion_api::{
+    Command, CommandId, CommandKind, OnlineCommand, Origin, OverlayCommand, Refusal, SettingCommand,
+};
 
 use crate::cycle::{ControlLoop, Generator};
 use crate::modes::conveyor::ConveyorTracking;
@@ -40,9 +42,9 @@ pub(crate) enum RefusalCause {
     NonRotatingTurntable,
 }
 
-/// Commands that the same rules are for.
+/// Commands that the same rules of admission are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum CommandFamily {
+enum AdmissionClass {
     /// Planned motions and their points.
     Move,
     /// servoj, trajectories, speedj, speedl.
@@ -111,73 +113,82 @@ const FORCE: Admission = Refuse(RefusalCause::InForceMode);
 const OFFSET: Admission = Refuse(RefusalCause::PathOffset);
 const NON_ROTATING_TURNTABLE: Admission = Refuse(RefusalCause::NonRotatingTurntable);
 
-/// Families.
-const FAMILIES: [CommandFamily; 7] = [
-    CommandFamily::Move,
-    CommandFamily::Online,
-    CommandFamily::Freedrive,
-    CommandFamily::ForceMode,
-    CommandFamily::Conveyor,
-    CommandFamily::Offset,
-    CommandFamily::Tool,
+/// The classes, in the order of the columns of both tables.
+const ADMISSION_CLASSES: [AdmissionClass; 7] = [
+    AdmissionClass::Move,
+    AdmissionClass::Online,
+    AdmissionClass::Freedrive,
+    AdmissionClass::ForceMode,
+    AdmissionClass::Conveyor,
+    AdmissionClass::Offset,
+    AdmissionClass::Tool,
 ];
 
-/// What applies to each family, in their order, while the arm does something.
+/// What applies to each class, in their order, while the arm does something.
 #[rustfmt::skip]
 const ACTIVITY_RULES: [(ArmActivity, [Admission; 7]); 14] = [
-    //                       Move       Steer      Hand       Press      Follow     Offset     Tool
-    (ArmActivity::Unavailable,       [NOT_READY, NOT_READY, NOT_READY, NOT_READY, NOT_READY, NOT_READY, Accept]),
-    (ArmActivity::Idle,      [Accept,       Accept,       Accept,       Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::PathActive,        [BUSY,      BUSY,      BUSY,      Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::PathReadyForNext,          [Accept,       BUSY,      BUSY,      Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::PathFinishing,       [Accept,       WaitForRest,     WaitForRest,     Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::PathStopping,       [WaitForRest,     WaitForRest,     WaitForRest,     Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::OnlineOfOtherThread,       [BUSY,      BUSY,      BUSY,      Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::OnlineOfSender,      [BUSY,      Accept,       BUSY,      Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::OnlineCallReturned,      [WaitForRest,     Accept,       BUSY,      Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::OnlineAtRest, [WaitForRest,     Accept,       Accept,       Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::OnlineStopping,  [WaitForRest,     Accept,       WaitForRest,     Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::ConveyorStopping,[WaitForRest,     WaitForRest,     WaitForRest,     Accept,       Accept,       Accept,       Accept]),
-    (ArmActivity::HandGuided,           [BUSY,      BUSY,      Accept,       BUSY,      LED,       LED,       Accept]),
-    (ArmActivity::FreedriveByInput,    [LED,       LED,       Accept,       LED,       LED,       LED,       Accept]),
+    //                                  Move         Online       Freedrive    ForceMode  Conveyor   Offset     Tool
+    (ArmActivity::Unavailable,         [NOT_READY,   NOT_READY,   NOT_READY,   NOT_READY, NOT_READY, NOT_READY, Accept]),
+    (ArmActivity::Idle,                [Accept,      Accept,      Accept,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::PathActive,          [BUSY,        BUSY,        BUSY,        Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::PathReadyForNext,    [Accept,      BUSY,        BUSY,        Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::PathFinishing,       [Accept,      WaitForRest, WaitForRest, Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::PathStopping,        [WaitForRest, WaitForRest, WaitForRest, Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineOfOtherThread, [BUSY,        BUSY,        BUSY,        Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineOfSender,      [BUSY,        Accept,      BUSY,        Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineCallReturned,  [WaitForRest, Accept,      BUSY,        Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineAtRest,        [WaitForRest, Accept,      Accept,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineStopping,      [WaitForRest, Accept,      WaitForRest, Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::ConveyorStopping,    [WaitForRest, WaitForRest, WaitForRest, Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::HandGuided,          [BUSY,        BUSY,        Accept,      BUSY,      LED,       LED,       Accept]),
+    (ArmActivity::FreedriveByInput,    [LED,         LED,         Accept,      LED,       LED,       LED,       Accept]),
 ];
 
-/// What applies to each family, in their order, while something is laid over what the arm does.
+/// What applies to each class, in their order, while something is laid over what the arm does.
 #[rustfmt::skip]
 const OVERLAY_RULES: [(Overlay, [Admission; 7]); 4] = [
-    //                              Move Steer Hand     Press     Follow    Offset    Tool
-    (Overlay::Conveyor,                 [Accept, Accept, TRACKING, TRACKING, TRACKING, TRACKING, Accept]),
-    (Overlay::NonRotatingTurntable, [Accept, Accept, TRACKING, TRACKING, TRACKING, TRACKING, NON_ROTATING_TURNTABLE]),
-    (Overlay::ForceMode,                [Accept, Accept, FORCE,    Accept,      FORCE,    FORCE,    Accept]),
-    (Overlay::Offset,               [Accept, Accept, OFFSET,   OFFSET,   OFFSET,   Accept,      OFFSET]),
+    //                               Move    Online  Freedrive  ForceMode  Conveyor  Offset    Tool
+    (Overlay::Conveyor,             [Accept, Accept, TRACKING,  TRACKING,  TRACKING, TRACKING, Accept]),
+    (Overlay::NonRotatingTurntable, [Accept, Accept, TRACKING,  TRACKING,  TRACKING, TRACKING, NON_ROTATING_TURNTABLE]),
+    (Overlay::ForceMode,            [Accept, Accept, FORCE,     Accept,    FORCE,    FORCE,    Accept]),
+    (Overlay::Offset,               [Accept, Accept, OFFSET,    OFFSET,    OFFSET,   Accept,   OFFSET]),
 ];
 
-impl CommandFamily {
+impl AdmissionClass {
+    /// The class of a command; `None` for what may come at any time.
     const fn of(kind: &CommandKind) -> Option<Self> {
-        Some(match kind {
-            CommandKind::MoveJ { .. }
-            | CommandKind::MoveL { .. }
-            | CommandKind::MoveC { .. }
-            | CommandKind::MoveP { .. }
-            | CommandKind::MoveMl { .. } => Self::Move,
-            CommandKind::ServoJ { .. }
-            | CommandKind::FollowPoints { .. }
-            | CommandKind::SpeedJ { .. }
-            | CommandKind::SpeedL { .. } => Self::Online,
-            CommandKind::Freedrive { .. } => Self::Freedrive,
-            CommandKind::ForceMode { .. } => Self::ForceMode,
-            CommandKind::TrackConveyorLinear { .. } | CommandKind::TrackConveyorCircular { .. } => {
-                Self::Conveyor
-            }
-            CommandKind::PathOffsetEnable => Self::Offset,
-            CommandKind::SetTcp(_) => Self::Tool,
-            _ => return None,
-        })
+        match kind {
+            CommandKind::Motion(_) => Some(Self::Move),
+            CommandKind::Online(online) => match online {
+                OnlineCommand::ServoJ { .. }
+                | OnlineCommand::FollowPoints { .. }
+                | OnlineCommand::SpeedJ { .. }
+                | OnlineCommand::SpeedL { .. } => Some(Self::Online),
+                OnlineCommand::Freedrive { .. } => Some(Self::Freedrive),
+                OnlineCommand::StopJ { .. }
+                | OnlineCommand::StopL { .. }
+                | OnlineCommand::EndFreedrive => None,
+            },
+            CommandKind::Overlay(overlay) => match overlay {
+                OverlayCommand::ForceMode { .. } => Some(Self::ForceMode),
+                OverlayCommand::TrackConveyorLinear { .. }
+                | OverlayCommand::TrackConveyorCircular { .. } => Some(Self::Conveyor),
+                OverlayCommand::PathOffsetEnable => Some(Self::Offset),
+                OverlayCommand::EndForceMode
+                | OverlayCommand::StopConveyorTracking
+                | OverlayCommand::PathOffsetDisable { .. }
+                | OverlayCommand::PathOffsetSet { .. }
+                | OverlayCommand::PathOffsetFilter(_)
+                | OverlayCommand::PathOffsetMax { .. } => None,
+            },
+            CommandKind::Setting(SettingCommand::SetTcp(_)) => Some(Self::Tool),
+            CommandKind::Machine(_) | CommandKind::Sensing(_) | CommandKind::Setting(_) => None,
+        }
     }
 
     fn admission_in(self, row: &[Admission; 7]) -> Admission {
-        let mut rules = FAMILIES.iter().zip(row);
-        let found = rules.find(|(family, _)| **family == self);
+        let mut rules = ADMISSION_CLASSES.iter().zip(row);
+        let found = rules.find(|(class, _)| **class == self);
         found.map_or(Accept, |(_, rule)| *rule)
     }
 }
@@ -185,21 +196,21 @@ impl CommandFamily {
 impl ControlLoop {
     /// What happens to a command now.
     pub(crate) fn admission(&self, command: &Command) -> Admission {
-        let Some(family) = CommandFamily::of(&command.kind) else {
+        let Some(class) = AdmissionClass::of(&command.kind) else {
             return Accept;
         };
         let over = OVERLAY_RULES
             .iter()
             .filter(|(over, _)| self.is_overlay_active(*over));
         for (_, row) in over {
-            if let rule @ Refuse(_) = family.admission_in(row) {
+            if let rule @ Refuse(_) = class.admission_in(row) {
                 return rule;
             }
         }
         let doing = self.activity(command.origin);
         let mut columns = ACTIVITY_RULES.iter();
         let found = columns.find(|(column, _)| *column == doing);
-        let rule = found.map_or(Accept, |(_, row)| family.admission_in(row));
+        let rule = found.map_or(Accept, |(_, row)| class.admission_in(row));
         match rule {
             // Only one waits.
             WaitForRest if self.deferred.is_some() => BUSY,
@@ -304,22 +315,22 @@ mod tests {
                 assert!(row[..6].iter().all(|rule| *rule == NOT_READY));
             }
         }
-        for (k, family) in FAMILIES.iter().enumerate() {
-            assert!(!FAMILIES[..k].contains(family));
+        for (k, class) in ADMISSION_CLASSES.iter().enumerate() {
+            assert!(!ADMISSION_CLASSES[..k].contains(class));
         }
     }
 
     #[test]
     fn what_is_laid_over_a_motion_excludes_everything_else_of_its_kind() {
         for (over, row) in OVERLAY_RULES {
-            for (family, own) in [
-                (CommandFamily::Conveyor, Overlay::Conveyor),
-                (CommandFamily::Offset, Overlay::Offset),
-                (CommandFamily::ForceMode, Overlay::ForceMode),
+            for (class, own) in [
+                (AdmissionClass::Conveyor, Overlay::Conveyor),
+                (AdmissionClass::Offset, Overlay::Offset),
+                (AdmissionClass::ForceMode, Overlay::ForceMode),
             ] {
-                let is_free = family.admission_in(&row) == Accept;
-                let is_its_own = over == own && family != CommandFamily::Conveyor;
-                assert_eq!(is_free, is_its_own, "{family:?} {over:?}");
+                let is_free = class.admission_in(&row) == Accept;
+                let is_its_own = over == own && class != AdmissionClass::Conveyor;
+                assert_eq!(is_free, is_its_own, "{class:?} {over:?}");
             }
         }
     }

@@ -6,7 +6,8 @@
 use kinematics::{JointPositions, Payload, Pose, RpyPose};
 pub(crate) use motion_api::form::bad_value;
 use motion_api::{
-    Command, CommandId, CommandKind, DigitalBank, IoChange, MotionMode, Outcome, Refusal,
+    Command, CommandId, CommandKind, DigitalBank, IoChange, MachineCommand, MotionCommand,
+    MotionMode, OnlineCommand, Outcome, OverlayCommand, Refusal, SensingCommand, SettingCommand,
     StopReason,
 };
 
@@ -18,9 +19,6 @@ use crate::plan::{CartesianPlanner, MotionRequest, PlanningContext, plan_movej};
 use crate::stopping::StopCause;
 use crate::upcoming::PlanState;
 use crate::waiting::RestCommand;
-
-/// Planner error: a command came to a family that does not know it.
-const PLANNER_WRONG_FAMILY: u32 = 3;
 
 /// Whether a command ends at once, and how.
 pub(crate) type CommandResult = Result<Completion, Refusal>;
@@ -46,7 +44,7 @@ impl ControlLoop {
             let Some(command) = self.next_command() else {
                 return;
             };
-            let share = match command.kind.is_setting() {
+            let share = match command.kind.is_light() {
                 true => 1,
                 false => MOTION_COMMAND_WEIGHT,
             };
@@ -70,73 +68,27 @@ impl ControlLoop {
 
     /// Each command by its family.
     fn dispatch(&mut self, command: &Command) -> CommandResult {
-        match command.kind {
-            CommandKind::MoveJ { .. }
-            | CommandKind::MoveL { .. }
-            | CommandKind::MoveC { .. }
-            | CommandKind::MoveP { .. }
-            | CommandKind::MoveMl { .. } => self.execute_move(command),
-            CommandKind::ServoJ { .. }
-            | CommandKind::FollowPoints { .. }
-            | CommandKind::SpeedJ { .. }
-            | CommandKind::SpeedL { .. }
-            | CommandKind::StopJ { .. }
-            | CommandKind::StopL { .. }
-            | CommandKind::Freedrive { .. }
-            | CommandKind::EndFreedrive => self.execute_online_command(command),
-            CommandKind::ForceMode { .. }
-            | CommandKind::EndForceMode
-            | CommandKind::TrackConveyorLinear { .. }
-            | CommandKind::TrackConveyorCircular { .. }
-            | CommandKind::StopConveyorTracking
-            | CommandKind::PathOffsetEnable
-            | CommandKind::PathOffsetDisable { .. }
-            | CommandKind::PathOffsetSet { .. }
-            | CommandKind::PathOffsetFilter(_)
-            | CommandKind::PathOffsetMax { .. } => self.execute_overlay_command(command),
-            CommandKind::Stop { .. }
-            | CommandKind::Pause
-            | CommandKind::Resume
-            | CommandKind::PowerOn
-            | CommandKind::PowerOff
-            | CommandKind::ReleaseBrakes
-            | CommandKind::UnlockProtectiveStop
-            | CommandKind::ProtectiveStop
-            | CommandKind::RestartSafetyBoard
-            | CommandKind::EmergencyStop { .. } => self.execute_machine_command(command),
-            CommandKind::SetForceGain(_)
-            | CommandKind::SetForceDamping(_)
-            | CommandKind::SetExternalWrench(_)
-            | CommandKind::Push { .. }
-            | CommandKind::FtRtsiInput { .. }
-            | CommandKind::ZeroFtSensor
-            | CommandKind::SetCollisionDetection(_)
-            | CommandKind::SetCollisionSensitivity(_) => self.execute_sensing_command(command),
-            CommandKind::SetTcp(_)
-            | CommandKind::SetPayload(_)
-            | CommandKind::SetGravity(_)
-            | CommandKind::SetStandardDigitalOut { .. }
-            | CommandKind::SetIo(_)
-            | CommandKind::SetIoAtZone { .. }
-            | CommandKind::SetDigitalInput { .. }
-            | CommandKind::SetSpeedFraction(_)
-            | CommandKind::EncoderEnableSetTickCount { .. }
-            | CommandKind::EncoderSetTickCount { .. }
-            | CommandKind::EncoderEnablePulseDecode { .. } => self.execute_setting(command),
+        match &command.kind {
+            CommandKind::Motion(motion) => self.execute_move(command, motion),
+            CommandKind::Online(online) => self.execute_online_command(command, online),
+            CommandKind::Overlay(overlay) => self.execute_overlay_command(command, overlay),
+            CommandKind::Machine(machine) => self.execute_machine_command(command.id, machine),
+            CommandKind::Sensing(sensing) => self.execute_sensing_command(sensing),
+            CommandKind::Setting(setting) => self.execute_setting(command.id, setting),
         }
     }
 
     /// Planned motions.
-    fn execute_move(&mut self, command: &Command) -> CommandResult {
+    fn execute_move(&mut self, command: &Command, motion: &MotionCommand) -> CommandResult {
         let wish = |speed, acceleration, duration, radius| MotionRequest {
             speed,
             acceleration,
             duration,
             radius,
-            is_process_move: matches!(command.kind, CommandKind::MoveP { .. }),
+            is_process_move: matches!(motion, MotionCommand::MoveP { .. }),
         };
-        match command.kind {
-            CommandKind::MoveJ {
+        match *motion {
+            MotionCommand::MoveJ {
                 target,
                 acceleration,
                 speed,
@@ -147,7 +99,7 @@ impl ControlLoop {
                 &target,
                 &wish(speed, acceleration, duration, radius),
             ),
-            CommandKind::MoveL {
+            MotionCommand::MoveL {
                 target,
                 acceleration,
                 speed,
@@ -157,7 +109,7 @@ impl ControlLoop {
                 let wish = wish(speed, acceleration, duration, radius);
                 self.line(command, MotionMode::MoveL, &target, &wish)
             }
-            CommandKind::MoveP {
+            MotionCommand::MoveP {
                 target,
                 acceleration,
                 speed,
@@ -166,7 +118,7 @@ impl ControlLoop {
                 let wish = wish(speed, acceleration, 0.0, radius);
                 self.line(command, MotionMode::MoveP, &target, &wish)
             }
-            CommandKind::MoveC {
+            MotionCommand::MoveC {
                 via,
                 target,
                 acceleration,
@@ -182,10 +134,7 @@ impl ControlLoop {
                 let wish = wish(speed, acceleration, 0.0, radius);
                 self.arc(command, (&via, &target), orientation, &wish)
             }
-            CommandKind::MoveMl { count, interval } => self.moveml(command, count, interval),
-            _ => Err(Refusal::Planner {
-                code: PLANNER_WRONG_FAMILY,
-            }),
+            MotionCommand::MoveMl { count, interval } => self.moveml(command, count, interval),
         }
     }
 
@@ -236,23 +185,27 @@ impl ControlLoop {
     }
 
     /// Online modes, leading by hand, and coming to rest from them.
-    fn execute_online_command(&mut self, command: &Command) -> CommandResult {
-        match command.kind {
-            CommandKind::ServoJ {
+    fn execute_online_command(
+        &mut self,
+        command: &Command,
+        online: &OnlineCommand,
+    ) -> CommandResult {
+        match *online {
+            OnlineCommand::ServoJ {
                 target,
                 duration,
                 lookahead,
                 gain,
             } => self.servoj(command, &target, duration, lookahead, gain),
-            CommandKind::FollowPoints { count, interval } => {
+            OnlineCommand::FollowPoints { count, interval } => {
                 self.follow_points(command, count, interval)
             }
-            CommandKind::SpeedJ {
+            OnlineCommand::SpeedJ {
                 speeds,
                 acceleration,
                 duration,
             } => self.speedj(command, &speeds, acceleration, duration),
-            CommandKind::SpeedL {
+            OnlineCommand::SpeedL {
                 speed,
                 acceleration,
                 rotation_acceleration,
@@ -263,165 +216,161 @@ impl ControlLoop {
                 [acceleration, rotation_acceleration],
                 duration,
             ),
-            CommandKind::StopJ { acceleration } => self.stopj(command, acceleration),
-            CommandKind::StopL { acceleration } => self.stopl(command, acceleration),
-            CommandKind::Freedrive { free_axes, frame } => {
+            OnlineCommand::StopJ { acceleration } => self.stopj(command, acceleration),
+            OnlineCommand::StopL { acceleration } => self.stopl(command, acceleration),
+            OnlineCommand::Freedrive { free_axes, frame } => {
                 self.freedrive(command, free_axes, frame)
             }
-            CommandKind::EndFreedrive => Ok(self.end_freedrive(command.id)),
-            _ => Err(Refusal::Planner {
-                code: PLANNER_WRONG_FAMILY,
-            }),
+            OnlineCommand::EndFreedrive => Ok(self.end_freedrive(command.id)),
         }
     }
 
     /// What is laid over motions: force mode, belts, offsets of the path.
-    fn execute_overlay_command(&mut self, command: &Command) -> CommandResult {
-        match command.kind {
-            CommandKind::ForceMode {
+    fn execute_overlay_command(
+        &mut self,
+        command: &Command,
+        overlay: &OverlayCommand,
+    ) -> CommandResult {
+        match *overlay {
+            OverlayCommand::ForceMode {
                 frame,
                 selection,
                 wrench,
                 mode,
                 speed_limits,
             } => self.force_mode(&frame, selection, wrench, mode, speed_limits),
-            CommandKind::EndForceMode => Ok(self.end_force_mode(command.id)),
-            CommandKind::TrackConveyorLinear {
+            OverlayCommand::EndForceMode => Ok(self.end_force_mode(command.id)),
+            OverlayCommand::TrackConveyorLinear {
                 direction,
                 ticks_per_meter,
                 encoder,
             } => self.track_linear(direction, ticks_per_meter, encoder),
-            CommandKind::TrackConveyorCircular {
+            OverlayCommand::TrackConveyorCircular {
                 center,
                 ticks_per_revolution,
                 rotate_tool,
                 encoder,
             } => self.track_circular(&center, ticks_per_revolution, rotate_tool, encoder),
-            CommandKind::StopConveyorTracking => Ok(self.stop_tracking(command.id)),
-            CommandKind::PathOffsetEnable => self.path_offset_enable(),
-            CommandKind::PathOffsetDisable { acceleration } => {
+            OverlayCommand::StopConveyorTracking => Ok(self.stop_tracking(command.id)),
+            OverlayCommand::PathOffsetEnable => self.path_offset_enable(),
+            OverlayCommand::PathOffsetDisable { acceleration } => {
                 self.path_offset_disable(command, acceleration)
             }
-            CommandKind::PathOffsetSet { offset, axes } => self.path_offset_set(&offset, axes),
-            CommandKind::PathOffsetFilter(share) => self.path_offset_filter(share),
-            CommandKind::PathOffsetMax {
+            OverlayCommand::PathOffsetSet { offset, axes } => self.path_offset_set(&offset, axes),
+            OverlayCommand::PathOffsetFilter(share) => self.path_offset_filter(share),
+            OverlayCommand::PathOffsetMax {
                 translation,
                 rotation,
             } => self.path_offset_max(translation, rotation),
-            _ => Err(Refusal::Planner {
-                code: PLANNER_WRONG_FAMILY,
-            }),
         }
     }
 
     /// Stops, power and brakes.
-    fn execute_machine_command(&mut self, command: &Command) -> CommandResult {
-        match command.kind {
-            CommandKind::Stop { only } => Ok(self.stop(command.id, only)),
-            CommandKind::Pause => {
+    fn execute_machine_command(
+        &mut self,
+        id: CommandId,
+        machine: &MachineCommand,
+    ) -> CommandResult {
+        match *machine {
+            MachineCommand::Stop { only } => Ok(self.stop(id, only)),
+            MachineCommand::Pause => {
                 self.is_paused = true;
-                self.rest_commands.add(command.id, RestCommand::Pause);
+                self.rest_commands.add(id, RestCommand::Pause);
                 Ok(Completion::Deferred)
             }
-            CommandKind::Resume => {
+            MachineCommand::Resume => {
                 self.is_paused = false;
                 while let Some(id) = self.rest_commands.take(|kind| kind == RestCommand::Pause) {
                     self.out.report_end(id, Outcome::Done);
                 }
                 Ok(Completion::Immediate)
             }
-            CommandKind::PowerOn => {
+            MachineCommand::PowerOn => {
                 self.machine.power_on()?;
                 Ok(Completion::Immediate)
             }
-            CommandKind::PowerOff => {
+            MachineCommand::PowerOff => {
                 self.drop_zone_changes(CommandId::NONE, Outcome::Aborted);
                 self.stop_for(StopCause::PowerOff);
-                self.rest_commands.add(command.id, RestCommand::PowerOff);
+                self.rest_commands.add(id, RestCommand::PowerOff);
                 Ok(Completion::Deferred)
             }
-            CommandKind::ReleaseBrakes => {
+            MachineCommand::ReleaseBrakes => {
                 self.machine.release_brakes()?;
                 Ok(Completion::Immediate)
             }
-            CommandKind::UnlockProtectiveStop => {
+            MachineCommand::UnlockProtectiveStop => {
                 if !self.is_at_rest() && self.machine.stop_reason().is_some() {
                     return Err(Refusal::StillMoving);
                 }
                 self.machine.unlock();
                 Ok(Completion::Immediate)
             }
-            CommandKind::ProtectiveStop => {
+            MachineCommand::ProtectiveStop => {
                 self.stop_on_request();
                 Ok(Completion::Immediate)
             }
-            CommandKind::RestartSafetyBoard => {
+            MachineCommand::RestartSafetyBoard => {
                 if !self.is_at_rest() {
                     return Err(Refusal::StillMoving);
                 }
                 self.machine.restart_safety();
                 Ok(Completion::Immediate)
             }
-            CommandKind::EmergencyStop { pressed } => {
+            MachineCommand::EmergencyStop { pressed } => {
                 self.begin_emergency_stop_if(|machine| machine.press_emergency_stop(pressed));
                 Ok(Completion::Immediate)
             }
-            _ => Err(Refusal::Planner {
-                code: PLANNER_WRONG_FAMILY,
-            }),
         }
     }
 
     /// The force sensor, force mode and collision detection.
-    fn execute_sensing_command(&mut self, command: &Command) -> CommandResult {
-        match command.kind {
-            CommandKind::SetForceGain(gain) => self.set_force_gain(gain),
-            CommandKind::SetForceDamping(damping) => self.set_force_damping(damping),
-            CommandKind::SetExternalWrench(wrench) => self.set_external_wrench(wrench),
-            CommandKind::Push {
+    fn execute_sensing_command(&mut self, sensing: &SensingCommand) -> CommandResult {
+        match *sensing {
+            SensingCommand::SetForceGain(gain) => self.set_force_gain(gain),
+            SensingCommand::SetForceDamping(damping) => self.set_force_damping(damping),
+            SensingCommand::SetExternalWrench(wrench) => self.set_external_wrench(wrench),
+            SensingCommand::Push {
                 wrench,
                 in_tool_axes,
                 duration,
                 replaces,
             } => self.push(wrench, in_tool_axes, duration, replaces),
-            CommandKind::FtRtsiInput {
+            SensingCommand::FtRtsiInput {
                 enabled,
                 mass,
                 measuring_offset,
                 cog,
             } => self.ft_rtsi_input(enabled, mass, measuring_offset, cog),
-            CommandKind::ZeroFtSensor => {
+            SensingCommand::ZeroFtSensor => {
                 self.sensor.zero();
                 Ok(Completion::Immediate)
             }
-            CommandKind::SetCollisionDetection(enabled) => {
+            SensingCommand::SetCollisionDetection(enabled) => {
                 self.collision.is_enabled = enabled;
                 Ok(Completion::Immediate)
             }
-            CommandKind::SetCollisionSensitivity(ratio) => {
+            SensingCommand::SetCollisionSensitivity(ratio) => {
                 if !self.collision.set_sensitivity(ratio) {
                     return Err(bad_value("ratio", f64::from(ratio), "10 to 100"));
                 }
                 Ok(Completion::Immediate)
             }
-            _ => Err(Refusal::Planner {
-                code: PLANNER_WRONG_FAMILY,
-            }),
         }
     }
 
     /// Tool, payload, inputs and outputs, speed and encoders.
-    fn execute_setting(&mut self, command: &Command) -> CommandResult {
-        match command.kind {
-            CommandKind::SetTcp(tcp) => {
+    fn execute_setting(&mut self, id: CommandId, setting: &SettingCommand) -> CommandResult {
+        match *setting {
+            SettingCommand::SetTcp(tcp) => {
                 self.set_tcp(tcp);
                 Ok(Completion::Immediate)
             }
-            CommandKind::SetPayload(payload) => {
+            SettingCommand::SetPayload(payload) => {
                 self.set_payload(payload);
                 Ok(Completion::Immediate)
             }
-            CommandKind::SetStandardDigitalOut { index, level } => {
+            SettingCommand::SetStandardDigitalOut { index, level } => {
                 if index >= 16 {
                     let value = f64::from(index);
                     return Err(bad_value("the index of the output", value, "0 to 15"));
@@ -430,37 +379,34 @@ impl ControlLoop {
                 self.io.apply(&IoChange::digital_out(bank, index, level));
                 Ok(Completion::Immediate)
             }
-            CommandKind::SetIo(change) => {
+            SettingCommand::SetIo(change) => {
                 self.set_io(&change);
                 Ok(Completion::Immediate)
             }
-            CommandKind::SetIoAtZone { motion, change } => {
-                self.set_io_at_zone(command.id, motion, change)
+            SettingCommand::SetIoAtZone { motion, change } => {
+                self.set_io_at_zone(id, motion, change)
             }
-            CommandKind::SetGravity(gravity) => self.set_gravity(gravity),
-            CommandKind::SetDigitalInput { index, level } => self.set_input(index, level),
-            CommandKind::SetSpeedFraction(fraction) => {
+            SettingCommand::SetGravity(gravity) => self.set_gravity(gravity),
+            SettingCommand::SetDigitalInput { index, level } => self.set_input(index, level),
+            SettingCommand::SetSpeedFraction(fraction) => {
                 if !(0.0..=1.0).contains(&fraction) {
                     return Err(bad_value("the speed fraction", fraction, "0 to 1"));
                 }
                 self.speed_fraction = fraction;
                 Ok(Completion::Immediate)
             }
-            CommandKind::EncoderEnableSetTickCount { encoder, range } => {
+            SettingCommand::EncoderEnableSetTickCount { encoder, range } => {
                 self.count_by_program(encoder, range)
             }
-            CommandKind::EncoderSetTickCount { encoder, count } => {
+            SettingCommand::EncoderSetTickCount { encoder, count } => {
                 self.set_tick_count(encoder, count)
             }
-            CommandKind::EncoderEnablePulseDecode {
+            SettingCommand::EncoderEnablePulseDecode {
                 encoder,
                 decoding,
                 channel_a,
                 channel_b,
             } => self.decode_pulses(encoder, decoding, channel_a, channel_b),
-            _ => Err(Refusal::Planner {
-                code: PLANNER_WRONG_FAMILY,
-            }),
         }
     }
 

@@ -8,14 +8,14 @@
 //! ```
 //! use kinematics::{JointPositions, RobotModel};
 //! use motion::{ControlLoop, CycleConfig, CycleTiming};
-//! use motion_api::{RingCapacities, CommandKind, Origin, motion_channel};
+//! use motion_api::{RingCapacities, CommandKind, MotionCommand, Origin, motion_channel};
 //!
 //! let config = CycleConfig::new(RobotModel::built_in("cs66")?);
 //! let (motion_end, mut script_end) = motion_channel(RingCapacities::default(), &config.first_state());
 //! let mut cycle = ControlLoop::new(config, motion_end)?;
 //!
 //! let target = JointPositions([0.2, -1.5, 1.6, -1.6, -1.5, 0.0]);
-//! let movej = CommandKind::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0, radius: 0.0 };
+//! let movej = CommandKind::Motion(MotionCommand::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0, radius: 0.0 });
 //! script_end.commands.send(Origin::default(), movej)?;
 //! let ended = loop {
 //!     cycle.tick(CycleTiming::default());

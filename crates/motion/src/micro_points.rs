@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use kinematics::{JointPositions, Pose};
 use motion_api::{
-    Command, CommandId, CommandKind, MotionMode, PointList, PointListHandoff, Refusal,
+    Command, CommandId, CommandKind, MotionCommand, MotionMode, OnlineCommand, PointList,
+    PointListHandoff, Refusal,
 };
 use nalgebra::UnitQuaternion;
 use rtrb::Consumer;
@@ -74,7 +75,8 @@ impl ControlLoop {
     pub(crate) fn take_points(&mut self, command: &Command) {
         if !matches!(
             command.kind,
-            CommandKind::MoveMl { .. } | CommandKind::FollowPoints { .. }
+            CommandKind::Motion(MotionCommand::MoveMl { .. })
+                | CommandKind::Online(OnlineCommand::FollowPoints { .. })
         ) {
             return;
         }

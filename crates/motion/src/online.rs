@@ -7,8 +7,8 @@
 
 use kinematics::{JointPositions, JointSpeeds, Wrench};
 use motion_api::{
-    Command, CommandId, CommandKind, FreedriveFrame, IoChange, MotionMode, Origin, Outcome,
-    Refusal, Warning,
+    Command, CommandId, CommandKind, FreedriveFrame, IoChange, MotionMode, OnlineCommand, Origin,
+    Outcome, Refusal, Warning,
 };
 
 use crate::allowed::Admission;
@@ -277,7 +277,7 @@ impl ControlLoop {
                 let command = Command {
                     id: CommandId::NONE,
                     origin: Origin::default(),
-                    kind: CommandKind::Freedrive { free_axes, frame },
+                    kind: CommandKind::Online(OnlineCommand::Freedrive { free_axes, frame }),
                 };
                 // While the arm is busy or not ready it is asked again in the next cycle.
                 let begins = self.admission(&command) == Admission::Accept;
@@ -295,7 +295,9 @@ impl ControlLoop {
     }
 
     pub(crate) fn end_freedrive(&mut self, id: CommandId) -> Completion {
-        let is_freedrive = |c: &mut Command| matches!(c.kind, CommandKind::Freedrive { .. });
+        let is_freedrive = |c: &mut Command| {
+            matches!(c.kind, CommandKind::Online(OnlineCommand::Freedrive { .. }))
+        };
         if let Some(deferred) = self.deferred.take_if(is_freedrive) {
             self.out.report_end(deferred.id, Outcome::Aborted);
         }

@@ -14,21 +14,23 @@ use crate::common;
 use common::{Bench, ideal, movej};
 use kinematics::{JointPositions, Payload, RpyPose};
 use motion::CycleConfig;
-use motion_api::{CommandId, CommandKind, SafetyMode};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionCommand, SafetyMode, SettingCommand,
+};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 fn any_command() -> impl Strategy<Value = CommandKind> {
     prop_oneof![
         4 => prop::array::uniform6(-2.0..2.0f64).prop_map(|q| movej(JointPositions(q))),
-        1 => Just(CommandKind::Stop { only: CommandId::NONE }),
-        1 => Just(CommandKind::Pause),
-        2 => Just(CommandKind::Resume),
-        2 => (0.0..1.0f64).prop_map(CommandKind::SetSpeedFraction),
-        1 => Just(CommandKind::PowerOff),
-        2 => Just(CommandKind::PowerOn),
-        2 => Just(CommandKind::ReleaseBrakes),
-        1 => Just(CommandKind::UnlockProtectiveStop),
+        1 => Just(CommandKind::Machine(MachineCommand::Stop { only: CommandId::NONE })),
+        1 => Just(CommandKind::Machine(MachineCommand::Pause)),
+        2 => Just(CommandKind::Machine(MachineCommand::Resume)),
+        2 => (0.0..1.0f64).prop_map(|fraction| SettingCommand::SetSpeedFraction(fraction).into()),
+        1 => Just(CommandKind::Machine(MachineCommand::PowerOff)),
+        2 => Just(CommandKind::Machine(MachineCommand::PowerOn)),
+        2 => Just(CommandKind::Machine(MachineCommand::ReleaseBrakes)),
+        1 => Just(CommandKind::Machine(MachineCommand::UnlockProtectiveStop)),
     ]
 }
 
@@ -45,8 +47,8 @@ proptest! {
             ids.push(bench.send(kind));
             bench.run(cycles);
         }
-        bench.send(CommandKind::Resume);
-        bench.send(CommandKind::SetSpeedFraction(1.0));
+        bench.send(MachineCommand::Resume);
+        bench.send(SettingCommand::SetSpeedFraction(1.0));
         for id in ids {
             bench.finish(id);
         }
@@ -76,40 +78,42 @@ fn wild_command() -> impl Strategy<Value = CommandKind> {
     prop_oneof![
         (any_six(), any_number(), any_number(), any_number()).prop_map(
             |(q, acceleration, speed, duration)| {
-                CommandKind::MoveJ {
+                CommandKind::Motion(MotionCommand::MoveJ {
                     target: JointPositions(q),
                     acceleration,
                     speed,
                     duration,
                     radius: 0.0,
-                }
+                })
             }
         ),
         (any_six(), any_number(), any_number(), any_number()).prop_map(
             |(p, acceleration, speed, duration)| {
-                CommandKind::MoveL {
+                CommandKind::Motion(MotionCommand::MoveL {
                     target: RpyPose::from_array(p),
                     acceleration,
                     speed,
                     duration,
                     radius: 0.0,
-                }
+                })
             }
         ),
-        any_six().prop_map(|p| CommandKind::SetTcp(RpyPose::from_array(p))),
+        any_six()
+            .prop_map(|p| CommandKind::Setting(SettingCommand::SetTcp(RpyPose::from_array(p)))),
         (any_number(), any_six(), any_six()).prop_map(|(mass, c, inertia)| {
-            CommandKind::SetPayload(Payload {
+            CommandKind::Setting(SettingCommand::SetPayload(Payload {
                 mass,
                 cog: [c[0], c[1], c[2]].into(),
                 inertia,
-            })
+            }))
         }),
-        any_number().prop_map(CommandKind::SetSpeedFraction),
-        (any::<u8>(), any::<bool>())
-            .prop_map(|(index, level)| CommandKind::SetStandardDigitalOut { index, level }),
-        any::<u64>().prop_map(|id| CommandKind::Stop {
+        any_number().prop_map(|fraction| SettingCommand::SetSpeedFraction(fraction).into()),
+        (any::<u8>(), any::<bool>()).prop_map(|(index, level)| CommandKind::Setting(
+            SettingCommand::SetStandardDigitalOut { index, level }
+        )),
+        any::<u64>().prop_map(|id| CommandKind::Machine(MachineCommand::Stop {
             only: CommandId(id % 20)
-        }),
+        })),
         any_command(),
     ]
 }
@@ -129,7 +133,7 @@ proptest! {
             ids.push(bench.send(kind));
             bench.run(cycles);
         }
-        ids.push(bench.send(CommandKind::Stop { only: CommandId::NONE }));
+        ids.push(bench.send(MachineCommand::Stop { only: CommandId::NONE }));
         for id in ids {
             bench.finish(id);
         }

@@ -14,8 +14,9 @@ use kinematics::{JointPositions, JointSpeeds, RpyPose};
 use motion::CycleConfig;
 use motion::modes::encoder::Belt;
 use motion_api::{
-    CommandId, CommandKind, FreedriveFrame, InputAction, IoChange, Origin, Outcome, ProgramId,
-    Refusal, ThreadNumber,
+    CommandId, CommandKind, FreedriveFrame, InputAction, IoChange, MachineCommand, MotionCommand,
+    OnlineCommand, Origin, Outcome, OverlayCommand, ProgramId, Refusal, SettingCommand,
+    ThreadNumber,
 };
 
 /// What the arm does, and what is asked of it meanwhile by the same thread: movej, speedj, freedrive, force mode, a
@@ -73,33 +74,33 @@ enum Doing {
 const FAR: JointPositions = JointPositions([1.0, -1.2, 1.9, -1.6, -1.2, 0.8]);
 
 fn speedj(duration: Option<f64>) -> CommandKind {
-    CommandKind::SpeedJ {
+    CommandKind::Online(OnlineCommand::SpeedJ {
         speeds: JointSpeeds([0.4, 0.1, -0.1, 0.1, 0.2, 0.3]),
         acceleration: 1.0,
         duration,
-    }
+    })
 }
 
-const HAND: CommandKind = CommandKind::Freedrive {
+const HAND: CommandKind = CommandKind::Online(OnlineCommand::Freedrive {
     free_axes: [true; 6],
     frame: FreedriveFrame::Base,
-};
+});
 
 fn press() -> CommandKind {
-    CommandKind::ForceMode {
+    CommandKind::Overlay(OverlayCommand::ForceMode {
         frame: RpyPose::default(),
         selection: [false, false, true, false, false, false],
         wrench: [0.0, 0.0, 8.0, 0.0, 0.0, 0.0],
         mode: 0,
         speed_limits: [0.05; 6],
-    }
+    })
 }
 
-const BELT: CommandKind = CommandKind::TrackConveyorLinear {
+const BELT: CommandKind = CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
     direction: [0.0, 1.0, 0.0],
     ticks_per_meter: 1000.0,
     encoder: 0,
-};
+});
 
 fn asked() -> [CommandKind; 7] {
     [
@@ -108,8 +109,10 @@ fn asked() -> [CommandKind; 7] {
         HAND,
         press(),
         BELT,
-        CommandKind::PathOffsetEnable,
-        CommandKind::SetTcp(RpyPose::from_array([0.0, 0.0, 0.05, 0.0, 0.0, 0.0])),
+        CommandKind::Overlay(OverlayCommand::PathOffsetEnable),
+        CommandKind::Setting(SettingCommand::SetTcp(RpyPose::from_array([
+            0.0, 0.0, 0.05, 0.0, 0.0, 0.0,
+        ]))),
     ]
 }
 
@@ -132,25 +135,25 @@ fn doing(what: Doing) -> Bench {
     let at = bench.now().target_tcp_pose;
     match what {
         Doing::Standing => {}
-        Doing::WithoutPower => assert_eq!(bench.do_it(CommandKind::PowerOff), Outcome::Done),
+        Doing::WithoutPower => assert_eq!(bench.do_it(MachineCommand::PowerOff), Outcome::Done),
         Doing::BrakesOn => {
-            bench.do_it(CommandKind::PowerOff);
+            bench.do_it(MachineCommand::PowerOff);
             bench.run(500);
-            bench.do_it(CommandKind::PowerOn);
+            bench.do_it(MachineCommand::PowerOn);
         }
         Doing::ProtectiveStop => {
-            bench.do_it(CommandKind::ProtectiveStop);
+            bench.do_it(MachineCommand::ProtectiveStop);
             bench.run(20);
         }
         Doing::Moving => drop(bench.send(movel(moved(&at, [0.05, 0.2, -0.05])))),
         Doing::Paused => {
             bench.send(movel(moved(&at, [0.05, 0.2, -0.05])));
             bench.run(60);
-            bench.send(CommandKind::Pause);
+            bench.send(MachineCommand::Pause);
             bench.run(200);
         }
         Doing::MovingTold => {
-            let first = bench.send(CommandKind::MoveL {
+            let first = bench.send(MotionCommand::MoveL {
                 target: moved(&at, [0.05, 0.2, -0.05]),
                 acceleration: 0.8,
                 speed: 0.2,
@@ -162,7 +165,7 @@ fn doing(what: Doing) -> Bench {
             }
         }
         Doing::Leaving | Doing::Halting => {
-            bench.do_it(CommandKind::MoveL {
+            bench.do_it(MotionCommand::MoveL {
                 target: moved(&at, [0.05, 0.2, -0.05]),
                 acceleration: 0.3,
                 speed: 0.2,
@@ -170,14 +173,14 @@ fn doing(what: Doing) -> Bench {
                 radius: 0.08,
             });
             if what == Doing::Halting {
-                bench.send(CommandKind::Stop {
+                bench.send(MachineCommand::Stop {
                     only: CommandId::NONE,
                 });
                 bench.run(2);
             }
         }
         Doing::Stopping => {
-            bench.send(CommandKind::MoveL {
+            bench.send(MotionCommand::MoveL {
                 target: moved(&at, [0.05, 0.3, -0.05]),
                 acceleration: 0.3,
                 speed: 0.2,
@@ -185,7 +188,7 @@ fn doing(what: Doing) -> Bench {
                 radius: 0.0,
             });
             bench.run(150);
-            bench.send(CommandKind::StopL { acceleration: 0.3 });
+            bench.send(OnlineCommand::StopL { acceleration: 0.3 });
             bench.run(10);
         }
         Doing::Streaming => {
@@ -205,7 +208,7 @@ fn doing(what: Doing) -> Bench {
         Doing::Coasting => drop(bench.do_it(speedj(Some(0.3)))),
         Doing::ComingToRest => {
             bench.do_it(speedj(Some(0.5)));
-            bench.send(CommandKind::StopJ { acceleration: 0.4 });
+            bench.send(OnlineCommand::StopJ { acceleration: 0.4 });
             bench.run(5);
         }
         Doing::Led => {
@@ -215,11 +218,11 @@ fn doing(what: Doing) -> Bench {
         }
         Doing::LedByInput => {
             let action = InputAction::Freedrive;
-            bench.do_it(CommandKind::SetIo(IoChange::DigitalInAction {
+            bench.do_it(SettingCommand::SetIo(IoChange::DigitalInAction {
                 bit: 0,
                 action,
             }));
-            bench.do_it(CommandKind::SetDigitalInput {
+            bench.do_it(SettingCommand::SetDigitalInput {
                 index: 0,
                 level: true,
             });
@@ -230,12 +233,12 @@ fn doing(what: Doing) -> Bench {
             bench.do_it(BELT);
             bench.run(100);
             if what == Doing::LeavingTheBelt {
-                bench.send(CommandKind::StopConveyorTracking);
+                bench.send(OverlayCommand::StopConveyorTracking);
                 bench.run(2);
             }
         }
         Doing::OnATable => {
-            bench.do_it(CommandKind::TrackConveyorCircular {
+            bench.do_it(OverlayCommand::TrackConveyorCircular {
                 center: RpyPose::from_array([-0.6, 0.25, 0.0, 0.0, 0.0, 0.4]),
                 ticks_per_revolution: 1000.0 * TAU,
                 rotate_tool: false,
@@ -248,7 +251,7 @@ fn doing(what: Doing) -> Bench {
             bench.run(50);
         }
         Doing::UnderOffsets => {
-            bench.do_it(CommandKind::PathOffsetEnable);
+            bench.do_it(OverlayCommand::PathOffsetEnable);
             bench.run(20);
         }
     }
@@ -283,13 +286,13 @@ fn every_command_in_every_mode_is_taken_or_refused_for_the_reason_in_the_table()
             bench.run(3);
             found.push(letter(bench.outcome(id)));
             bench.run(250);
-            bench.send(CommandKind::SetDigitalInput {
+            bench.send(SettingCommand::SetDigitalInput {
                 index: 0,
                 level: false,
             });
-            bench.send(CommandKind::Resume);
+            bench.send(MachineCommand::Resume);
             let only = CommandId::NONE;
-            let stop = bench.send(CommandKind::Stop { only });
+            let stop = bench.send(MachineCommand::Stop { only });
             for id in [id, stop] {
                 bench.finish(id);
             }

@@ -17,48 +17,51 @@ use kinematics::{JointPositions, Pose, RpyPose};
 use motion::CycleConfig;
 use motion::modes::encoder::Belt;
 use motion_api::{
-    CommandId, CommandKind, EncoderRange, InputAction, IoChange, Outcome, PulseDecoding, Refusal,
+    CommandId, CommandKind, EncoderRange, InputAction, IoChange, MachineCommand, MotionCommand,
+    OnlineCommand, Outcome, OverlayCommand, PulseDecoding, Refusal, SensingCommand, SettingCommand,
 };
 
 fn speedl(speed: [f64; 3]) -> CommandKind {
-    CommandKind::SpeedL {
+    CommandKind::Online(OnlineCommand::SpeedL {
         speed: [speed[0], speed[1], speed[2], 0.0, 0.0, 0.0],
         acceleration: 0.5,
         rotation_acceleration: 0.5,
         duration: None,
-    }
+    })
 }
 
 fn track(ticks_per_meter: f64) -> CommandKind {
-    CommandKind::TrackConveyorLinear {
+    CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
         direction: [0.0, 1.0, 0.0],
         ticks_per_meter,
         encoder: 0,
-    }
+    })
 }
 
 fn count(count: f64) -> CommandKind {
-    CommandKind::EncoderSetTickCount { encoder: 0, count }
+    CommandKind::Setting(SettingCommand::EncoderSetTickCount { encoder: 0, count })
 }
 
-const BY_PROGRAM: CommandKind = CommandKind::EncoderEnableSetTickCount {
+const BY_PROGRAM: CommandKind = CommandKind::Setting(SettingCommand::EncoderEnableSetTickCount {
     encoder: 0,
     range: EncoderRange::Unsigned32,
-};
+});
 
 fn tool(z: f64) -> CommandKind {
-    CommandKind::SetTcp(RpyPose::from_array([0.0, 0.0, z, 0.0, 0.0, 0.0]))
+    CommandKind::Setting(SettingCommand::SetTcp(RpyPose::from_array([
+        0.0, 0.0, z, 0.0, 0.0, 0.0,
+    ])))
 }
 
 #[test]
 fn no_motion_begins_while_an_input_holds_freedrive_and_the_sender_hears_why() {
     let mut bench = Bench::new(ideal("cs66"));
     let action = InputAction::Freedrive;
-    bench.do_it(CommandKind::SetIo(IoChange::DigitalInAction {
+    bench.do_it(SettingCommand::SetIo(IoChange::DigitalInAction {
         bit: 0,
         action,
     }));
-    let input = |level| CommandKind::SetDigitalInput { index: 0, level };
+    let input = |level| CommandKind::Setting(SettingCommand::SetDigitalInput { index: 0, level });
     bench.do_it(input(true));
     bench.push([0.0, 30.0, 0.0, 0.0, 0.0, 0.0]);
     bench.run(50);
@@ -70,12 +73,12 @@ fn no_motion_begins_while_an_input_holds_freedrive_and_the_sender_hears_why() {
         movel(at),
         speedl([0.0, 0.1, 0.0]),
         track(1000.0),
-        CommandKind::PathOffsetEnable,
+        CommandKind::Overlay(OverlayCommand::PathOffsetEnable),
     ];
     for kind in refused {
         assert_eq!(bench.do_it(kind), by_hand, "{kind:?}");
     }
-    bench.do_it(CommandKind::SetExternalWrench([0.0; 6]));
+    bench.do_it(SensingCommand::SetExternalWrench([0.0; 6]));
     // Sent while the hand's motion ends, it waits for that.
     bench.do_it(input(false));
     assert_eq!(bench.do_it(movej(home)), Outcome::Done);
@@ -96,7 +99,7 @@ fn a_speedl_goes_on_with_a_new_tcp() {
             assert!((tcp_speed(&bench.now()) - wanted).abs() < 1e-6);
         }
         assert_eq!(
-            bench.do_it(CommandKind::StopL { acceleration: 1.0 }),
+            bench.do_it(OnlineCommand::StopL { acceleration: 1.0 }),
             Outcome::Done
         );
         bench.check_limits();
@@ -113,20 +116,20 @@ fn a_new_tcp_in_a_blend_is_no_jump_and_the_next_line_ends_with_it() {
             let at = bench.now().target_tcp_pose;
             let line = |target, radius| {
                 if process {
-                    CommandKind::MoveP {
+                    CommandKind::Motion(MotionCommand::MoveP {
                         target,
                         acceleration: 1.2,
                         speed: 0.2,
                         radius,
-                    }
+                    })
                 } else {
-                    CommandKind::MoveL {
+                    CommandKind::Motion(MotionCommand::MoveL {
                         target,
                         acceleration: 1.2,
                         speed: 0.2,
                         duration: 0.0,
                         radius,
-                    }
+                    })
                 }
             };
             let first = bench.send(line(moved(&at, [0.0, 0.15, 0.0]), radius));
@@ -161,7 +164,7 @@ fn the_tcp_stays_what_it_is_on_a_table_that_does_not_turn_it_and_under_offsets()
             belts: [Some(belt), None],
             ..ideal("cs66")
         });
-        bench.do_it(CommandKind::TrackConveyorCircular {
+        bench.do_it(OverlayCommand::TrackConveyorCircular {
             center: RpyPose::from_array([-0.6, 0.2, 0.0, 0.0, 0.0, 0.0]),
             ticks_per_revolution: 1000.0 * TAU,
             rotate_tool,
@@ -179,7 +182,7 @@ fn the_tcp_stays_what_it_is_on_a_table_that_does_not_turn_it_and_under_offsets()
         assert!(bench.stops.is_empty(), "{:?}", bench.stops);
     }
     let mut bench = Bench::new(ideal("cs66"));
-    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(OverlayCommand::PathOffsetEnable);
     let refused = Outcome::Refused(Refusal::PathOffset);
     assert_eq!(bench.do_it(tool(0.2)), refused);
 }
@@ -199,12 +202,12 @@ fn counters_that_are_set_anew_do_not_move_an_arm_that_follows_them() {
     bench.run(250);
     assert!((way(&bench) - 0.01).abs() < 1e-6, "{}", way(&bench));
     // Another counter, and the same once more.
-    let pulses = CommandKind::EncoderEnablePulseDecode {
+    let pulses = CommandKind::Setting(SettingCommand::EncoderEnablePulseDecode {
         encoder: 0,
         decoding: PulseDecoding::Quadrature,
         channel_a: 16,
         channel_b: 17,
-    };
+    });
     for kind in [pulses, BY_PROGRAM, count(7.0), BY_PROGRAM, count(4e9)] {
         assert_eq!(bench.do_it(kind), Outcome::Done);
         bench.run(125);
@@ -238,7 +241,7 @@ fn a_motion_sent_while_a_belt_is_left_begins_where_the_arm_stands() {
             bench.send(movej(far));
             bench.run(60);
         }
-        let stop = bench.send(CommandKind::StopConveyorTracking);
+        let stop = bench.send(OverlayCommand::StopConveyorTracking);
         bench.run(2);
         assert_eq!(bench.do_it(movej(home)), Outcome::Done);
         assert_eq!(bench.outcome(stop), Some(Outcome::Done));
@@ -250,11 +253,11 @@ fn a_motion_sent_while_a_belt_is_left_begins_where_the_arm_stands() {
 
 #[test]
 fn an_online_mode_on_a_belt_is_slowed_down_where_the_tcp_may_not_be_faster() {
-    let speedj = CommandKind::SpeedJ {
+    let speedj = CommandKind::Online(OnlineCommand::SpeedJ {
         speeds: kinematics::JointSpeeds([-0.5, 0.0, 0.0, 0.0, 0.0, 0.0]),
         acceleration: 2.0,
         duration: None,
-    };
+    });
     for kind in [speedl([0.0, 0.25, 0.0]), speedl([0.0, 0.1, 0.0]), speedj] {
         let belt = Belt {
             encoder: 0,
@@ -286,14 +289,14 @@ fn an_arm_that_is_about_to_lose_its_power_takes_no_motion() {
     let far = JointPositions([1.4, -1.2, 1.9, -1.6, -1.2, 0.8]);
     bench.send(movej(far));
     bench.run(120);
-    let off = bench.send(CommandKind::PowerOff);
+    let off = bench.send(MachineCommand::PowerOff);
     bench.tick();
     let refused = Outcome::Refused(Refusal::StillMoving);
     assert_eq!(bench.do_it(movej(far)), refused);
     assert_eq!(bench.do_it(speedl([0.0, 0.1, 0.0])), refused);
     assert_eq!(bench.finish(off), Outcome::Done);
     let only = CommandId::NONE;
-    assert_eq!(bench.do_it(CommandKind::Stop { only }), Outcome::Done);
+    assert_eq!(bench.do_it(MachineCommand::Stop { only }), Outcome::Done);
 }
 
 #[test]
@@ -305,7 +308,7 @@ fn a_force_mode_that_ends_under_a_motion_is_no_jump() {
         });
         bench.tick();
         let at = bench.now().target_tcp_pose;
-        bench.do_it(CommandKind::ForceMode {
+        bench.do_it(OverlayCommand::ForceMode {
             frame: RpyPose::default(),
             selection: [false, false, true, true, false, false],
             wrench: [0.0, 0.0, 15.0, 0.2, 0.0, 0.0],
@@ -314,7 +317,7 @@ fn a_force_mode_that_ends_under_a_motion_is_no_jump() {
         });
         let line = bench.send(movel(moved(&at, [0.05, 0.15, 0.0])));
         bench.run((0.4 / step_time) as usize);
-        assert_eq!(bench.do_it(CommandKind::EndForceMode), Outcome::Done);
+        assert_eq!(bench.do_it(OverlayCommand::EndForceMode), Outcome::Done);
         assert_eq!(bench.finish(line), Outcome::Done);
         bench.run((1.0 / step_time) as usize);
         bench.check_limits();

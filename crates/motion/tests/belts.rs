@@ -14,7 +14,10 @@ use common::{Bench, MODELS, ideal, moved};
 use core::f64::consts::TAU;
 use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel, RpyPose};
 use motion::{CycleConfig, InputPair, LimitOverrides, SafetyInputs};
-use motion_api::{CommandId, CommandKind, EncoderRange, Outcome};
+use motion_api::{
+    CommandId, CommandKind, EncoderRange, MachineCommand, MotionCommand, OnlineCommand, Outcome,
+    OverlayCommand, SettingCommand,
+};
 use nalgebra::Vector3;
 
 /// Ticks of the belts, 1/m and 1/rad.
@@ -114,7 +117,7 @@ impl Case {
             ..ideal(model)
         };
         let mut bench = Bench::new(config);
-        bench.do_it(CommandKind::EncoderEnableSetTickCount {
+        bench.do_it(SettingCommand::EncoderEnableSetTickCount {
             encoder: 0,
             range: EncoderRange::Signed32,
         });
@@ -140,18 +143,18 @@ impl Case {
     fn track(&mut self) {
         self.tracked_at = self.ticks;
         let kind = if self.is_table {
-            CommandKind::TrackConveyorCircular {
+            CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
                 center: RpyPose::from_array([-0.6, 0.25, 0.0, 0.0, 0.0, 0.4]),
                 ticks_per_revolution: TICKS * TAU,
                 rotate_tool: true,
                 encoder: 0,
-            }
+            })
         } else {
-            CommandKind::TrackConveyorLinear {
+            CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
                 direction: [0.0, 1.0, 0.0],
                 ticks_per_meter: TICKS,
                 encoder: 0,
-            }
+            })
         };
         assert_eq!(self.bench.do_it(kind), Outcome::Done);
     }
@@ -159,23 +162,27 @@ impl Case {
     fn begin(&mut self) {
         let at = self.bench.now().path_pose;
         let (a, v) = if self.hard { (8.0, 1.2) } else { (1.2, 0.3) };
-        let line = |by: [f64; 3], radius: f64| CommandKind::MoveL {
-            target: moved(&at, by),
-            acceleration: a,
-            speed: v,
-            duration: 0.0,
-            radius,
+        let line = |by: [f64; 3], radius: f64| {
+            CommandKind::Motion(MotionCommand::MoveL {
+                target: moved(&at, by),
+                acceleration: a,
+                speed: v,
+                duration: 0.0,
+                radius,
+            })
         };
         let mut far = self.start;
         far[0] += 0.7;
         far[1] += 0.2;
         far[3] -= 0.3;
-        let joints = |target: JointPositions, radius: f64| CommandKind::MoveJ {
-            target,
-            acceleration: a,
-            speed: if self.hard { 3.0 } else { 1.0 },
-            duration: 0.0,
-            radius,
+        let joints = |target: JointPositions, radius: f64| {
+            CommandKind::Motion(MotionCommand::MoveJ {
+                target,
+                acceleration: a,
+                speed: if self.hard { 3.0 } else { 1.0 },
+                duration: 0.0,
+                radius,
+            })
         };
         let kind = match self.mode {
             Mode::MoveJ => {
@@ -201,25 +208,25 @@ impl Case {
             Mode::MoveP => {
                 let by = [0.1, 0.25, 0.05];
                 self.target = Some(moved(&at, by));
-                CommandKind::MoveP {
+                CommandKind::Motion(MotionCommand::MoveP {
                     target: moved(&at, by),
                     acceleration: a,
                     speed: v,
                     radius: 0.0,
-                }
+                })
             }
             Mode::ServoJ => return,
-            Mode::SpeedJ => CommandKind::SpeedJ {
+            Mode::SpeedJ => CommandKind::Online(OnlineCommand::SpeedJ {
                 speeds: JointSpeeds([0.5, 0.1, -0.1, 0.1, 0.3, 0.4]),
                 acceleration: if self.hard { 40.0 } else { 1.4 },
                 duration: Some(2.0),
-            },
-            Mode::SpeedL => CommandKind::SpeedL {
+            }),
+            Mode::SpeedL => CommandKind::Online(OnlineCommand::SpeedL {
                 speed: [0.02, 0.15, -0.03, 0.0, 0.0, 0.0],
                 acceleration: if self.hard { 8.0 } else { 0.5 },
                 rotation_acceleration: 2.0,
                 duration: Some(2.0),
-            },
+            }),
         };
         self.last = Some(self.bench.send(kind));
     }
@@ -229,7 +236,7 @@ impl Case {
         self.ticks += self.belt * TICKS * h;
         let count = self.ticks;
         self.bench
-            .send(CommandKind::EncoderSetTickCount { encoder: 0, count });
+            .send(SettingCommand::EncoderSetTickCount { encoder: 0, count });
         if let Some(last) = self.last
             && self.bench.queued.contains(&last)
             && !self.chain.is_empty()
@@ -246,7 +253,7 @@ impl Case {
             q[0] += size * (1.0 - (2.5 * self.stream).cos());
             q[4] += 0.3 * (1.0 - (1.3 * self.stream).cos());
             self.stream += h;
-            self.last = Some(self.bench.send(CommandKind::ServoJ {
+            self.last = Some(self.bench.send(OnlineCommand::ServoJ {
                 target: q,
                 duration: h,
                 lookahead: 0.1,
@@ -263,7 +270,7 @@ impl Case {
 
     fn input(&mut self, index: u8, level: bool) {
         self.bench
-            .send(CommandKind::SetDigitalInput { index, level });
+            .send(SettingCommand::SetDigitalInput { index, level });
     }
 
     fn is_over(&self) -> bool {
@@ -289,7 +296,7 @@ impl Case {
             Cause::Reduced => self.input(16, true),
             Cause::Entry => self.track(),
             Cause::FasterBelt => self.belt += 0.08,
-            Cause::Pause => drop(self.bench.send(CommandKind::Pause)),
+            Cause::Pause => drop(self.bench.send(MachineCommand::Pause)),
             Cause::Safeguard => self.input(18, true),
         }
         self.seconds(CAUSE.1 - CAUSE.0);
@@ -297,7 +304,7 @@ impl Case {
             Cause::Nothing | Cause::Entry => {}
             Cause::Reduced => self.input(16, false),
             Cause::FasterBelt => self.belt -= 0.08,
-            Cause::Pause => drop(self.bench.send(CommandKind::Resume)),
+            Cause::Pause => drop(self.bench.send(MachineCommand::Resume)),
             Cause::Safeguard => self.input(18, false),
         }
         let late = self.bench.now().time + 20.0;

@@ -10,17 +10,17 @@ use crate::common;
 
 use common::{Bench, ideal, moved};
 use kinematics::RpyPose;
-use motion_api::{CommandKind, Outcome, Warning};
+use motion_api::{CommandKind, MotionCommand, Outcome, Warning};
 use nalgebra::Vector3;
 
 fn line(target: RpyPose, radius: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration: 1.2,
         speed: 0.25,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 fn away(bench: &Bench, pose: &RpyPose) -> f64 {

@@ -9,7 +9,7 @@ use crate::common;
 
 use common::{Bench, MODELS, ideal, moved, movej, tcp_speed, turning_points};
 use kinematics::JointPositions;
-use motion_api::{CommandKind, Outcome, RobotState, Warning};
+use motion_api::{CommandKind, MotionCommand, Outcome, RobotState, Warning};
 use nalgebra::Vector3;
 
 const STEP: f64 = 0.004;
@@ -31,30 +31,30 @@ fn in_a_blend_the_tcp_slows_down_once_and_speeds_up_once() {
                 let corner = moved(&start, [0.0, 0.15, 0.0]);
                 let along =
                     |way: f64, up: f64| moved(&corner, [-way * angle.sin(), way * angle.cos(), up]);
-                let first = CommandKind::MoveL {
+                let first = CommandKind::Motion(MotionCommand::MoveL {
                     target: corner,
                     acceleration: 1.2,
                     speed,
                     duration: 0.0,
                     radius,
-                };
+                });
                 let second = if arc {
-                    CommandKind::MoveC {
+                    CommandKind::Motion(MotionCommand::MoveC {
                         via: along(0.08, 0.02),
                         target: along(0.15, 0.06),
                         acceleration: 1.2,
                         speed,
                         radius: 0.0,
                         fixed: false,
-                    }
+                    })
                 } else {
-                    CommandKind::MoveL {
+                    CommandKind::Motion(MotionCommand::MoveL {
                         target: along(0.15, 0.03),
                         acceleration: 1.2,
                         speed,
                         duration: 0.0,
                         radius: 0.0,
-                    }
+                    })
                 };
                 let id = bench.send(first);
                 bench.until_due(id);

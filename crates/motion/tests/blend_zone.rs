@@ -14,7 +14,7 @@ use common::draw::{Draw, fold};
 use common::{Bench, MODELS, ideal};
 use kinematics::rotation::rotvec_from_rotation;
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
-use motion_api::{CommandKind, Outcome, RobotState, Warning};
+use motion_api::{CommandKind, MotionCommand, Outcome, RobotState, Warning};
 use nalgebra::Vector3;
 use way::Way;
 
@@ -81,26 +81,26 @@ impl Corner {
         let to = JointPositions(from.0.map(|q| q + draw.between(-spread, spread)));
         let (begin, end) = (arm.tcp_pose(from, tcp), arm.tcp_pose(&to, tcp));
         let kind = match draw.whole(0, 3) {
-            0 => CommandKind::MoveJ {
+            0 => CommandKind::Motion(MotionCommand::MoveJ {
                 target: to,
                 acceleration: draw.spread(0.3, 20.0),
                 speed: draw.spread(0.1, 6.0),
                 duration: 0.0,
                 radius,
-            },
-            1 | 2 => CommandKind::MoveL {
+            }),
+            1 | 2 => CommandKind::Motion(MotionCommand::MoveL {
                 target: end.to_rpy(),
                 acceleration: draw.spread(0.2, 10.0),
                 speed: draw.spread(0.05, 2.0),
                 duration: 0.0,
                 radius,
-            },
+            }),
             _ => {
                 let chord = end.translation - begin.translation;
                 let side = Vector3::from_fn(|_, _| draw.between(-1.0, 1.0)).cross(&chord);
                 let height = chord.norm() * draw.between(0.05, 0.6) / side.norm();
                 let along = draw.between(0.3, 0.7);
-                CommandKind::MoveC {
+                CommandKind::Motion(MotionCommand::MoveC {
                     via: RpyPose {
                         xyz: (begin.translation + chord * along + side * height).into(),
                         rpy: [0.0; 3],
@@ -110,7 +110,7 @@ impl Corner {
                     speed: draw.spread(0.05, 1.5),
                     radius,
                     fixed: draw.chance(0.4),
-                }
+                })
             }
         };
         (to, kind)

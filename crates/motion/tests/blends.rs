@@ -13,7 +13,10 @@ use crate::common;
 
 use common::{Bench, MODELS, ideal, moved, movej, tcp_speed};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
-use motion_api::{CommandId, CommandKind, FreedriveFrame, Outcome, Refusal, RobotState, Warning};
+use motion_api::{
+    CommandId, CommandKind, FreedriveFrame, MachineCommand, MotionCommand, OnlineCommand, Outcome,
+    Refusal, RobotState, SettingCommand, Warning,
+};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -23,34 +26,34 @@ fn tcp(state: &RobotState) -> Vector3<f64> {
 }
 
 fn line(target: RpyPose, speed: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration: 1.2,
         speed,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 fn joint(target: JointPositions, radius: f64) -> CommandKind {
-    CommandKind::MoveJ {
+    CommandKind::Motion(MotionCommand::MoveJ {
         target,
         acceleration: 1.4,
         speed: 1.0,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 fn arc(via: RpyPose, target: RpyPose, radius: f64) -> CommandKind {
-    CommandKind::MoveC {
+    CommandKind::Motion(MotionCommand::MoveC {
         via,
         target,
         acceleration: 1.2,
         speed: 0.25,
         radius,
         fixed: false,
-    }
+    })
 }
 
 /// Sends each command when it is due; until the last one has ended.
@@ -283,18 +286,18 @@ fn overlapping_radii_are_shortened_with_a_warning() {
 fn a_blend_at_any_speed_takes_the_same_way_and_can_be_paused() {
     for fraction in [1.0, 0.3] {
         let mut bench = Bench::new(ideal("cs66"));
-        bench.do_it(CommandKind::SetSpeedFraction(fraction));
+        bench.do_it(SettingCommand::SetSpeedFraction(fraction));
         let a = bench.now().target_tcp_pose;
         let b = moved(&a, [0.0, 0.2, 0.0]);
         let c = moved(&b, [-0.2, 0.0, 0.1]);
         bench.do_it(line(b, 0.25, 0.05));
         let id = bench.send(line(c, 0.25, 0.0));
         bench.run(10);
-        bench.do_it(CommandKind::Pause);
+        bench.do_it(MachineCommand::Pause);
         bench.run(50);
         let held = bench.now();
         assert!(held.target_qd.max_abs() == 0.0);
-        bench.do_it(CommandKind::Resume);
+        bench.do_it(MachineCommand::Resume);
         assert_eq!(bench.finish(id), Outcome::Done);
         assert!((tcp(&bench.now()) - Vector3::from(c.xyz)).norm() < 1e-9);
         bench.check_limits();
@@ -309,7 +312,7 @@ fn a_stop_in_the_blend_ends_the_next_motion_where_it_rests() {
     bench.do_it(line(b, 0.25, 0.05));
     let id = bench.send(line(moved(&b, [-0.2, 0.0, 0.0]), 0.25, 0.0));
     bench.run(20);
-    bench.do_it(CommandKind::Stop {
+    bench.do_it(MachineCommand::Stop {
         only: CommandId::NONE,
     });
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
@@ -355,19 +358,19 @@ proptest! {
     }
 }
 
-const STOPJ: CommandKind = CommandKind::StopJ { acceleration: 4.0 };
-const STOPL: CommandKind = CommandKind::StopL { acceleration: 4.0 };
-const STOP: CommandKind = CommandKind::Stop {
+const STOPJ: CommandKind = CommandKind::Online(OnlineCommand::StopJ { acceleration: 4.0 });
+const STOPL: CommandKind = CommandKind::Online(OnlineCommand::StopL { acceleration: 4.0 });
+const STOP: CommandKind = CommandKind::Machine(MachineCommand::Stop {
     only: CommandId::NONE,
-};
+});
 
 fn servoj(target: JointPositions) -> CommandKind {
-    CommandKind::ServoJ {
+    CommandKind::Online(OnlineCommand::ServoJ {
         target,
         duration: 0.1,
         lookahead: 0.1,
         gain: 300.0,
-    }
+    })
 }
 
 #[test]
@@ -404,10 +407,10 @@ fn any_stop_in_the_zone_ends_the_motion_that_is_to_follow() {
 
 #[test]
 fn online_modes_are_refused_while_a_motion_is_to_follow() {
-    let freedrive = CommandKind::Freedrive {
+    let freedrive = CommandKind::Online(OnlineCommand::Freedrive {
         free_axes: [true; 6],
         frame: FreedriveFrame::Base,
-    };
+    });
     for radius in [0.0, 0.05] {
         let mut bench = Bench::new(ideal("cs66"));
         let corner = moved(&bench.now().target_tcp_pose, [0.0, 0.2, 0.0]);
@@ -458,7 +461,7 @@ fn an_arc_keeps_its_radius_and_passes_its_via_point() {
                 pose
             };
             let (via, end) = (at(2.0), at(4.5));
-            let outcome = bench.do_it(CommandKind::MoveC {
+            let outcome = bench.do_it(MotionCommand::MoveC {
                 via,
                 target: end,
                 acceleration: 1.2,

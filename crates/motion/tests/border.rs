@@ -16,7 +16,9 @@ use common::{ideal, movej};
 use kinematics::{JointPositions, JointSpeeds};
 use motion::constants::EVENT_RING_MIN;
 use motion::{ConfigError, ControlLoop, CycleConfig, CycleTiming};
-use motion_api::{CommandId, CommandKind, Event, Origin, Record, RingCapacities, motion_channel};
+use motion_api::{
+    CommandId, Event, MachineCommand, Origin, Record, RingCapacities, motion_channel,
+};
 
 fn far() -> JointPositions {
     let mut q = ideal("cs66").home;
@@ -54,7 +56,7 @@ fn one_tick_makes_one_cycle_record_and_one_for_each_command() {
     for _ in 0..100 {
         script
             .commands
-            .send(Origin::default(), CommandKind::Resume)
+            .send(Origin::default(), MachineCommand::Resume)
             .unwrap();
     }
     let mut commands = 0;
@@ -97,7 +99,7 @@ fn commands_wait_until_their_ends_have_room_and_none_is_lost() {
             .commands
             .send(
                 Origin::default(),
-                CommandKind::Stop {
+                MachineCommand::Stop {
                     only: CommandId::NONE,
                 },
             )

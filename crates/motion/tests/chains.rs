@@ -10,7 +10,10 @@ use crate::common;
 use common::draw::Draw;
 use common::{Bench, MODELS, ideal, moved, movej, tcp_speed};
 use kinematics::{JointPositions, RpyPose};
-use motion_api::{CommandId, CommandKind, DigitalBank, IoChange, Outcome, RobotState};
+use motion_api::{
+    CommandId, CommandKind, DigitalBank, IoChange, MachineCommand, MotionCommand, Outcome,
+    RobotState, SettingCommand,
+};
 use nalgebra::Vector3;
 
 const STEP: f64 = 0.004;
@@ -34,13 +37,13 @@ fn line(
     duration: f64,
     radius: f64,
 ) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration,
         speed,
         duration,
         radius,
-    }
+    })
 }
 
 fn stretched() -> (Bench, RpyPose) {
@@ -214,13 +217,13 @@ fn timed_pieces_take_the_sum_of_their_times_at_an_even_speed() {
                 if is_joint {
                     let mut target = q;
                     target[0] += way / 0.6;
-                    CommandKind::MoveJ {
+                    CommandKind::Motion(MotionCommand::MoveJ {
                         target,
                         acceleration: 1.4,
                         speed: 1.05,
                         duration: time,
                         radius,
-                    }
+                    })
                 } else {
                     line(moved(&start, [0.0, way, 0.0]), (1.2, 0.25), time, radius)
                 }
@@ -259,13 +262,13 @@ fn timed_pieces_that_stop_take_the_sum_of_their_times() {
                     if is_joint {
                         let mut target = q;
                         target[0] += way / 0.6;
-                        CommandKind::MoveJ {
+                        CommandKind::Motion(MotionCommand::MoveJ {
                             target,
                             acceleration: 1.4,
                             speed: 1.05,
                             duration: time,
                             radius,
-                        }
+                        })
                     } else {
                         line(moved(&start, [0.0, way, 0.0]), (1.2, 0.25), time, radius)
                     }
@@ -308,13 +311,13 @@ fn a_timed_trajectory_with_changing_speeds_takes_its_time() {
                     let mut target = q;
                     target[0] += 0.8 * swing;
                     target[2] -= 0.4 * swing;
-                    CommandKind::MoveJ {
+                    CommandKind::Motion(MotionCommand::MoveJ {
                         target,
                         acceleration: 1.4,
                         speed: 1.05,
                         duration: time,
                         radius: if k < count { radius } else { 0.0 },
-                    }
+                    })
                 })
                 .collect();
             let (took, _) = run(&mut bench, &kinds, sent);
@@ -355,7 +358,7 @@ fn an_output_between_two_motions_switches_at_the_blend_radius_however_short_that
                 let how = (acceleration, speed);
                 let first = bench.send(line(corner, how, 0.0, radius));
                 let change = IoChange::digital_out(DigitalBank::Standard, 3, true);
-                let set = bench.send(CommandKind::SetIoAtZone {
+                let set = bench.send(SettingCommand::SetIoAtZone {
                     motion: first,
                     change,
                 });
@@ -388,7 +391,8 @@ fn an_output_between_two_motions_switches_at_the_blend_radius_however_short_that
 fn changes_at_a_zone_are_made_in_order_and_never_behind_a_stop() {
     let (mut bench, start) = stretched();
     let corner = moved(&start, [0.0, 0.2, 0.0]);
-    let at_zone = |motion, change| CommandKind::SetIoAtZone { motion, change };
+    let at_zone =
+        |motion, change| CommandKind::Setting(SettingCommand::SetIoAtZone { motion, change });
     let float = |value| IoChange::FloatRegister { index: 2, value };
     let first = bench.send(line(corner, (1.2, 0.1), 0.0, 0.01));
     let ids = [1.0, 2.0, 3.0].map(|value| bench.send(at_zone(first, float(value))));
@@ -408,7 +412,7 @@ fn changes_at_a_zone_are_made_in_order_and_never_behind_a_stop() {
     let back = bench.send(line(start, (1.2, 0.1), 0.0, 0.01));
     let never = bench.send(at_zone(back, float(5.0)));
     bench.run(100);
-    bench.do_it(CommandKind::Stop {
+    bench.do_it(MachineCommand::Stop {
         only: CommandId::NONE,
     });
     bench.run(100);
@@ -424,7 +428,7 @@ fn no_more_changes_wait_for_zones_than_there_is_room_for() {
     let change = IoChange::IntegerRegister { index: 0, value: 1 };
     let mut refused = 0;
     for _ in 0..80 {
-        let id = bench.send(CommandKind::SetIoAtZone { motion, change });
+        let id = bench.send(SettingCommand::SetIoAtZone { motion, change });
         bench.tick();
         refused += usize::from(matches!(bench.outcome(id), Some(Outcome::Refused(_))));
     }

@@ -21,7 +21,7 @@ use motion::realtime::{MotionThread, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
 use motion::{ConfigError, ControlLoop};
 use motion_api::{
-    CommandKind, Event, MotionMode, Origin, Outcome, Record, RingCapacities, ScriptEndpoint,
+    Event, MachineCommand, MotionMode, Origin, Outcome, Record, RingCapacities, ScriptEndpoint,
     Timeline, motion_channel,
 };
 
@@ -243,7 +243,7 @@ fn what_the_system_refuses_is_a_warning_and_the_thread_runs() {
     }
     script
         .commands
-        .send(Origin::default(), CommandKind::Pause)
+        .send(Origin::default(), MachineCommand::Pause)
         .unwrap();
     let begin = Instant::now();
     while script.snapshot.read().cycle < 3 {

@@ -15,7 +15,8 @@ use common::{Bench, ideal, movej};
 use kinematics::{JointPositions, JointSpeeds, Payload, RpyPose};
 use motion::CycleConfig;
 use motion_api::{
-    CommandId, CommandKind, MotionMode, Outcome, Refusal, RobotMode, SafetyMode, StopReason,
+    CommandId, CommandKind, MachineCommand, MotionMode, Outcome, Refusal, RobotMode, SafetyMode,
+    SettingCommand, StopReason,
 };
 
 fn far() -> JointPositions {
@@ -43,7 +44,7 @@ fn a_second_motion_is_refused_while_one_runs() {
 #[test]
 fn a_stop_brakes_on_the_path_and_aborts_the_motion() {
     let (mut bench, id) = moving(150);
-    let stop = bench.send(CommandKind::Stop {
+    let stop = bench.send(MachineCommand::Stop {
         only: CommandId::NONE,
     });
     bench.tick();
@@ -62,9 +63,9 @@ fn a_stop_brakes_on_the_path_and_aborts_the_motion() {
 #[test]
 fn a_stop_for_another_motion_changes_nothing() {
     let (mut bench, id) = moving(50);
-    let stop = CommandKind::Stop {
+    let stop = CommandKind::Machine(MachineCommand::Stop {
         only: CommandId(id.0 + 100),
-    };
+    });
     assert_eq!(bench.do_it(stop), Outcome::Done);
     assert_eq!(bench.now().motion_mode, MotionMode::MoveJ);
     assert_eq!(bench.finish(id), Outcome::Done);
@@ -73,7 +74,7 @@ fn a_stop_for_another_motion_changes_nothing() {
 #[test]
 fn a_stop_at_rest_is_done_at_once() {
     let mut bench = Bench::new(ideal("cs66"));
-    bench.do_it(CommandKind::Stop {
+    bench.do_it(MachineCommand::Stop {
         only: CommandId::NONE,
     });
     assert_eq!(bench.now().cycle, 1);
@@ -82,7 +83,7 @@ fn a_stop_at_rest_is_done_at_once() {
 #[test]
 fn a_pause_holds_on_the_path_and_a_resume_goes_on_to_the_end() {
     let (mut bench, id) = moving(150);
-    let pause = bench.send(CommandKind::Pause);
+    let pause = bench.send(MachineCommand::Pause);
     assert_eq!(bench.finish(pause), Outcome::Done);
     assert_eq!(bench.now().motion_mode, MotionMode::Paused);
     assert_eq!(bench.now().speed_scaling, 0.0);
@@ -90,7 +91,7 @@ fn a_pause_holds_on_the_path_and_a_resume_goes_on_to_the_end() {
     bench.run(100);
     assert_eq!(bench.now().target_q, held);
     assert_eq!(bench.outcome(id), None);
-    assert_eq!(bench.do_it(CommandKind::Resume), Outcome::Done);
+    assert_eq!(bench.do_it(MachineCommand::Resume), Outcome::Done);
     assert_eq!(bench.finish(id), Outcome::Done);
     assert_eq!(bench.now().target_q, far());
     bench.check_limits();
@@ -99,9 +100,9 @@ fn a_pause_holds_on_the_path_and_a_resume_goes_on_to_the_end() {
 #[test]
 fn a_resume_ends_a_pause_that_has_not_come_to_rest() {
     let (mut bench, id) = moving(150);
-    let pause = bench.send(CommandKind::Pause);
+    let pause = bench.send(MachineCommand::Pause);
     bench.run(3);
-    bench.do_it(CommandKind::Resume);
+    bench.do_it(MachineCommand::Resume);
     assert_eq!(bench.outcome(pause), Some(Outcome::Done));
     assert_eq!(bench.finish(id), Outcome::Done);
     bench.check_limits();
@@ -110,8 +111,11 @@ fn a_resume_ends_a_pause_that_has_not_come_to_rest() {
 #[test]
 fn a_stop_ends_a_paused_motion() {
     let (mut bench, id) = moving(150);
-    bench.do_it(CommandKind::Pause);
-    assert_eq!(bench.do_it(CommandKind::Stop { only: id }), Outcome::Done);
+    bench.do_it(MachineCommand::Pause);
+    assert_eq!(
+        bench.do_it(MachineCommand::Stop { only: id }),
+        Outcome::Done
+    );
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
     assert_eq!(bench.now().motion_mode, MotionMode::Idle);
 }
@@ -119,11 +123,11 @@ fn a_stop_ends_a_paused_motion() {
 #[test]
 fn a_motion_sent_while_paused_waits_for_the_resume() {
     let mut bench = Bench::new(ideal("cs66"));
-    bench.do_it(CommandKind::Pause);
+    bench.do_it(MachineCommand::Pause);
     let id = bench.send(movej(far()));
     bench.run(20);
     assert_eq!(bench.now().target_q, bench.states[0].target_q);
-    bench.send(CommandKind::Resume);
+    bench.send(MachineCommand::Resume);
     assert_eq!(bench.finish(id), Outcome::Done);
 }
 
@@ -131,7 +135,7 @@ fn a_motion_sent_while_paused_waits_for_the_resume() {
 fn half_the_speed_takes_twice_the_time_on_the_same_path() {
     let cycles = |fraction| {
         let mut bench = Bench::new(ideal("cs66"));
-        bench.do_it(CommandKind::SetSpeedFraction(fraction));
+        bench.do_it(SettingCommand::SetSpeedFraction(fraction));
         bench.do_it(movej(far()));
         assert_eq!(bench.now().target_q, far());
         bench.now().cycle as f64
@@ -143,7 +147,7 @@ fn half_the_speed_takes_twice_the_time_on_the_same_path() {
 fn the_speed_slider_works_during_a_motion_and_zero_holds_it() {
     let (mut bench, id) = moving(100);
     for fraction in [0.3, 1.0, 0.0, 0.1, 0.7] {
-        bench.do_it(CommandKind::SetSpeedFraction(fraction));
+        bench.do_it(SettingCommand::SetSpeedFraction(fraction));
         bench.run(210);
         assert_eq!(bench.now().speed_scaling, fraction);
         assert_eq!(bench.now().target_speed_fraction, fraction);
@@ -157,7 +161,7 @@ fn the_speed_slider_works_during_a_motion_and_zero_holds_it() {
 #[test]
 fn power_off_brings_the_arm_to_rest_first() {
     let (mut bench, id) = moving(150);
-    assert_eq!(bench.do_it(CommandKind::PowerOff), Outcome::Done);
+    assert_eq!(bench.do_it(MachineCommand::PowerOff), Outcome::Done);
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
     assert_eq!(bench.now().robot_mode, RobotMode::PowerOff);
     assert_eq!(bench.now().motion_mode, MotionMode::PoweredOff);
@@ -178,16 +182,16 @@ fn a_powered_off_controller_runs_after_power_on_and_brake_release() {
         powered_off: true,
         ..ideal("cs66")
     });
-    let refused = bench.do_it(CommandKind::ReleaseBrakes);
+    let refused = bench.do_it(MachineCommand::ReleaseBrakes);
     assert!(matches!(
         refused,
         Outcome::Refused(Refusal::WrongMode { .. })
     ));
-    bench.do_it(CommandKind::PowerOn);
+    bench.do_it(MachineCommand::PowerOn);
     assert_eq!(bench.now().robot_mode, RobotMode::PowerOn);
     bench.run(100);
     assert_eq!(bench.now().robot_mode, RobotMode::Idle);
-    bench.do_it(CommandKind::ReleaseBrakes);
+    bench.do_it(MachineCommand::ReleaseBrakes);
     bench.run(75);
     assert_eq!(bench.now().robot_mode, RobotMode::Running);
     assert_eq!(bench.do_it(movej(far())), Outcome::Done);
@@ -199,7 +203,7 @@ fn an_emergency_stop_brakes_the_arm_takes_its_power_and_ends_when_it_is_released
     let motion = bench.send(movej(far()));
     bench.run(60);
     assert!(bench.now().target_qd.max_abs() > 0.1);
-    bench.send(CommandKind::EmergencyStop { pressed: true });
+    bench.send(MachineCommand::EmergencyStop { pressed: true });
     bench.tick();
     assert_eq!(bench.now().safety_mode, SafetyMode::RobotEmergencyStop);
     assert_eq!(
@@ -215,16 +219,16 @@ fn an_emergency_stop_brakes_the_arm_takes_its_power_and_ends_when_it_is_released
     assert_eq!(bench.now().robot_mode, RobotMode::PowerOff);
     assert_eq!(bench.now().target_qd.max_abs(), 0.0);
 
-    let refused = bench.do_it(CommandKind::PowerOn);
+    let refused = bench.do_it(MachineCommand::PowerOn);
     assert!(matches!(
         refused,
         Outcome::Refused(Refusal::NotReady { .. })
     ));
-    bench.do_it(CommandKind::EmergencyStop { pressed: false });
+    bench.do_it(MachineCommand::EmergencyStop { pressed: false });
     assert_eq!(bench.now().safety_mode, SafetyMode::Normal);
     assert_eq!(bench.now().robot_mode, RobotMode::PowerOff);
-    bench.do_it(CommandKind::PowerOn);
-    bench.do_it(CommandKind::ReleaseBrakes);
+    bench.do_it(MachineCommand::PowerOn);
+    bench.do_it(MachineCommand::ReleaseBrakes);
     bench.run(200);
     assert_eq!(bench.now().robot_mode, RobotMode::Running);
     assert_eq!(bench.do_it(movej(far())), Outcome::Done);
@@ -235,10 +239,10 @@ fn tool_payload_and_outputs_show_in_the_state() {
     let mut bench = Bench::new(ideal("cs66"));
     let before = bench.tick();
     let tcp = RpyPose::from_array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]);
-    bench.do_it(CommandKind::SetTcp(tcp));
+    bench.do_it(SettingCommand::SetTcp(tcp));
     let payload = Payload::new(2.0, [0.0, 0.0, 0.05], [0.0; 6]).unwrap();
-    bench.do_it(CommandKind::SetPayload(payload));
-    bench.do_it(CommandKind::SetStandardDigitalOut {
+    bench.do_it(SettingCommand::SetPayload(payload));
+    bench.do_it(SettingCommand::SetStandardDigitalOut {
         index: 3,
         level: true,
     });
@@ -251,7 +255,7 @@ fn tool_payload_and_outputs_show_in_the_state() {
         .sum();
     assert!((moved.sqrt() - 0.1).abs() < 1e-12);
     assert!((state.target_torque[1] - before.target_torque[1]).abs() > 1.0);
-    bench.do_it(CommandKind::SetStandardDigitalOut {
+    bench.do_it(SettingCommand::SetStandardDigitalOut {
         index: 3,
         level: false,
     });
@@ -271,15 +275,15 @@ fn impossible_settings_are_refused_and_change_nothing() {
         ..Payload::NONE
     };
     for kind in [
-        CommandKind::SetTcp(nan),
-        CommandKind::SetPayload(heavy),
-        CommandKind::SetPayload(flat),
-        CommandKind::SetStandardDigitalOut {
+        CommandKind::Setting(SettingCommand::SetTcp(nan)),
+        CommandKind::Setting(SettingCommand::SetPayload(heavy)),
+        CommandKind::Setting(SettingCommand::SetPayload(flat)),
+        CommandKind::Setting(SettingCommand::SetStandardDigitalOut {
             index: 16,
             level: true,
-        },
-        CommandKind::SetSpeedFraction(1.01),
-        CommandKind::SetSpeedFraction(f64::NAN),
+        }),
+        CommandKind::Setting(SettingCommand::SetSpeedFraction(1.01)),
+        CommandKind::Setting(SettingCommand::SetSpeedFraction(f64::NAN)),
     ] {
         let outcome = bench.do_it(kind);
         assert!(

@@ -14,7 +14,7 @@ use kinematics::polytope::Polytope;
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
 use motion::contact::{Environment, Obstacle, PlacedShape, RIGID_STIFFNESS, Shape};
 use motion::{CycleConfig, PlantKind};
-use motion_api::{CommandKind, Outcome, StopReason};
+use motion_api::{MachineCommand, MotionCommand, Outcome, SensingCommand, StopReason};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
@@ -60,7 +60,7 @@ fn among(mut config: CycleConfig, obstacles: Vec<Obstacle>) -> CycleConfig {
 fn down(bench: &mut Bench, way: f64, speed: f64) -> Outcome {
     let mut target = bench.now().target_tcp_pose;
     target.xyz[2] -= way;
-    bench.do_it(CommandKind::MoveL {
+    bench.do_it(MotionCommand::MoveL {
         target,
         acceleration: 1.2,
         speed,
@@ -147,10 +147,10 @@ fn pressing_comes_to_rest_at_any_stiffness_in_any_pose() {
         let k = stiffness.unwrap_or(RIGID_STIFFNESS);
         let step_time = config.step_time;
         let mut bench = Bench::new(among(config, vec![obstacle]));
-        bench.do_it(CommandKind::SetCollisionDetection(false));
+        bench.do_it(SensingCommand::SetCollisionDetection(false));
         let press = (30.0 / k).clamp(2e-5, 5e-3);
         let target = tcp * Pose::from_translation(0.0, 0.0, 1e-3 + press);
-        let outcome = bench.do_it(CommandKind::MoveL {
+        let outcome = bench.do_it(MotionCommand::MoveL {
             target: target.to_rpy(),
             acceleration: 1.2,
             speed: 0.01,
@@ -330,7 +330,7 @@ fn hit(stiffness: Option<f64>, sensitivity: u8, speed: f64) -> (f64, StopReason)
     let config = rigid();
     let plate = plate(&config, 0.1, stiffness);
     let mut bench = Bench::new(among(config, vec![plate]));
-    bench.do_it(CommandKind::SetCollisionSensitivity(sensitivity));
+    bench.do_it(SensingCommand::SetCollisionSensitivity(sensitivity));
     let outcome = down(&mut bench, 0.2, speed);
     let Outcome::ProtectiveStop(reason) = outcome else {
         panic!("{stiffness:?} {sensitivity}: {outcome:?}");
@@ -380,7 +380,7 @@ fn after_a_hit_the_arm_can_be_unlocked_and_led_away() {
         bench.run(300);
         let pressed = force(&bench).z;
         assert_eq!(
-            bench.do_it(CommandKind::UnlockProtectiveStop),
+            bench.do_it(MachineCommand::UnlockProtectiveStop),
             Outcome::Done
         );
         bench.run(50);
@@ -473,7 +473,7 @@ fn pressed_into(
     let pose = Pose::from_translation(top[0], top[1], top[2] - 0.003 - above);
     config.surroundings.tool = tool.map(self::tool).into_iter().collect();
     let mut bench = Bench::new(among(config, vec![obstacle(shape, pose, Some(stiffness))]));
-    bench.do_it(CommandKind::SetCollisionDetection(false));
+    bench.do_it(SensingCommand::SetCollisionDetection(false));
     let outcome = down(&mut bench, 0.003 + press, 0.02);
     assert_eq!(outcome, Outcome::Done, "{:?}", bench.stops);
     let mut last = 0.0;
@@ -559,7 +559,7 @@ fn what_is_slid_off_to_the_side_is_free_and_may_come_back_from_there() {
     let pose = Pose::from_translation(top[0], top[1], top[2] - 0.008);
     let sheet = obstacle(Shape::Box { half }, pose, Some(2e3));
     let mut bench = Bench::new(among(config, vec![sheet]));
-    bench.do_it(CommandKind::SetCollisionDetection(false));
+    bench.do_it(SensingCommand::SetCollisionDetection(false));
     down(&mut bench, 0.011, 0.05);
     assert!((force(&bench).z - 16.0).abs() < 0.1, "{}", force(&bench));
     let mut aside = bench.now().target_tcp_pose;
@@ -600,7 +600,7 @@ fn among_two_hundred_obstacles_the_arm_feels_those_that_it_touches_to_the_bit() 
         let mut config = among(config, obstacles);
         config.limits.self_collision = Some(false);
         let mut bench = Bench::new(config);
-        bench.do_it(CommandKind::SetCollisionDetection(false));
+        bench.do_it(SensingCommand::SetCollisionDetection(false));
         down(&mut bench, 0.0115, 0.05);
         bench.run(300);
         bench

@@ -19,8 +19,8 @@ use kinematics::{Pose, RobotModel, RpyPose, SafetyBounds};
 use motion::modes::encoder::Belt;
 use motion::{CycleConfig, PlantKind};
 use motion_api::{
-    CommandId, CommandKind, EncoderRange, MotionMode, Outcome, PulseDecoding, Refusal, RobotState,
-    StopReason,
+    CommandId, CommandKind, EncoderRange, MachineCommand, MotionCommand, MotionMode, OnlineCommand,
+    Outcome, OverlayCommand, PulseDecoding, Refusal, RobotState, SettingCommand, StopReason,
 };
 use nalgebra::Vector3;
 
@@ -42,11 +42,11 @@ fn with_belt(plant: PlantKind, ticks_per_second: f64) -> CycleConfig {
 }
 
 fn linear(direction: [f64; 3]) -> CommandKind {
-    CommandKind::TrackConveyorLinear {
+    CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
         direction,
         ticks_per_meter: TICKS,
         encoder: 0,
-    }
+    })
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn the_tool_follows_a_belt_at_half_a_metre_a_second_within_a_twentieth_of_a_mill
         assert!(worst < CLOSE, "{plant:?} {worst}");
         assert_eq!(bench.now().motion_mode, MotionMode::Conveyor);
         assert_eq!(
-            bench.do_it(CommandKind::StopConveyorTracking),
+            bench.do_it(OverlayCommand::StopConveyorTracking),
             Outcome::Done,
             "{:?}",
             bench.stops
@@ -100,7 +100,7 @@ fn a_line_during_tracking_is_drawn_on_the_belt() {
     let off = Vector3::from(state.target_tcp_pose.xyz) - wanted;
     assert!(off.norm() < CLOSE, "{off:?}");
     bench.check_limits();
-    bench.do_it(CommandKind::StopConveyorTracking);
+    bench.do_it(OverlayCommand::StopConveyorTracking);
 }
 
 #[test]
@@ -113,12 +113,12 @@ fn a_turntable_carries_the_tool_and_turns_it_only_when_asked() {
         let mut bench = Bench::new(config);
         let start = Pose::from_rpy(&bench.now().target_tcp_pose);
         let center = RpyPose::from_array([-0.6, 0.3, 0.0, 0.0, 0.0, 0.4]);
-        let kind = CommandKind::TrackConveyorCircular {
+        let kind = CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
             center,
             ticks_per_revolution: 4096.0,
             rotate_tool,
             encoder: 1,
-        };
+        });
         assert_eq!(bench.do_it(kind), Outcome::Done);
         bench.run(400);
         let state = bench.now();
@@ -136,18 +136,18 @@ fn a_turntable_carries_the_tool_and_turns_it_only_when_asked() {
         };
         assert!(rotation.angle_to(&upright) < 1e-4);
         bench.check_limits();
-        bench.do_it(CommandKind::StopConveyorTracking);
+        bench.do_it(OverlayCommand::StopConveyorTracking);
     }
 }
 
 #[test]
 fn counts_of_the_program_move_the_tool_past_the_end_of_the_counter() {
     let mut bench = Bench::new(ideal("cs66"));
-    bench.do_it(CommandKind::EncoderEnableSetTickCount {
+    bench.do_it(SettingCommand::EncoderEnableSetTickCount {
         encoder: 0,
         range: EncoderRange::Unsigned8,
     });
-    bench.do_it(CommandKind::EncoderSetTickCount {
+    bench.do_it(SettingCommand::EncoderSetTickCount {
         encoder: 0,
         count: 250.0,
     });
@@ -155,14 +155,14 @@ fn counts_of_the_program_move_the_tool_past_the_end_of_the_counter() {
     bench.do_it(linear([0.0, 1.0, 0.0]));
     for k in 1..=60 {
         let count = f64::from((250 + k) % 256);
-        bench.do_it(CommandKind::EncoderSetTickCount { encoder: 0, count });
+        bench.do_it(SettingCommand::EncoderSetTickCount { encoder: 0, count });
     }
     assert_eq!(bench.now().encoder_counts[0], 54.0);
     bench.run(300);
     let way = bench.now().target_tcp_pose.xyz[1] - start[1];
     assert!((way - 0.06).abs() < 1e-6, "{way}");
     bench.check_limits();
-    let outcome = bench.do_it(CommandKind::EncoderSetTickCount {
+    let outcome = bench.do_it(SettingCommand::EncoderSetTickCount {
         encoder: 0,
         count: 256.0,
     });
@@ -170,7 +170,7 @@ fn counts_of_the_program_move_the_tool_past_the_end_of_the_counter() {
         outcome,
         Outcome::Refused(Refusal::BadValue { .. })
     ));
-    let outcome = bench.do_it(CommandKind::EncoderSetTickCount {
+    let outcome = bench.do_it(SettingCommand::EncoderSetTickCount {
         encoder: 1,
         count: 1.0,
     });
@@ -183,7 +183,7 @@ fn counts_of_the_program_move_the_tool_past_the_end_of_the_counter() {
 #[test]
 fn pulses_on_the_fast_inputs_are_counted() {
     let mut bench = Bench::new(ideal("cs66"));
-    bench.do_it(CommandKind::EncoderEnablePulseDecode {
+    bench.do_it(SettingCommand::EncoderEnablePulseDecode {
         encoder: 1,
         decoding: PulseDecoding::Quadrature,
         channel_a: 16,
@@ -191,16 +191,16 @@ fn pulses_on_the_fast_inputs_are_counted() {
     });
     for _ in 0..3 {
         for (index, level) in [(16, true), (17, true), (16, false), (17, false)] {
-            bench.do_it(CommandKind::SetDigitalInput { index, level });
+            bench.do_it(SettingCommand::SetDigitalInput { index, level });
         }
     }
     assert_eq!(bench.now().encoder_counts, [0.0, 12.0]);
-    let same = CommandKind::EncoderEnablePulseDecode {
+    let same = CommandKind::Setting(SettingCommand::EncoderEnablePulseDecode {
         encoder: 1,
         decoding: PulseDecoding::Quadrature,
         channel_a: 16,
         channel_b: 16,
-    };
+    });
     assert!(matches!(
         bench.do_it(same),
         Outcome::Refused(Refusal::BadValue { .. })
@@ -217,7 +217,7 @@ fn a_second_track_is_refused_and_a_stop_of_everything_ends_the_first() {
         Outcome::Refused(Refusal::ConveyorTracking)
     );
     assert_eq!(
-        bench.do_it(CommandKind::Stop {
+        bench.do_it(MachineCommand::Stop {
             only: CommandId::NONE
         }),
         Outcome::Done
@@ -265,7 +265,7 @@ fn the_tcp_never_crosses_a_safety_plane() {
         "{outcome:?}"
     );
     // Going there anyway stops the arm before the plane.
-    bench.do_it(CommandKind::SpeedL {
+    bench.do_it(OnlineCommand::SpeedL {
         speed: [0.0, 0.8, 0.0, 0.0, 0.0, 0.0],
         acceleration: 2.0,
         rotation_acceleration: 2.0,
@@ -297,7 +297,7 @@ fn a_plane_bound_to_inputs_counts_while_both_are_high() {
     assert_eq!(bench.do_it(movel(goal)), Outcome::Done);
     assert_eq!(bench.do_it(movel(home)), Outcome::Done);
     for index in [18, 19] {
-        bench.do_it(CommandKind::SetDigitalInput { index, level: true });
+        bench.do_it(SettingCommand::SetDigitalInput { index, level: true });
     }
     let outcome = bench.do_it(movel(goal));
     assert!(matches!(
@@ -317,16 +317,16 @@ fn fast_moves_on_a_belt_keep_the_joint_limits() {
     there[1] -= 0.3;
     there[3] += 0.5;
     for target in [there, home, there] {
-        let kind = CommandKind::MoveJ {
+        let kind = CommandKind::Motion(MotionCommand::MoveJ {
             target,
             acceleration: 100.0,
             speed: 10.0,
             duration: 0.0,
             radius: 0.0,
-        };
+        });
         assert_eq!(bench.do_it(kind), Outcome::Done, "{:?}", bench.stops);
     }
-    bench.do_it(CommandKind::StopConveyorTracking);
+    bench.do_it(OverlayCommand::StopConveyorTracking);
     assert!(bench.stops.is_empty());
     bench.check_limits();
 }
@@ -356,19 +356,19 @@ fn on_a_belt_the_speed_limits_of_tcp_and_elbow_are_kept() {
         let track = if draw.chance(0.5) {
             linear([0.0, 1.0, 0.0])
         } else {
-            CommandKind::TrackConveyorCircular {
+            CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
                 center: RpyPose::from_array([-0.6, 0.3, 0.0, 0.0, 0.0, 0.0]),
                 ticks_per_revolution: TICKS * TAU,
                 rotate_tool: draw.chance(0.5),
                 encoder: 0,
-            }
+            })
         };
         bench.do_it(track);
         bench.run((1.0 / bench.cycle.step_time()) as usize);
         for _ in 0..2 {
             let mut goal = bench.states[0].target_tcp_pose;
             (0..3).for_each(|k| goal.xyz[k] += draw.between(-0.1, 0.1));
-            let id = bench.send(CommandKind::MoveL {
+            let id = bench.send(MotionCommand::MoveL {
                 target: goal,
                 acceleration: draw.spread(0.5, 10.0),
                 speed: draw.spread(0.05, 1.5),
@@ -381,7 +381,7 @@ fn on_a_belt_the_speed_limits_of_tcp_and_elbow_are_kept() {
             }
             done += usize::from(bench.outcome(id) == Some(Outcome::Done));
         }
-        bench.do_it(CommandKind::StopConveyorTracking);
+        bench.do_it(OverlayCommand::StopConveyorTracking);
         bench.run(300);
         bench.check_limits();
         stopped += bench.stops.len();
@@ -389,7 +389,11 @@ fn on_a_belt_the_speed_limits_of_tcp_and_elbow_are_kept() {
             "{seed} {model} belt {belt_speed} tcp {tcp} elbow {elbow} {:?}",
             bench.stops
         );
-        if matches!(track, CommandKind::TrackConveyorLinear { .. }) && belt_speed > tcp {
+        if matches!(
+            track,
+            CommandKind::Overlay(OverlayCommand::TrackConveyorLinear { .. })
+        ) && belt_speed > tcp
+        {
             // It cannot be followed, and nobody is left to believe that it is.
             assert_eq!(bench.stops.len(), 1, "{at}");
             too_fast += 1;

@@ -12,20 +12,23 @@ use common::{Bench, MODELS, ideal, moved, movel, tcp_speed};
 use kinematics::safety::{PlaneMode, SafetyPlane};
 use kinematics::{JointPositions, Pose, SafetyBounds};
 use motion::CycleConfig;
-use motion_api::{CommandId, CommandKind, Outcome, PathFault, Refusal, Warning};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionCommand, OnlineCommand, Outcome, PathFault,
+    Refusal, Warning,
+};
 use nalgebra::Vector3;
 
 /// A target so far away in a direction, m.
 const FAR: f64 = 1000.0;
 
 fn towards(bench: &Bench, along: &Vector3<f64>, speed: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target: moved(&bench.now().target_tcp_pose, (along * FAR).into()),
         acceleration: 0.6,
         speed,
         duration: 0.0,
         radius: 0.0,
-    }
+    })
 }
 
 /// Every state lies on the line from the first one, and nothing was stopped.
@@ -153,11 +156,11 @@ fn before_a_safety_plane_a_direction_ends_on_its_line() {
 fn what_stops_a_motion_stops_one_in_a_direction_and_the_arm_obeys_afterwards() {
     let up = Vector3::z();
     let stops = [
-        CommandKind::StopL { acceleration: 0.6 },
-        CommandKind::StopJ { acceleration: 2.0 },
-        CommandKind::Stop {
+        CommandKind::Online(OnlineCommand::StopL { acceleration: 0.6 }),
+        CommandKind::Online(OnlineCommand::StopJ { acceleration: 2.0 }),
+        CommandKind::Machine(MachineCommand::Stop {
             only: CommandId::NONE,
-        },
+        }),
     ];
     for stop in stops {
         let mut bench = Bench::new(ideal("cs66"));
@@ -168,7 +171,7 @@ fn what_stops_a_motion_stops_one_in_a_direction_and_the_arm_obeys_afterwards() {
         assert_eq!(bench.do_it(stop), Outcome::Done);
         assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
         // Joints that brake in proportion leave the line.
-        if !matches!(stop, CommandKind::StopJ { .. }) {
+        if !matches!(stop, CommandKind::Online(OnlineCommand::StopJ { .. })) {
             check_line(&bench, &up, 0);
         }
         assert_eq!(bench.do_it(movel(home)), Outcome::Done);
@@ -181,12 +184,14 @@ fn a_direction_turns_no_tool_takes_no_time_and_has_no_end_to_blend() {
     let mut bench = Bench::new(ideal("cs66"));
     let start = Pose::from_rpy(&bench.now().target_tcp_pose);
     let target = moved(&bench.now().target_tcp_pose, [0.0, 0.0, FAR]);
-    let with = |duration, radius| CommandKind::MoveL {
-        target,
-        acceleration: 0.6,
-        speed: 0.5,
-        duration,
-        radius,
+    let with = |duration, radius| {
+        CommandKind::Motion(MotionCommand::MoveL {
+            target,
+            acceleration: 0.6,
+            speed: 0.5,
+            duration,
+            radius,
+        })
     };
     let outcome = bench.do_it(with(3.0, 0.0));
     assert!(
@@ -218,7 +223,7 @@ fn a_line_blends_into_a_direction_and_a_near_target_is_refused_beforehand() {
     let mut bench = Bench::new(ideal("cs66"));
     let at = bench.now().target_tcp_pose;
     let corner = moved(&at, [0.0, 0.1, 0.0]);
-    let first = bench.send(CommandKind::MoveL {
+    let first = bench.send(MotionCommand::MoveL {
         target: corner,
         acceleration: 1.2,
         speed: 0.2,
@@ -228,7 +233,7 @@ fn a_line_blends_into_a_direction_and_a_near_target_is_refused_beforehand() {
     while !bench.queued.contains(&first) {
         bench.tick();
     }
-    let id = bench.send(CommandKind::MoveP {
+    let id = bench.send(MotionCommand::MoveP {
         target: moved(&corner, [0.0, 0.0, FAR]),
         acceleration: 1.2,
         speed: 0.2,

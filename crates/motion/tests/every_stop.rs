@@ -18,8 +18,9 @@ use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose};
 use motion::modes::encoder::Belt;
 use motion::{CycleConfig, InputPair, LimitOverrides, SafetyInputs};
 use motion_api::{
-    CommandId, CommandKind, FreedriveFrame, InputAction, IoChange, MotionMode, OffsetAxes, Outcome,
-    RobotMode, SafetyMode, StopReason,
+    CommandId, CommandKind, FreedriveFrame, InputAction, IoChange, MachineCommand, MotionCommand,
+    MotionMode, OffsetAxes, OnlineCommand, Outcome, OverlayCommand, RobotMode, SafetyMode,
+    SensingCommand, SettingCommand, StopReason,
 };
 use nalgebra::Vector3;
 
@@ -201,27 +202,27 @@ fn config(mode: Mode, step_time: f64) -> CycleConfig {
 }
 
 fn input(index: u8, level: bool) -> CommandKind {
-    CommandKind::SetDigitalInput { index, level }
+    CommandKind::Setting(SettingCommand::SetDigitalInput { index, level })
 }
 
 fn movel(target: RpyPose, speed: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration: 0.8,
         speed,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 fn movej(target: JointPositions, acceleration: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveJ {
+    CommandKind::Motion(MotionCommand::MoveJ {
         target,
         acceleration,
         speed: 1.0,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 /// A bench whose arm is moved by a mode.
@@ -287,7 +288,7 @@ impl Case {
         let mut q = self.start;
         q[0] += 0.6 * (1.0 - (0.8 * time).cos());
         q[4] += 0.3 * (1.0 - (1.3 * time).cos());
-        self.send(CommandKind::ServoJ {
+        self.send(OnlineCommand::ServoJ {
             target: q,
             duration: self.bench.cycle.step_time(),
             lookahead: 0.1,
@@ -299,7 +300,7 @@ impl Case {
         self.bench.now().target_tcp_pose
     }
 
-    fn send(&mut self, kind: CommandKind) {
+    fn send(&mut self, kind: impl Into<CommandKind>) {
         self.last = Some(self.bench.send(kind));
     }
 
@@ -322,7 +323,7 @@ impl Case {
             Mode::MoveJ => self.joints(movej(far, 1.4, 0.0), far),
             Mode::MoveJSlowly => self.joints(movej(far, 0.4, 0.0), far),
             Mode::MoveJAtFivePercent => {
-                self.bench.do_it(CommandKind::SetSpeedFraction(0.05));
+                self.bench.do_it(SettingCommand::SetSpeedFraction(0.05));
                 self.joints(movej(far, 1.4, 0.0), far);
             }
             Mode::MoveL => self.line([0.05, 0.2, -0.05]),
@@ -332,7 +333,7 @@ impl Case {
                     moved(&self.pose(), [0.0, 0.25, 0.0]),
                 );
                 self.target = Some(Pose::from_rpy(&target));
-                self.send(CommandKind::MoveC {
+                self.send(MotionCommand::MoveC {
                     via,
                     target,
                     acceleration: 0.8,
@@ -344,7 +345,7 @@ impl Case {
             Mode::MoveP => {
                 let target = moved(&self.pose(), [0.1, 0.25, -0.05]);
                 self.target = Some(Pose::from_rpy(&target));
-                self.send(CommandKind::MoveP {
+                self.send(MotionCommand::MoveP {
                     target,
                     acceleration: 0.8,
                     speed: 0.15,
@@ -374,27 +375,27 @@ impl Case {
             }
             Mode::MoveMl => self.points(),
             Mode::ServoJ => self.servo(),
-            Mode::SpeedJ => self.send(CommandKind::SpeedJ {
+            Mode::SpeedJ => self.send(OnlineCommand::SpeedJ {
                 speeds: JointSpeeds([0.7, 0.1, -0.2, 0.1, 0.3, 0.9]),
                 acceleration: 1.0,
                 duration: None,
             }),
             Mode::SpeedL => self.speedl([0.05, 0.15, -0.05]),
             Mode::StopJ => {
-                let speedj = CommandKind::SpeedJ {
+                let speedj = CommandKind::Online(OnlineCommand::SpeedJ {
                     speeds: JointSpeeds([1.0, 0.1, -0.2, 0.1, 0.3, 0.9]),
                     acceleration: 5.0,
                     duration: None,
-                };
+                });
                 self.bench.do_it(speedj);
-                self.send(CommandKind::StopJ { acceleration: 0.3 });
+                self.send(OnlineCommand::StopJ { acceleration: 0.3 });
             }
             Mode::Belt | Mode::BeltAndLine | Mode::BeltAndSpeedL => {
-                let track = CommandKind::TrackConveyorLinear {
+                let track = CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
                     direction: [0.0, 1.0, 0.0],
                     ticks_per_meter: TICKS,
                     encoder: 0,
-                };
+                });
                 self.ticks = self.bench.now().encoder_counts[0];
                 assert_eq!(self.bench.do_it(track), Outcome::Done);
                 self.seconds(0.3);
@@ -405,12 +406,12 @@ impl Case {
                 }
             }
             Mode::Table | Mode::TableAndTurn | Mode::TableAndLine => {
-                let track = CommandKind::TrackConveyorCircular {
+                let track = CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
                     center: RpyPose::from_array([-0.6, 0.25, 0.0, 0.0, 0.0, 0.4]),
                     ticks_per_revolution: TICKS * TAU,
                     rotate_tool: self.mode == Mode::TableAndTurn,
                     encoder: 0,
-                };
+                });
                 self.ticks = self.bench.now().encoder_counts[0];
                 assert_eq!(self.bench.do_it(track), Outcome::Done);
                 self.seconds(0.3);
@@ -419,13 +420,13 @@ impl Case {
                 }
             }
             Mode::Force | Mode::ForceAndLine => {
-                let kind = CommandKind::ForceMode {
+                let kind = CommandKind::Overlay(OverlayCommand::ForceMode {
                     frame: RpyPose::default(),
                     selection: [false, false, true, false, false, false],
                     wrench: [0.0, 0.0, 12.0, 0.0, 0.0, 0.0],
                     mode: 0,
                     speed_limits: [0.1; 6],
-                };
+                });
                 assert_eq!(self.bench.do_it(kind), Outcome::Done);
                 if self.mode == Mode::ForceAndLine {
                     self.line([0.1, 0.2, 0.0]);
@@ -437,26 +438,29 @@ impl Case {
                     Mode::Hand => [true; 6],
                     _ => [false, true, false, false, false, false],
                 };
-                let kind = CommandKind::Freedrive {
+                let kind = CommandKind::Online(OnlineCommand::Freedrive {
                     free_axes,
                     frame: FreedriveFrame::Base,
-                };
+                });
                 assert_eq!(self.bench.do_it(kind), Outcome::Done);
             }
             Mode::HandByInput => {
                 self.push([0.0, 30.0, 0.0]);
                 let action = InputAction::Freedrive;
-                let kind = CommandKind::SetIo(IoChange::DigitalInAction { bit: 0, action });
+                let kind = CommandKind::Setting(SettingCommand::SetIo(IoChange::DigitalInAction {
+                    bit: 0,
+                    action,
+                }));
                 assert_eq!(self.bench.do_it(kind), Outcome::Done);
                 self.bench.do_it(input(0, true));
             }
             Mode::OffsetAndLine => {
-                self.bench.do_it(CommandKind::PathOffsetEnable);
+                self.bench.do_it(OverlayCommand::PathOffsetEnable);
                 self.line([0.1, 0.25, 0.0]);
-                let offset = CommandKind::PathOffsetSet {
+                let offset = CommandKind::Overlay(OverlayCommand::PathOffsetSet {
                     offset: RpyPose::from_array([0.0, 0.0, 0.05, 0.0, 0.0, 0.1]),
                     axes: OffsetAxes::Base,
-                };
+                });
                 self.bench.do_it(offset);
             }
         }
@@ -478,7 +482,7 @@ impl Case {
     }
 
     fn speedl(&mut self, v: [f64; 3]) {
-        self.send(CommandKind::SpeedL {
+        self.send(OnlineCommand::SpeedL {
             speed: [v[0], v[1], v[2], 0.0, 0.0, 0.0],
             acceleration: 0.5,
             rotation_acceleration: 1.0,
@@ -508,26 +512,26 @@ impl Case {
             Stop::EmergencyInput => drop(self.bench.send(input(18, true))),
             Stop::Emergency => {
                 self.bench
-                    .send(CommandKind::EmergencyStop { pressed: true });
+                    .send(MachineCommand::EmergencyStop { pressed: true });
             }
             Stop::Protective => {
-                self.bench.send(CommandKind::FtRtsiInput {
+                self.bench.send(SensingCommand::FtRtsiInput {
                     enabled: true,
                     mass: 0.0,
                     measuring_offset: [0.0; 3],
                     cog: [0.0; 3],
                 });
                 let push = [0.0, 0.0, 2.0 * FORCE, 0.0, 0.0, 0.0];
-                self.bench.send(CommandKind::SetExternalWrench(push));
+                self.bench.send(SensingCommand::SetExternalWrench(push));
             }
-            Stop::Pause => drop(self.bench.send(CommandKind::Pause)),
+            Stop::Pause => drop(self.bench.send(MachineCommand::Pause)),
             Stop::Command => {
                 let only = CommandId::NONE;
                 // Otherwise the hand leads on.
                 self.bench.send(input(0, false));
-                self.bench.send(CommandKind::Stop { only });
+                self.bench.send(MachineCommand::Stop { only });
             }
-            Stop::PowerOff => drop(self.bench.send(CommandKind::PowerOff)),
+            Stop::PowerOff => drop(self.bench.send(MachineCommand::PowerOff)),
         }
     }
 
@@ -609,7 +613,7 @@ impl Case {
     /// Reduced mode is asked for, and ends again: what is wrong, if anything.
     fn check_reduced(&mut self, after: f64, hardness: u8) -> Result<(), String> {
         self.bench
-            .do_it(CommandKind::SetIo(IoChange::SafetyHardness(hardness)));
+            .do_it(SettingCommand::SetIo(IoChange::SafetyHardness(hardness)));
         self.begin();
         self.seconds(after);
         self.bench.send(input(20, true));
@@ -665,7 +669,7 @@ impl Case {
                 self.ends_well()
             }
             Stop::Pause => {
-                self.bench.send(CommandKind::Resume);
+                self.bench.send(MachineCommand::Resume);
                 self.ends_well()
             }
             Stop::Command => {
@@ -686,14 +690,15 @@ impl Case {
                 expect(state.robot_mode == RobotMode::PowerOff, "there is power")?;
                 self.bench.do_it(input(18, false));
                 self.bench
-                    .do_it(CommandKind::EmergencyStop { pressed: false });
+                    .do_it(MachineCommand::EmergencyStop { pressed: false });
                 self.powered_again()
             }
             Stop::Protective => {
                 let is_one = matches!(self.bench.stops[..], [StopReason::TcpForce { .. }]);
                 expect(is_one, "not the stop that was asked for")?;
-                self.bench.do_it(CommandKind::SetExternalWrench([0.0; 6]));
-                let unlocked = self.bench.do_it(CommandKind::UnlockProtectiveStop);
+                self.bench
+                    .do_it(SensingCommand::SetExternalWrench([0.0; 6]));
+                let unlocked = self.bench.do_it(MachineCommand::UnlockProtectiveStop);
                 if unlocked != Outcome::Done {
                     return Err(format!("{unlocked:?}"));
                 }
@@ -703,8 +708,8 @@ impl Case {
     }
 
     fn powered_again(&mut self) -> Result<(), String> {
-        self.bench.do_it(CommandKind::PowerOn);
-        self.bench.do_it(CommandKind::ReleaseBrakes);
+        self.bench.do_it(MachineCommand::PowerOn);
+        self.bench.do_it(MachineCommand::ReleaseBrakes);
         self.seconds(1.5);
         self.moves_again()
     }
@@ -724,7 +729,7 @@ impl Case {
     fn ends_well(&mut self) -> Result<(), String> {
         let fine = |is_so: bool, what: String| is_so.then_some(()).ok_or(what);
         if self.mode == Mode::MoveJAtFivePercent {
-            self.bench.send(CommandKind::SetSpeedFraction(1.0));
+            self.bench.send(SettingCommand::SetSpeedFraction(1.0));
         }
         if self.mode.has_target() {
             for _ in 0..5000 {

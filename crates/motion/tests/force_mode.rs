@@ -18,7 +18,8 @@ use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose};
 use motion::contact::{Obstacle, PlacedShape, Shape};
 use motion::{ControlLoop, CycleConfig, PlantKind, SensorNoise};
 use motion_api::{
-    CommandId, CommandKind, FreedriveFrame, MotionMode, Outcome, Refusal, RobotMode, SafetyMode,
+    CommandId, CommandKind, FreedriveFrame, MachineCommand, MotionCommand, MotionMode,
+    OnlineCommand, Outcome, OverlayCommand, Refusal, RobotMode, SafetyMode, SensingCommand,
 };
 
 #[test]
@@ -190,27 +191,33 @@ fn left_by(what: CommandKind) -> Bench {
 
 #[test]
 fn every_way_out_brings_the_arm_to_rest_without_a_jump() {
-    let all = CommandKind::Stop {
+    let all = CommandKind::Machine(MachineCommand::Stop {
         only: CommandId::NONE,
-    };
-    for what in [CommandKind::EndForceMode, all, CommandKind::PowerOff] {
+    });
+    for what in [
+        CommandKind::Overlay(OverlayCommand::EndForceMode),
+        all,
+        CommandKind::Machine(MachineCommand::PowerOff),
+    ] {
         let bench = left_by(what);
         assert!(!bench.now().force_mode, "{what:?}");
     }
     assert_eq!(
-        left_by(CommandKind::PowerOff).now().robot_mode,
+        left_by(CommandKind::Machine(MachineCommand::PowerOff))
+            .now()
+            .robot_mode,
         RobotMode::PowerOff
     );
 }
 
 #[test]
 fn a_pause_holds_the_arm_and_resume_presses_on() {
-    let mut bench = left_by(CommandKind::Pause);
+    let mut bench = left_by(CommandKind::Machine(MachineCommand::Pause));
     assert!(bench.now().force_mode);
     let there = bench.now().target_q;
     bench.run(50);
     assert_eq!(bench.now().target_q, there);
-    bench.send(CommandKind::Resume);
+    bench.send(MachineCommand::Resume);
     let mut force = 0.0;
     for _ in 0..250 {
         force = press(&mut bench);
@@ -235,7 +242,7 @@ fn a_stop_on_a_line_ends_force_mode_with_it() {
     for _ in 0..100 {
         press(&mut bench);
     }
-    let stop = bench.send(CommandKind::Stop {
+    let stop = bench.send(MachineCommand::Stop {
         only: CommandId::NONE,
     });
     for _ in 0..200 {
@@ -257,7 +264,7 @@ fn ended_under_a_motion_the_tool_goes_back_to_its_line() {
         xyz: [start.xyz[0], start.xyz[1] + 0.2, start.xyz[2]],
         ..start
     };
-    let line = bench.send(CommandKind::MoveL {
+    let line = bench.send(MotionCommand::MoveL {
         target: goal,
         acceleration: 0.5,
         speed: 0.05,
@@ -266,7 +273,7 @@ fn ended_under_a_motion_the_tool_goes_back_to_its_line() {
     });
     bench.run(200);
     assert!(bench.now().target_tcp_pose.xyz[2] < start.xyz[2] - 5e-3);
-    assert_eq!(bench.do_it(CommandKind::EndForceMode), Outcome::Done);
+    assert_eq!(bench.do_it(OverlayCommand::EndForceMode), Outcome::Done);
     assert_eq!(bench.finish(line), Outcome::Done);
     bench.run(100);
     let end = bench.now().target_tcp_pose;
@@ -282,7 +289,7 @@ fn a_protective_stop_ends_force_mode() {
     let mut bench = Bench::new(rigid("cs66"));
     bench.do_it(down(20.0, 0.02));
     bench.run(20);
-    bench.do_it(CommandKind::EmergencyStop { pressed: true });
+    bench.do_it(MachineCommand::EmergencyStop { pressed: true });
     bench.run(300);
     assert!(!bench.now().force_mode);
     assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
@@ -319,7 +326,7 @@ fn in_tcp_mode_the_wrench_is_along_the_tool() {
     let mut bench = Bench::new(ideal("cs66"));
     bench.do_it(movej(JointPositions([0.3, -1.3, 1.4, -1.0, -1.2, 0.5])));
     let start = Pose::from_rpy(&bench.now().target_tcp_pose);
-    bench.do_it(CommandKind::ForceMode {
+    bench.do_it(OverlayCommand::ForceMode {
         frame: RpyPose::default(),
         selection: [false, false, true, false, false, false],
         wrench: [0.0, 0.0, 10.0, 0.0, 0.0, 0.0],
@@ -339,22 +346,24 @@ fn in_tcp_mode_the_wrench_is_along_the_tool() {
 fn bad_values_and_wrong_moments_are_refused_with_their_reason() {
     let mut bench = Bench::new(ideal("cs66"));
     let good = down(10.0, 0.1);
-    let CommandKind::ForceMode {
+    let CommandKind::Overlay(OverlayCommand::ForceMode {
         frame,
         selection,
         wrench,
         speed_limits,
         ..
-    } = good
+    }) = good
     else {
         unreachable!()
     };
-    let with = |frame, wrench, mode, speed_limits| CommandKind::ForceMode {
-        frame,
-        selection,
-        wrench,
-        mode,
-        speed_limits,
+    let with = |frame, wrench, mode, speed_limits| {
+        CommandKind::Overlay(OverlayCommand::ForceMode {
+            frame,
+            selection,
+            wrench,
+            mode,
+            speed_limits,
+        })
     };
     let nan = RpyPose::from_array([f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let slow = [0.0, 0.0, -0.1, 0.0, 0.0, 0.0];
@@ -363,9 +372,18 @@ fn bad_values_and_wrong_moments_are_refused_with_their_reason() {
         (with(frame, [f64::NAN; 6], 0, speed_limits), "target_wrench"),
         (with(frame, wrench, 4, speed_limits), "mode is 4"),
         (with(frame, wrench, 0, slow), "speed_limits is -0.1"),
-        (CommandKind::SetForceGain(2.1), "scaling is 2.1"),
-        (CommandKind::SetForceGain(f64::NAN), "scaling"),
-        (CommandKind::SetForceDamping(-0.1), "damping is -0.1"),
+        (
+            CommandKind::Sensing(SensingCommand::SetForceGain(2.1)),
+            "scaling is 2.1",
+        ),
+        (
+            CommandKind::Sensing(SensingCommand::SetForceGain(f64::NAN)),
+            "scaling",
+        ),
+        (
+            CommandKind::Sensing(SensingCommand::SetForceDamping(-0.1)),
+            "damping is -0.1",
+        ),
     ] {
         let Outcome::Refused(refusal) = bench.do_it(kind) else {
             panic!("{kind:?}");
@@ -373,33 +391,33 @@ fn bad_values_and_wrong_moments_are_refused_with_their_reason() {
         assert!(refusal.to_string().contains(text), "{refusal}");
         assert!(!bench.now().force_mode);
     }
-    let freedrive = CommandKind::Freedrive {
+    let freedrive = CommandKind::Online(OnlineCommand::Freedrive {
         free_axes: [true; 6],
         frame: FreedriveFrame::Base,
-    };
+    });
     assert_eq!(bench.do_it(good), Outcome::Done);
     let refused = Outcome::Refused(Refusal::InForceMode);
     assert_eq!(bench.do_it(freedrive), refused);
-    assert_eq!(bench.do_it(CommandKind::EndForceMode), Outcome::Done);
+    assert_eq!(bench.do_it(OverlayCommand::EndForceMode), Outcome::Done);
     assert_eq!(bench.do_it(freedrive), Outcome::Done);
     assert!(matches!(
         bench.do_it(good),
         Outcome::Refused(Refusal::Busy { .. })
     ));
-    assert_eq!(bench.do_it(CommandKind::EndFreedrive), Outcome::Done);
-    assert_eq!(bench.do_it(CommandKind::PowerOff), Outcome::Done);
+    assert_eq!(bench.do_it(OnlineCommand::EndFreedrive), Outcome::Done);
+    assert_eq!(bench.do_it(MachineCommand::PowerOff), Outcome::Done);
     assert!(matches!(
         bench.do_it(good),
         Outcome::Refused(Refusal::NotReady { .. })
     ));
-    assert_eq!(bench.do_it(CommandKind::EndForceMode), Outcome::Done);
+    assert_eq!(bench.do_it(OverlayCommand::EndForceMode), Outcome::Done);
 }
 
 #[test]
 fn a_hand_of_any_strength_cannot_lead_the_arm_over_its_limits() {
     let mut bench = with_hand(unwatched("cs66"));
     // So much at once is a collision as well.
-    bench.do_it(CommandKind::SetCollisionDetection(false));
+    bench.do_it(SensingCommand::SetCollisionDetection(false));
     bench.do_it(force_mode([1; 6], [0.0; 6], [1.0, 1.0, 1.0, 2.0, 2.0, 2.0]));
     for wrench in [
         [500.0, 0.0, 0.0, 0.0, 0.0, 0.0],

@@ -18,7 +18,7 @@ use common::{Bench, ideal, movel};
 use kinematics::{JointSpeeds, Pose, RpyPose};
 use motion::CycleConfig;
 use motion::contact::Shape;
-use motion_api::{CommandKind, Outcome};
+use motion_api::{MotionCommand, Outcome, OverlayCommand};
 use nalgebra::Vector3;
 
 #[test]
@@ -33,7 +33,7 @@ fn a_line_is_followed_while_the_tool_presses() {
         xyz: [start.xyz[0] + 0.05, start.xyz[1] + 0.1, start.xyz[2] + 0.3],
         ..start
     };
-    let line = bench.send(CommandKind::MoveL {
+    let line = bench.send(MotionCommand::MoveL {
         target: goal,
         acceleration: 0.3,
         speed: 0.05,
@@ -66,7 +66,7 @@ fn a_line_is_followed_while_the_tool_presses() {
     for _ in 0..50 {
         press(&mut bench);
     }
-    assert_eq!(bench.do_it(CommandKind::EndForceMode), Outcome::Done);
+    assert_eq!(bench.do_it(OverlayCommand::EndForceMode), Outcome::Done);
     assert!(!bench.now().force_mode);
     assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
     assert_eq!(bench.do_it(movel(start)), Outcome::Done);
@@ -83,7 +83,7 @@ fn rms_there_and_back(config: CycleConfig) -> f64 {
     let start = bench.now().actual_tcp_pose;
     let mut squares = (0.0, 0);
     for way in [0.1, -0.1, 0.0] {
-        let line = bench.send(CommandKind::MoveL {
+        let line = bench.send(MotionCommand::MoveL {
             target: RpyPose {
                 xyz: [start.xyz[0], start.xyz[1] + way, start.xyz[2]],
                 ..start
@@ -169,7 +169,7 @@ fn an_arch_of_boxes_carries_the_tool_across_its_joints() {
 /// Where the TCP has gone to after some cycles of force mode without touch, base frame.
 fn gone(bench: &mut Bench, frame: [f64; 6], selection: [u8; 6], mode: u8) -> Vector3<f64> {
     let start = bench.now().target_tcp_pose;
-    bench.send(CommandKind::ForceMode {
+    bench.send(OverlayCommand::ForceMode {
         frame: RpyPose::from_array(frame),
         selection: selection.map(|x| x == 1),
         wrench: [0.0, 10.0, 0.0, 0.0, 0.0, 0.0],
@@ -200,7 +200,7 @@ fn in_motion_mode_the_force_stands_across_the_motion() {
     let start = bench.now().target_tcp_pose;
     let mut goal = start;
     goal.xyz[1] += 0.1;
-    bench.send(CommandKind::MoveL {
+    bench.send(MotionCommand::MoveL {
         target: goal,
         acceleration: 0.5,
         speed: 0.05,

@@ -17,7 +17,8 @@ use kinematics::{JointPositions, JointSpeeds, Payload, Pose, RobotModel, RpyPose
 use motion::CycleConfig;
 use motion::external::{TimedWrench, WrenchFrame};
 use motion_api::{
-    CommandKind, FreedriveFrame, MotionMode, Outcome, Refusal, SafetyMode, StopReason,
+    CommandKind, FreedriveFrame, MachineCommand, MotionCommand, MotionMode, OnlineCommand, Outcome,
+    Refusal, SafetyMode, SensingCommand, SettingCommand, StopReason,
 };
 
 fn rigid(model: &str) -> CycleConfig {
@@ -25,10 +26,10 @@ fn rigid(model: &str) -> CycleConfig {
 }
 
 fn freedrive(free: [u8; 6], frame: FreedriveFrame) -> CommandKind {
-    CommandKind::Freedrive {
+    CommandKind::Online(OnlineCommand::Freedrive {
         free_axes: free.map(|x| x == 1),
         frame,
-    }
+    })
 }
 
 #[test]
@@ -57,8 +58,8 @@ fn the_hand_leads_a_free_arm_and_it_stops_when_the_hand_lets_go() {
             "{:?}",
             bench.now().target_qd
         );
-        assert_eq!(bench.do_it(CommandKind::EndFreedrive), Outcome::Done);
-        assert_eq!(bench.do_it(CommandKind::EndFreedrive), Outcome::Done);
+        assert_eq!(bench.do_it(OnlineCommand::EndFreedrive), Outcome::Done);
+        assert_eq!(bench.do_it(OnlineCommand::EndFreedrive), Outcome::Done);
         assert_eq!(bench.now().motion_mode, MotionMode::Idle);
         assert!(bench.stops.is_empty());
         bench.check_limits();
@@ -133,9 +134,9 @@ fn freedrive_excludes_motion_and_a_stop_ends_it() {
     assert_eq!(bench.do_it(movej(home)), busy);
     bench.push([0.0, 30.0, 0.0, 0.0, 0.0, 0.0]);
     bench.run(50);
-    let stop = CommandKind::Stop {
+    let stop = CommandKind::Machine(MachineCommand::Stop {
         only: motion_api::CommandId::NONE,
-    };
+    });
     assert_eq!(bench.do_it(stop), Outcome::Done);
     assert_eq!(bench.now().motion_mode, MotionMode::Idle);
     assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
@@ -267,15 +268,19 @@ fn sensitivity_decides_and_without_detection_nothing_stops() {
         bench.run(100);
         !bench.stops.is_empty()
     };
-    assert!(hit(&[CommandKind::SetCollisionSensitivity(100)]));
-    assert!(!hit(&[CommandKind::SetCollisionSensitivity(10)]));
+    assert!(hit(&[CommandKind::Sensing(
+        SensingCommand::SetCollisionSensitivity(100)
+    )]));
+    assert!(!hit(&[CommandKind::Sensing(
+        SensingCommand::SetCollisionSensitivity(10)
+    )]));
     assert!(!hit(&[
-        CommandKind::SetCollisionSensitivity(100),
-        CommandKind::SetCollisionDetection(false),
+        CommandKind::Sensing(SensingCommand::SetCollisionSensitivity(100)),
+        CommandKind::Sensing(SensingCommand::SetCollisionDetection(false)),
     ]));
     let mut bench = Bench::new(ideal("cs66"));
     for ratio in [0, 9, 101] {
-        let outcome = bench.do_it(CommandKind::SetCollisionSensitivity(ratio));
+        let outcome = bench.do_it(SensingCommand::SetCollisionSensitivity(ratio));
         assert!(matches!(
             outcome,
             Outcome::Refused(Refusal::BadValue { .. })
@@ -291,7 +296,7 @@ fn motion_with_the_rated_payload_is_no_collision_at_the_highest_sensitivity() {
         config.payload = Payload::new(rated, [0.0, 0.0, 0.05], [0.0; 6]).unwrap();
         let home = config.home;
         let mut bench = Bench::new(config);
-        bench.do_it(CommandKind::SetCollisionSensitivity(100));
+        bench.do_it(SensingCommand::SetCollisionSensitivity(100));
         let mut seed = 7_u64;
         let mut random = || {
             seed = seed
@@ -301,13 +306,13 @@ fn motion_with_the_rated_payload_is_no_collision_at_the_highest_sensitivity() {
         };
         for _ in 0..6 {
             let goal = JointPositions(core::array::from_fn(|joint| home[joint] + 0.8 * random()));
-            let kind = CommandKind::MoveJ {
+            let kind = CommandKind::Motion(MotionCommand::MoveJ {
                 target: goal,
                 acceleration: 10.0,
                 speed: 3.0,
                 duration: 0.0,
                 radius: 0.0,
-            };
+            });
             assert_eq!(
                 bench.do_it(kind),
                 Outcome::Done,
@@ -331,7 +336,7 @@ fn motion_with_the_rated_payload_is_no_collision_at_the_highest_sensitivity() {
 fn gravity_from_another_side_is_carried() {
     let mut bench = Bench::new(rigid("cs66"));
     assert_eq!(
-        bench.do_it(CommandKind::SetGravity([0.0, -9.81, 0.0])),
+        bench.do_it(SettingCommand::SetGravity([0.0, -9.81, 0.0])),
         Outcome::Done
     );
     bench.run(100);
@@ -342,7 +347,7 @@ fn gravity_from_another_side_is_carried() {
         assert!(state.external_torque[joint].abs() < 1e-2);
         assert!((state.actual_q[joint] - state.target_q[joint]).abs() < 1e-6);
     }
-    let outcome = bench.do_it(CommandKind::SetGravity([f64::NAN, 0.0, 0.0]));
+    let outcome = bench.do_it(SettingCommand::SetGravity([f64::NAN, 0.0, 0.0]));
     assert!(matches!(
         outcome,
         Outcome::Refused(Refusal::BadValue { .. })

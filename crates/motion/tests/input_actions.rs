@@ -4,11 +4,11 @@
 use crate::common;
 
 use common::{Bench, ideal};
-use motion_api::{CommandKind, DigitalBank, InputAction, IoChange, MotionMode};
+use motion_api::{DigitalBank, InputAction, IoChange, MotionMode, SettingCommand};
 
 fn level(bench: &Bench, level: bool) {
     let change = IoChange::digital_in(DigitalBank::Configurable, 4, level);
-    bench.send(CommandKind::SetIo(change));
+    bench.send(SettingCommand::SetIo(change));
 }
 
 fn tick(bench: &mut Bench, cycles: usize) -> MotionMode {
@@ -25,7 +25,7 @@ fn the_arm_is_led_by_hand_while_an_input_with_that_action_is_high() {
     assert_eq!(tick(&mut bench, 3), MotionMode::Idle);
     let bit = DigitalBank::Configurable.bit(4);
     let action = InputAction::Freedrive;
-    bench.send(CommandKind::SetIo(IoChange::DigitalInAction {
+    bench.send(SettingCommand::SetIo(IoChange::DigitalInAction {
         bit,
         action,
     }));
@@ -42,7 +42,7 @@ fn the_arm_is_led_by_hand_while_an_input_with_that_action_is_high() {
     // Again, and the end through the action.
     level(&bench, true);
     assert_eq!(tick(&mut bench, 3), MotionMode::Freedrive);
-    bench.send(CommandKind::SetIo(IoChange::InputActionsToDefault));
+    bench.send(SettingCommand::SetIo(IoChange::InputActionsToDefault));
     assert_eq!(tick(&mut bench, 300), MotionMode::Idle);
     assert!(bench.stops.is_empty());
 }

@@ -12,7 +12,10 @@ use common::{Bench, MODELS, ideal, moved, movej, movel};
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
 use motion::constants::MIN_LIMITS;
 use motion::{CycleConfig, LimitOverrides, PlantKind};
-use motion_api::{CommandId, CommandKind, FreedriveFrame, MotionMode, SafetyMode};
+use motion_api::{
+    CommandId, CommandKind, FreedriveFrame, MachineCommand, MotionMode, OnlineCommand,
+    OverlayCommand, SafetyMode, SensingCommand,
+};
 
 /// Six numbers from `least` to the arm's own, some of them at either end.
 fn six(draw: &mut Draw, least: f64, own: [f64; 6]) -> [f64; 6] {
@@ -62,58 +65,58 @@ fn try_everything(bench: &mut Bench, draw: &mut Draw) {
     let aside = JointPositions(home.0.map(|q| q + draw.between(-0.3, 0.3)));
     let pose = moved(&bench.now().target_tcp_pose, [0.01, 0.05, -0.02]);
     let speeds = JointSpeeds(core::array::from_fn(|_| draw.between(-2.0, 2.0)));
-    let stop = CommandKind::Stop {
+    let stop = CommandKind::Machine(MachineCommand::Stop {
         only: CommandId::NONE,
-    };
+    });
     let modes: [CommandKind; 8] = [
-        CommandKind::SpeedJ {
+        CommandKind::Online(OnlineCommand::SpeedJ {
             speeds,
             acceleration: draw.spread(1e-3, 100.0),
             duration: Some(0.4),
-        },
-        CommandKind::ServoJ {
+        }),
+        CommandKind::Online(OnlineCommand::ServoJ {
             target: aside,
             duration: 0.2,
             lookahead: draw.between(0.03, 0.2),
             gain: draw.between(100.0, 2000.0),
-        },
-        CommandKind::SpeedL {
+        }),
+        CommandKind::Online(OnlineCommand::SpeedL {
             speed: [0.2, -0.1, 0.1, 0.3, 0.0, -0.5],
             acceleration: draw.spread(1e-3, 100.0),
             rotation_acceleration: 1.0,
             duration: Some(0.4),
-        },
+        }),
         movej(aside),
         movel(pose),
-        CommandKind::Freedrive {
+        CommandKind::Online(OnlineCommand::Freedrive {
             free_axes: [true; 6],
             frame: FreedriveFrame::Base,
-        },
-        CommandKind::ForceMode {
+        }),
+        CommandKind::Overlay(OverlayCommand::ForceMode {
             frame: kinematics::RpyPose::default(),
             selection: [true, true, true, false, false, true],
             wrench: [0.0, 5.0, -10.0, 0.0, 0.0, 0.3],
             mode: 0,
             speed_limits: [0.2; 6],
-        },
-        CommandKind::TrackConveyorLinear {
+        }),
+        CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
             direction: [0.0, 1.0, 0.0],
             ticks_per_meter: 1000.0,
             encoder: 0,
-        },
+        }),
     ];
     for kind in modes {
         bench.send(kind);
         bench.run(60);
-        bench.send(CommandKind::SetExternalWrench([
+        bench.send(SensingCommand::SetExternalWrench([
             20.0, -30.0, 15.0, 1.0, 0.0, 1.0,
         ]));
         bench.run(60);
-        bench.send(CommandKind::SetExternalWrench([0.0; 6]));
+        bench.send(SensingCommand::SetExternalWrench([0.0; 6]));
         for end in [
-            CommandKind::EndForceMode,
-            CommandKind::EndFreedrive,
-            CommandKind::StopConveyorTracking,
+            CommandKind::Overlay(OverlayCommand::EndForceMode),
+            CommandKind::Online(OnlineCommand::EndFreedrive),
+            CommandKind::Overlay(OverlayCommand::StopConveyorTracking),
             stop,
         ] {
             bench.send(end);
@@ -121,7 +124,7 @@ fn try_everything(bench: &mut Bench, draw: &mut Draw) {
         bench.run(150);
         if bench.now().safety_mode == SafetyMode::ProtectiveStop {
             bench.run(200);
-            bench.send(CommandKind::UnlockProtectiveStop);
+            bench.send(MachineCommand::UnlockProtectiveStop);
             bench.run(5);
         }
         assert!(bench.now().target_q.is_finite() && bench.now().actual_q.is_finite());
@@ -144,8 +147,8 @@ fn every_mode_works_within_limits_of_any_size() {
         config.limits = limits(&mut draw, &config);
         let shown = format!("seed {seed}: {:?}", config.limits);
         let mut bench = Bench::new(config);
-        bench.send(CommandKind::SetCollisionDetection(false));
-        bench.send(CommandKind::FtRtsiInput {
+        bench.send(SensingCommand::SetCollisionDetection(false));
+        bench.send(SensingCommand::FtRtsiInput {
             enabled: true,
             mass: 0.0,
             measuring_offset: [0.0; 3],
@@ -175,7 +178,7 @@ fn a_locked_joint_lets_the_others_move() {
         config.step_time = step;
         let mut bench = Bench::new(config.clone());
         let q = bench.now().target_q;
-        bench.send(CommandKind::SpeedJ {
+        bench.send(OnlineCommand::SpeedJ {
             speeds: JointSpeeds([0.2, 0.0, 0.0, 0.0, 0.0, 0.2]),
             acceleration: 1.0,
             duration: Some(0.5),

@@ -14,7 +14,7 @@ use crate::common;
 use common::{Bench, MODELS, ideal, movej, movej_in, unwatched};
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
 use motion::LimitOverrides;
-use motion_api::{CommandKind, MotionMode, Outcome, Refusal, Warning, WayUnit};
+use motion_api::{CommandKind, MotionCommand, MotionMode, Outcome, Refusal, Warning, WayUnit};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -96,7 +96,7 @@ fn a_motion_to_where_the_arm_stands_is_done_at_once_or_after_its_duration() {
 #[test]
 fn more_than_the_joints_can_do_is_limited_with_warnings() {
     let mut bench = Bench::new(ideal("cs66"));
-    let id = bench.send(CommandKind::MoveJ {
+    let id = bench.send(MotionCommand::MoveJ {
         target: target([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         acceleration: 100.0,
         speed: 100.0,
@@ -158,7 +158,7 @@ fn numbers_that_cannot_be_used_are_refused_by_name() {
         (1.0, 1.0, -1.0, "t"),
         (1.0, 1.0, f64::NAN, "t"),
     ] {
-        let outcome = bench.do_it(CommandKind::MoveJ {
+        let outcome = bench.do_it(MotionCommand::MoveJ {
             target: target([0.1; 6]),
             acceleration: a,
             speed: v,
@@ -251,7 +251,7 @@ proptest! {
         for q in targets {
             let to = JointPositions(q);
             let from = bench.now();
-            let kind = CommandKind::MoveJ { target: to, acceleration: a, speed: v, duration: 0.0, radius: 0.0 };
+            let kind = CommandKind::Motion(MotionCommand::MoveJ { target: to, acceleration: a, speed: v, duration: 0.0, radius: 0.0 });
             prop_assert_eq!(bench.do_it(kind), Outcome::Done);
             prop_assert_eq!(bench.now().target_q, to);
 

@@ -14,7 +14,10 @@ use crate::common;
 use common::{Bench, MODELS, ideal, movej, movel};
 use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose};
 use motion::{CycleConfig, LimitOverrides};
-use motion_api::{CommandId, CommandKind, MotionMode, Outcome, PathFault, Refusal, Warning};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionCommand, MotionMode, Outcome, PathFault, Refusal,
+    SettingCommand, Warning,
+};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -111,12 +114,12 @@ fn the_tcp_reaches_the_asked_speed_and_takes_the_time_of_the_profile() {
 fn movel_moves_the_active_tcp_and_keeps_it_when_the_tool_changes_on_the_way() {
     let mut bench = Bench::new(ideal("cs66"));
     let tcp = RpyPose::from_array([0.02, -0.01, 0.15, 0.3, 0.0, 0.2]);
-    bench.do_it(CommandKind::SetTcp(tcp));
+    bench.do_it(SettingCommand::SetTcp(tcp));
     let from = bench.states.len() - 1;
     let to = relative(&bench, [0.1, 0.1, 0.1], [0.0, 0.5, 0.0]);
     let id = bench.send(movel(to));
     bench.run(50);
-    bench.send(CommandKind::SetTcp(RpyPose::default()));
+    bench.send(SettingCommand::SetTcp(RpyPose::default()));
     assert_eq!(bench.finish(id), Outcome::Done);
     let (off, twisted) = deviation(&bench, from, &Pose::from_rpy(&tcp));
     assert!(off < 1e-9 && twisted < 1e-9, "{off:e} {twisted:e}");
@@ -151,12 +154,14 @@ fn a_line_of_no_length_is_done_at_once() {
 #[test]
 fn durations_of_lines_are_met_or_stretched() {
     let mut bench = Bench::new(ideal("cs66"));
-    let line = |bench: &Bench, by: f64, duration| CommandKind::MoveL {
-        target: relative(bench, [0.0, by, 0.0], [0.0; 3]),
-        acceleration: 1.2,
-        speed: 0.25,
-        duration,
-        radius: 0.0,
+    let line = |bench: &Bench, by: f64, duration| {
+        CommandKind::Motion(MotionCommand::MoveL {
+            target: relative(bench, [0.0, by, 0.0], [0.0; 3]),
+            acceleration: 1.2,
+            speed: 0.25,
+            duration,
+            radius: 0.0,
+        })
     };
     let kind = line(&bench, 0.2, 2.0);
     bench.do_it(kind);
@@ -292,7 +297,7 @@ fn near_a_singularity_the_line_slows_down_and_is_kept() {
     bench.do_it(movej(q));
     let from = bench.states.len() - 1;
     let to = relative(&bench, [0.0, -0.7, 0.0], [0.0; 3]);
-    let id = bench.send(CommandKind::MoveL {
+    let id = bench.send(MotionCommand::MoveL {
         target: to,
         acceleration: 1.2,
         speed: 1.0,
@@ -320,15 +325,15 @@ fn stop_pause_and_slider_stay_on_the_line() {
     let to = relative(&bench, [0.1, 0.25, -0.1], [0.2, 0.0, 0.3]);
     let id = bench.send(movel(to));
     bench.run(60);
-    bench.do_it(CommandKind::Pause);
+    bench.do_it(MachineCommand::Pause);
     assert_eq!(bench.now().motion_mode, MotionMode::Paused);
-    bench.do_it(CommandKind::Resume);
+    bench.do_it(MachineCommand::Resume);
     bench.run(60);
-    bench.do_it(CommandKind::SetSpeedFraction(0.4));
+    bench.do_it(SettingCommand::SetSpeedFraction(0.4));
     bench.run(60);
-    bench.do_it(CommandKind::SetSpeedFraction(1.0));
+    bench.do_it(SettingCommand::SetSpeedFraction(1.0));
     bench.run(20);
-    bench.do_it(CommandKind::Stop { only: id });
+    bench.do_it(MachineCommand::Stop { only: id });
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
     assert_eq!(bench.do_it(movel(to)), Outcome::Done);
     let (off, twisted) = deviation(&bench, 0, &Pose::IDENTITY);
@@ -341,7 +346,7 @@ fn a_stop_in_the_cycle_of_the_command_leaves_the_arm_where_it_is() {
     let mut bench = Bench::new(ideal("cs66"));
     let to = relative(&bench, [0.1, 0.0, 0.0], [0.0; 3]);
     let id = bench.send(movel(to));
-    bench.do_it(CommandKind::Stop {
+    bench.do_it(MachineCommand::Stop {
         only: CommandId::NONE,
     });
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
@@ -402,7 +407,7 @@ proptest! {
         let mut bench = Bench::new(config);
         bench.model = MODELS[model];
         let to = relative(&bench, offset, turn);
-        let kind = CommandKind::MoveL { target: to, acceleration: a, speed: v, duration: if timed { 0.5 } else { 0.0 }, radius: 0.0 };
+        let kind = CommandKind::Motion(MotionCommand::MoveL { target: to, acceleration: a, speed: v, duration: if timed { 0.5 } else { 0.0 }, radius: 0.0 });
         match bench.do_it(kind) {
             Outcome::Done => {
                 let (off, twisted) = deviation(&bench, 0, &Pose::IDENTITY);

@@ -11,7 +11,8 @@ use common::{Bench, MODELS, ideal};
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
 use kinematics::{JointPositions, Pose, RobotModel};
 use motion_api::{
-    CommandId, CommandKind, MotionMode, Outcome, PathFault, PointList, Refusal, Warning,
+    CommandId, MachineCommand, MotionCommand, MotionMode, OnlineCommand, Outcome, PathFault,
+    PointList, Refusal, SettingCommand, Warning,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -131,14 +132,14 @@ fn slider_pause_and_stop_stay_on_the_way() {
     let id = moveml(&mut bench, &points, 0.010);
     let from = bench.states.len();
     bench.run(60);
-    bench.send(CommandKind::SetSpeedFraction(0.4));
+    bench.send(SettingCommand::SetSpeedFraction(0.4));
     bench.run(60);
-    bench.do_it(CommandKind::Pause);
+    bench.do_it(MachineCommand::Pause);
     bench.run(20);
     assert_eq!(bench.now().target_qd.max_abs(), 0.0);
-    bench.do_it(CommandKind::Resume);
+    bench.do_it(MachineCommand::Resume);
     bench.run(100);
-    bench.send(CommandKind::SetSpeedFraction(1.0));
+    bench.send(SettingCommand::SetSpeedFraction(1.0));
     assert_eq!(bench.finish(id), Outcome::Done);
     assert_eq!(missed(&bench, from, &points), 0);
     bench.check_limits();
@@ -146,7 +147,7 @@ fn slider_pause_and_stop_stay_on_the_way() {
     let back: Vec<JointPositions> = points.iter().rev().copied().collect();
     let id = moveml(&mut bench, &back, 0.010);
     bench.run(150);
-    bench.do_it(CommandKind::StopJ { acceleration: 2.0 });
+    bench.do_it(OnlineCommand::StopJ { acceleration: 2.0 });
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
     bench.check_limits();
 }
@@ -161,7 +162,7 @@ fn what_cannot_be_run_is_refused_by_name_and_the_arm_stays() {
         other => panic!("{other:?}"),
     };
     // No points, and not all of them.
-    let id = bench.send(CommandKind::MoveMl {
+    let id = bench.send(MotionCommand::MoveMl {
         count: 20,
         interval: 0.01,
     });

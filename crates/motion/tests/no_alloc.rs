@@ -17,7 +17,10 @@ use kinematics::{JointPositions, Payload, RpyPose};
 use motion::modes::encoder::Belt;
 use motion::setpoint::{LimitedSetpoint, Setpoint, check_setpoint};
 use motion::{ControlLoop, CycleConfig, CycleTiming, PlantKind};
-use motion_api::{CommandId, CommandKind, Origin, RingCapacities, ScriptEndpoint, motion_channel};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionCommand, OnlineCommand, Origin, OverlayCommand,
+    RingCapacities, ScriptEndpoint, SensingCommand, SettingCommand, motion_channel,
+};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
@@ -52,43 +55,45 @@ fn ten_thousand_ticks_through_every_mode_allocate_nothing() {
         xyz: [5.0, 0.0, 0.0],
         ..line
     };
-    let stop = CommandKind::Stop {
+    let stop = CommandKind::Machine(MachineCommand::Stop {
         only: CommandId::NONE,
-    };
+    });
     let payload = Payload::new(3.0, [0.0, 0.0, 0.1], [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]).unwrap();
     let round = [
         movej(there),
-        CommandKind::Pause,
-        CommandKind::Pause,
-        CommandKind::Resume,
-        CommandKind::SetSpeedFraction(0.5),
-        CommandKind::SetSpeedFraction(1.0),
+        CommandKind::Machine(MachineCommand::Pause),
+        CommandKind::Machine(MachineCommand::Pause),
+        CommandKind::Machine(MachineCommand::Resume),
+        CommandKind::Setting(SettingCommand::SetSpeedFraction(0.5)),
+        CommandKind::Setting(SettingCommand::SetSpeedFraction(1.0)),
         stop,
         movej(home),
         stop,
         movel(nowhere),
         movel(line),
-        CommandKind::SetTcp(RpyPose::from_array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0])),
-        CommandKind::SetPayload(payload),
-        CommandKind::SetStandardDigitalOut {
+        CommandKind::Setting(SettingCommand::SetTcp(RpyPose::from_array([
+            0.0, 0.0, 0.1, 0.0, 0.0, 0.0,
+        ]))),
+        CommandKind::Setting(SettingCommand::SetPayload(payload)),
+        CommandKind::Setting(SettingCommand::SetStandardDigitalOut {
             index: 1,
             level: true,
-        },
+        }),
         movel(line),
-        CommandKind::PowerOff,
-        CommandKind::PowerOn,
-        CommandKind::ReleaseBrakes,
-        CommandKind::UnlockProtectiveStop,
-        CommandKind::Push {
+        CommandKind::Machine(MachineCommand::PowerOff),
+        CommandKind::Machine(MachineCommand::PowerOn),
+        CommandKind::Machine(MachineCommand::ReleaseBrakes),
+        CommandKind::Machine(MachineCommand::UnlockProtectiveStop),
+        CommandKind::Sensing(SensingCommand::Push {
             wrench: [5.0; 6],
             in_tool_axes: true,
             duration: 0.1,
             replaces: false,
-        },
-        CommandKind::ProtectiveStop,
-        CommandKind::UnlockProtectiveStop,
-        CommandKind::RestartSafetyBoard,
-        CommandKind::SetTcp(RpyPose::default()),
+        }),
+        CommandKind::Machine(MachineCommand::ProtectiveStop),
+        CommandKind::Machine(MachineCommand::UnlockProtectiveStop),
+        CommandKind::Machine(MachineCommand::RestartSafetyBoard),
+        CommandKind::Setting(SettingCommand::SetTcp(RpyPose::default())),
     ];
     let mut modes = std::collections::BTreeSet::new();
     for tick_number in 0..10_000 {
@@ -113,54 +118,56 @@ fn ten_thousand_ticks_through_the_online_modes_allocate_nothing() {
     });
     let home = config.home;
     let (mut cycle, mut script) = controller(config);
-    let stop = CommandKind::Stop {
+    let stop = CommandKind::Machine(MachineCommand::Stop {
         only: CommandId::NONE,
-    };
+    });
     let round = [
-        CommandKind::ServoJ {
+        CommandKind::Online(OnlineCommand::ServoJ {
             target: JointPositions([0.3, -1.4, 1.4, -1.6, -1.4, 0.2]),
             duration: 0.1,
             lookahead: 0.2,
             gain: 300.0,
-        },
-        CommandKind::SpeedJ {
+        }),
+        CommandKind::Online(OnlineCommand::SpeedJ {
             speeds: kinematics::JointSpeeds([0.2; 6]),
             acceleration: 2.0,
             duration: None,
-        },
-        CommandKind::SpeedL {
+        }),
+        CommandKind::Online(OnlineCommand::SpeedL {
             speed: [-0.3, 0.1, 0.1, 0.0, 0.1, 0.0],
             acceleration: 1.0,
             rotation_acceleration: 1.0,
             duration: Some(1.0),
-        },
+        }),
         movej(home),
         stop,
-        CommandKind::StopJ { acceleration: 4.0 },
-        CommandKind::Freedrive {
+        CommandKind::Online(OnlineCommand::StopJ { acceleration: 4.0 }),
+        CommandKind::Online(OnlineCommand::Freedrive {
             free_axes: [true, true, false, false, false, true],
             frame: motion_api::FreedriveFrame::Tool,
-        },
-        CommandKind::FtRtsiInput {
+        }),
+        CommandKind::Sensing(SensingCommand::FtRtsiInput {
             enabled: true,
             mass: 0.0,
             measuring_offset: [0.0; 3],
             cog: [0.0; 3],
-        },
-        CommandKind::ZeroFtSensor,
-        CommandKind::SetExternalWrench([10.0, -20.0, 5.0, 0.0, 0.0, 1.0]),
-        CommandKind::EndFreedrive,
-        CommandKind::SetExternalWrench([0.0; 6]),
-        CommandKind::TrackConveyorLinear {
+        }),
+        CommandKind::Sensing(SensingCommand::ZeroFtSensor),
+        CommandKind::Sensing(SensingCommand::SetExternalWrench([
+            10.0, -20.0, 5.0, 0.0, 0.0, 1.0,
+        ])),
+        CommandKind::Online(OnlineCommand::EndFreedrive),
+        CommandKind::Sensing(SensingCommand::SetExternalWrench([0.0; 6])),
+        CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
             direction: [0.0, 1.0, 0.0],
             ticks_per_meter: 1000.0,
             encoder: 0,
-        },
+        }),
         movej(home),
-        CommandKind::StopConveyorTracking,
-        CommandKind::SetGravity([0.0, 0.0, -9.8]),
+        CommandKind::Overlay(OverlayCommand::StopConveyorTracking),
+        CommandKind::Setting(SettingCommand::SetGravity([0.0, 0.0, -9.8])),
         movej(home),
-        CommandKind::UnlockProtectiveStop,
+        CommandKind::Machine(MachineCommand::UnlockProtectiveStop),
     ];
     let mut modes = std::collections::BTreeSet::new();
     for tick_number in 0..10_000 {
@@ -185,28 +192,30 @@ fn four_thousand_ticks_of_blends_and_arcs_allocate_nothing() {
         ..pose
     };
     let (acceleration, duration) = (1.2, 0.0);
-    let line = |target, speed, radius| CommandKind::MoveL {
-        target,
-        acceleration,
-        speed,
-        duration,
-        radius,
+    let line = |target, speed, radius| {
+        CommandKind::Motion(MotionCommand::MoveL {
+            target,
+            acceleration,
+            speed,
+            duration,
+            radius,
+        })
     };
-    let joint = CommandKind::MoveJ {
+    let joint = CommandKind::Motion(MotionCommand::MoveJ {
         target: home,
         acceleration,
         speed: 1.0,
         duration,
         radius: 0.05,
-    };
-    let arc = CommandKind::MoveC {
+    });
+    let arc = CommandKind::Motion(MotionCommand::MoveC {
         via: at(-0.05, 0.15),
         target: at(-0.1, 0.1),
         acceleration,
         speed: 0.25,
         radius: 0.03,
         fixed: false,
-    };
+    });
     let round = [
         line(at(0.0, 0.1), 0.25, 0.05),
         arc,
@@ -252,21 +261,21 @@ fn force_mode_allocates_only_inside_the_solver() {
         .collect();
     let line = config.model.flange_pose(&config.home).to_rpy();
     let (mut cycle, mut script) = controller(config);
-    let force = CommandKind::ForceMode {
+    let force = CommandKind::Overlay(OverlayCommand::ForceMode {
         frame: RpyPose::default(),
         selection: [true, true, true, false, true, false],
         wrench: [0.0; 6],
         mode: 3,
         speed_limits: [0.3, 0.3, 0.3, 0.5, 0.5, 0.5],
-    };
+    });
     let round = [
-        CommandKind::SetCollisionDetection(false),
+        CommandKind::Sensing(SensingCommand::SetCollisionDetection(false)),
         force,
         movel(line),
-        CommandKind::SetForceGain(0.5),
-        CommandKind::Pause,
-        CommandKind::Resume,
-        CommandKind::EndForceMode,
+        CommandKind::Sensing(SensingCommand::SetForceGain(0.5)),
+        CommandKind::Machine(MachineCommand::Pause),
+        CommandKind::Machine(MachineCommand::Resume),
+        CommandKind::Overlay(OverlayCommand::EndForceMode),
     ];
     let mut counts = [0_u32; 3];
     let mut on = 0;
@@ -304,13 +313,16 @@ fn a_protective_stop_allocates_nothing() {
     let q = JointPositions([1.5, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]);
     send(&mut script, movej(q));
     let far = RpyPose::from_array([0.0, -0.8, 0.0, 0.0, 0.0, 0.0]);
-    send(&mut script, CommandKind::SetTcp(far));
+    send(
+        &mut script,
+        CommandKind::Setting(SettingCommand::SetTcp(far)),
+    );
     assert_eq!(script.snapshot.read().stop_code, 0);
-    let track = CommandKind::TrackConveyorLinear {
+    let track = CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
         direction: [0.0, 1.0, 0.0],
         ticks_per_meter: 1000.0,
         encoder: 0,
-    };
+    });
     send(&mut script, track);
     assert_eq!(script.snapshot.read().stop_code, 4);
 }

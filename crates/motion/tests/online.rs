@@ -16,34 +16,37 @@ use crate::common;
 use common::{Bench, MODELS, ideal, movej, unwatched};
 use kinematics::{JointPositions, JointSpeeds, Payload, Pose, RobotModel};
 use motion::CycleConfig;
-use motion_api::{CommandKind, MotionMode, Origin, Outcome, Refusal, ThreadNumber, Warning};
+use motion_api::{
+    CommandKind, MachineCommand, MotionMode, OnlineCommand, Origin, Outcome, Refusal,
+    SettingCommand, ThreadNumber, Warning,
+};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 fn servoj(target: JointPositions, duration: f64) -> CommandKind {
-    CommandKind::ServoJ {
+    CommandKind::Online(OnlineCommand::ServoJ {
         target,
         duration,
         lookahead: 0.1,
         gain: 300.0,
-    }
+    })
 }
 
 fn speedj(speeds: [f64; 6], acceleration: f64, duration: Option<f64>) -> CommandKind {
-    CommandKind::SpeedJ {
+    CommandKind::Online(OnlineCommand::SpeedJ {
         speeds: JointSpeeds(speeds),
         acceleration,
         duration,
-    }
+    })
 }
 
 fn speedl(speed: [f64; 6], acceleration: f64, duration: Option<f64>) -> CommandKind {
-    CommandKind::SpeedL {
+    CommandKind::Online(OnlineCommand::SpeedL {
         speed,
         acceleration,
         rotation_acceleration: acceleration,
         duration,
-    }
+    })
 }
 
 fn standing(bench: &mut Bench, most: usize) {
@@ -84,7 +87,7 @@ fn a_servoj_far_away_goes_there_inside_the_limits_and_does_not_overshoot() {
             let mut goal = bench.now().target_q;
             goal[0] += 2.0;
             goal[3] -= 1.0;
-            bench.do_it(CommandKind::ServoJ {
+            bench.do_it(OnlineCommand::ServoJ {
                 target: goal,
                 duration: 0.004,
                 lookahead,
@@ -141,7 +144,7 @@ fn speedj_reaches_its_speeds_in_the_expected_time_and_holds_them() {
         assert!((state.target_qd[1] + 0.5 * state.target_qd[0]).abs() < 1e-9);
     }
     assert_eq!(
-        bench.do_it(CommandKind::StopJ { acceleration: 2.0 }),
+        bench.do_it(OnlineCommand::StopJ { acceleration: 2.0 }),
         Outcome::Done
     );
     assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
@@ -162,17 +165,17 @@ fn speedj_with_a_time_returns_then_and_successors_join_without_a_jerk() {
         ));
         assert_eq!(bench.now().cycle, begun + 1);
     }
-    bench.do_it(CommandKind::StopJ { acceleration: 8.0 });
+    bench.do_it(OnlineCommand::StopJ { acceleration: 8.0 });
     bench.check_limits();
 }
 
 #[test]
 fn half_the_speed_fraction_halves_the_speeds_of_speedj_and_speedl() {
     let mut bench = Bench::new(ideal("cs66"));
-    bench.do_it(CommandKind::SetSpeedFraction(0.5));
+    bench.do_it(SettingCommand::SetSpeedFraction(0.5));
     bench.do_it(speedj([0.4, 0.0, 0.0, 0.0, 0.0, 0.0], 2.0, Some(1.0)));
     assert!((bench.now().target_qd[0] - 0.2).abs() < 1e-9);
-    bench.do_it(CommandKind::StopJ { acceleration: 4.0 });
+    bench.do_it(OnlineCommand::StopJ { acceleration: 4.0 });
     bench.do_it(speedl([0.0, 0.1, 0.0, 0.0, 0.0, 0.0], 1.0, Some(0.5)));
     assert!((bench.now().target_tcp_speed[1] - 0.05).abs() < 1e-9);
     bench.check_limits();
@@ -183,11 +186,11 @@ fn a_paused_speedj_stands_and_goes_on() {
     let mut bench = Bench::new(ideal("cs66"));
     let id = bench.send(speedj([0.4, 0.0, 0.0, 0.0, 0.0, 0.0], 2.0, Some(1.0)));
     bench.run(100);
-    assert_eq!(bench.do_it(CommandKind::Pause), Outcome::Done);
+    assert_eq!(bench.do_it(MachineCommand::Pause), Outcome::Done);
     assert_eq!(bench.now().target_qd, JointSpeeds::ZERO);
     bench.run(500);
     assert_eq!(bench.outcome(id), None);
-    bench.do_it(CommandKind::Resume);
+    bench.do_it(MachineCommand::Resume);
     assert_eq!(bench.finish(id), Outcome::Done);
     assert!((bench.now().target_qd[0] - 0.4).abs() < 1e-9);
     bench.check_limits();
@@ -210,7 +213,7 @@ fn speedl_stays_on_its_line_and_stopl_ends_on_it() {
             "{model} {speed:?}"
         );
         assert_eq!(
-            bench.do_it(CommandKind::StopL { acceleration: 1.0 }),
+            bench.do_it(OnlineCommand::StopL { acceleration: 1.0 }),
             Outcome::Done
         );
         for state in &bench.states[first..] {
@@ -287,7 +290,10 @@ fn a_stop_ends_a_deferred_motion_too() {
     bench.do_it(speedj([0.5, 0.0, 0.0, 0.0, 0.0, 0.0], 2.0, None));
     let id = bench.send(movej(goal));
     bench.tick();
-    assert_eq!(bench.do_it(CommandKind::Stop { only: id }), Outcome::Done);
+    assert_eq!(
+        bench.do_it(MachineCommand::Stop { only: id }),
+        Outcome::Done
+    );
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
     standing(&mut bench, 200);
     bench.check_limits();
@@ -300,8 +306,8 @@ fn stops_at_rest_and_without_power_are_done_at_once() {
         ..ideal("cs66")
     });
     for kind in [
-        CommandKind::StopJ { acceleration: 1.0 },
-        CommandKind::StopL { acceleration: 1.0 },
+        CommandKind::Online(OnlineCommand::StopJ { acceleration: 1.0 }),
+        CommandKind::Online(OnlineCommand::StopL { acceleration: 1.0 }),
     ] {
         let begun = bench.now().cycle;
         assert_eq!(bench.do_it(kind), Outcome::Done);
@@ -327,8 +333,8 @@ fn numbers_that_make_no_sense_are_refused_and_nothing_moves() {
         speedj([0.1; 6], 1.0, Some(-1.0)),
         speedl([f64::INFINITY; 6], 1.0, None),
         speedl([0.1; 6], f64::NAN, None),
-        CommandKind::StopJ { acceleration: -1.0 },
-        CommandKind::StopL { acceleration: 0.0 },
+        CommandKind::Online(OnlineCommand::StopJ { acceleration: -1.0 }),
+        CommandKind::Online(OnlineCommand::StopL { acceleration: 0.0 }),
     ] {
         let outcome = bench.do_it(kind);
         assert!(
@@ -438,22 +444,22 @@ fn live_under(
             Wish::Stop(joints, acceleration) => {
                 let acceleration = *acceleration;
                 bench.do_it(if *joints {
-                    CommandKind::StopJ { acceleration }
+                    CommandKind::Online(OnlineCommand::StopJ { acceleration })
                 } else {
-                    CommandKind::StopL { acceleration }
+                    CommandKind::Online(OnlineCommand::StopL { acceleration })
                 });
             }
             Wish::Fraction(fraction) => {
-                bench.send(CommandKind::SetSpeedFraction(*fraction));
+                bench.send(SettingCommand::SetSpeedFraction(*fraction));
             }
             Wish::Pause(cycles) => {
-                bench.send(CommandKind::Pause);
+                bench.send(MachineCommand::Pause);
                 bench.run(*cycles);
-                bench.send(CommandKind::Resume);
+                bench.send(MachineCommand::Resume);
             }
         }
     }
-    bench.do_it(CommandKind::StopJ { acceleration: 5.0 });
+    bench.do_it(OnlineCommand::StopJ { acceleration: 5.0 });
     bench
 }
 
@@ -544,7 +550,7 @@ fn a_limited_tcp_is_not_too_fast_in_any_online_mode() {
     bench.do_it(speedj([-2.0, -1.0, 1.0, 0.0, 0.0, 0.0], 5.0, Some(1.0)));
     bench.do_it(speedj([1.0, -1.0, -1.0, 2.0, 0.0, 0.0], 8.0, Some(1.0)));
     bench.do_it(speedl([0.0, 1.0, 0.0, 0.0, 0.0, 0.0], 2.0, Some(1.0)));
-    bench.do_it(CommandKind::StopL { acceleration: 5.0 });
+    bench.do_it(OnlineCommand::StopL { acceleration: 5.0 });
     assert!(bench.stops.is_empty(), "{:?}", bench.stops);
     bench.check_limits();
     let fastest = bench.states.iter().fold(0.0_f64, |most, s| {

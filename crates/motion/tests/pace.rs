@@ -14,7 +14,7 @@ use crate::common;
 
 use common::{Bench, MODELS, ideal, movej, tcp_speed, turning_points};
 use kinematics::{JointPositions, Pose, RpyPose};
-use motion_api::{CommandKind, Outcome};
+use motion_api::{MotionCommand, Outcome};
 use nalgebra::Vector3;
 
 /// A line sideways through a place where the wrist is `beside` rad from straight and gets no nearer to it; the arm
@@ -58,7 +58,7 @@ fn past_a_singular_position_the_arm_slows_down_smoothly_and_no_longer_than_it_mu
             };
             let end = line_past_the_wrist(&mut bench, beside, HALF);
             let from = bench.states.len();
-            let outcome = bench.do_it(CommandKind::MoveL {
+            let outcome = bench.do_it(MotionCommand::MoveL {
                 target: end,
                 acceleration: 1.2,
                 speed: 0.5,

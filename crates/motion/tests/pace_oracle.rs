@@ -14,7 +14,7 @@ use common::draw::{Draw, fold};
 use common::{Bench, MODELS, ideal};
 use kinematics::{JointPositions, Pose, RobotModel};
 use motion::CycleConfig;
-use motion_api::{CommandKind, Outcome};
+use motion_api::{MotionCommand, Outcome};
 use nalgebra::Vector3;
 
 /// Places of the grid.
@@ -177,7 +177,7 @@ fn lines_past_singular_positions_take_little_longer_than_the_joints_make_them() 
                 continue;
             };
             let mut bench = Bench::new(config);
-            let outcome = bench.do_it(CommandKind::MoveL {
+            let outcome = bench.do_it(MotionCommand::MoveL {
                 target: line.to.to_rpy(),
                 acceleration,
                 speed,

@@ -11,26 +11,30 @@ use common::draw::Draw;
 use common::{Bench, MODELS, ideal, moved};
 use kinematics::{JointAccelerations, Pose, RpyPose};
 use motion::CycleConfig;
-use motion_api::{CommandId, CommandKind, IoChange, OffsetAxes, Outcome, Refusal, StopReason};
+use motion_api::{
+    CommandId, CommandKind, IoChange, MachineCommand, MotionCommand, OffsetAxes, Outcome,
+    OverlayCommand, Refusal, SettingCommand, StopReason,
+};
 use nalgebra::Vector3;
 
 fn set(offset: [f64; 6], axes: OffsetAxes) -> CommandKind {
-    CommandKind::PathOffsetSet {
+    CommandKind::Overlay(OverlayCommand::PathOffsetSet {
         offset: RpyPose::from_array(offset),
         axes,
-    }
+    })
 }
 
 fn movep(target: RpyPose, speed: f64) -> CommandKind {
-    CommandKind::MoveP {
+    CommandKind::Motion(MotionCommand::MoveP {
         target,
         acceleration: 1.2,
         speed,
         radius: 0.0,
-    }
+    })
 }
 
-const DISABLE: CommandKind = CommandKind::PathOffsetDisable { acceleration: 20.0 };
+const DISABLE: CommandKind =
+    CommandKind::Overlay(OverlayCommand::PathOffsetDisable { acceleration: 20.0 });
 
 /// Translation from the path to the arm, base axes.
 fn away(bench: &Bench) -> Vector3<f64> {
@@ -43,7 +47,7 @@ fn an_offset_is_moved_in_and_out_on_the_way_within_all_limits() {
     for axes in [OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion] {
         let mut bench = Bench::new(ideal("cs66"));
         let start = bench.now().target_tcp_pose;
-        assert_eq!(bench.do_it(CommandKind::PathOffsetEnable), Outcome::Done);
+        assert_eq!(bench.do_it(OverlayCommand::PathOffsetEnable), Outcome::Done);
         let id = bench.send(movep(moved(&start, [0.02, 0.2, -0.05]), 0.05));
         bench.run(200);
         bench.do_it(set([0.0, 0.0, 0.005, 0.0, 0.0, 0.1], axes));
@@ -77,7 +81,7 @@ fn an_offset_is_moved_in_and_out_on_the_way_within_all_limits() {
 #[test]
 fn tool_axes_turn_with_the_tool() {
     let mut bench = Bench::new(ideal("cs66"));
-    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(OverlayCommand::PathOffsetEnable);
     bench.do_it(set([0.01, 0.0, 0.0, 0.0, 0.0, 0.0], OffsetAxes::Tool));
     bench.run(300);
     let tool = Pose::from_rpy(&bench.now().path_pose).rotation;
@@ -90,7 +94,7 @@ fn an_offset_set_before_counts_from_enable_on() {
     bench.do_it(set([0.0, 0.004, 0.0, 0.0, 0.0, 0.0], OffsetAxes::Base));
     bench.run(100);
     assert_eq!(away(&bench).norm(), 0.0);
-    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(OverlayCommand::PathOffsetEnable);
     bench.run(200);
     assert!((away(&bench).y - 0.004).abs() < 1e-9);
     assert_eq!(bench.now().target_qd.max_abs(), 0.0, "it has come to rest");
@@ -101,9 +105,9 @@ fn the_filter_takes_over_its_share_a_cycle() {
     let rise = |share: Option<f64>| {
         let mut bench = Bench::new(ideal("cs66"));
         if let Some(share) = share {
-            bench.do_it(CommandKind::PathOffsetFilter(share));
+            bench.do_it(OverlayCommand::PathOffsetFilter(share));
         }
-        bench.do_it(CommandKind::PathOffsetEnable);
+        bench.do_it(OverlayCommand::PathOffsetEnable);
         bench.do_it(set([0.0, 0.004, 0.0, 0.0, 0.0, 0.0], OffsetAxes::Base));
         (0..2000)
             .take_while(|_| {
@@ -121,7 +125,7 @@ fn the_filter_takes_over_its_share_a_cycle() {
 fn disable_brakes_and_the_next_motion_starts_there() {
     let mut bench = Bench::new(ideal("cs66"));
     let start = bench.now().target_tcp_pose;
-    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(OverlayCommand::PathOffsetEnable);
     bench.do_it(set([0.0, 0.0, 0.02, 0.0, 0.0, 0.0], OffsetAxes::Base));
     let move_id = bench.send(movep(moved(&start, [0.0, 0.2, 0.0]), 0.1));
     bench.run(150);
@@ -143,7 +147,7 @@ fn too_large_an_offset_is_a_protective_stop() {
         ([0.0, 0.0, 0.0, 0.6, 0.0, 0.0], true),
     ] {
         let mut bench = Bench::new(ideal("cs66"));
-        bench.do_it(CommandKind::PathOffsetEnable);
+        bench.do_it(OverlayCommand::PathOffsetEnable);
         bench.do_it(set(offset, OffsetAxes::Base));
         bench.run(100);
         let StopReason::PathOffset {
@@ -165,12 +169,12 @@ fn too_large_an_offset_is_a_protective_stop() {
 #[test]
 fn a_stop_of_the_task_ends_offsets_at_rest() {
     let mut bench = Bench::new(ideal("cs66"));
-    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(OverlayCommand::PathOffsetEnable);
     bench.do_it(set([0.0, 0.05, 0.0, 0.0, 0.0, 0.0], OffsetAxes::Base));
     bench.run(20);
-    let stop = CommandKind::Stop {
+    let stop = CommandKind::Machine(MachineCommand::Stop {
         only: CommandId::NONE,
-    };
+    });
     assert_eq!(bench.do_it(stop), Outcome::Done);
     bench.tick();
     let state = bench.now();
@@ -184,17 +188,17 @@ fn a_stop_of_the_task_ends_offsets_at_rest() {
 #[test]
 fn belts_and_force_mode_and_offsets_exclude_one_another() {
     let mut bench = Bench::new(ideal("cs66"));
-    bench.do_it(CommandKind::PathOffsetEnable);
-    let track = CommandKind::TrackConveyorLinear {
+    bench.do_it(OverlayCommand::PathOffsetEnable);
+    let track = CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
         direction: [1.0, 0.0, 0.0],
         ticks_per_meter: 1000.0,
         encoder: 0,
-    };
+    });
     assert_eq!(bench.do_it(track), Outcome::Refused(Refusal::PathOffset));
     bench.do_it(DISABLE);
     assert_eq!(bench.do_it(track), Outcome::Done);
     assert_eq!(
-        bench.do_it(CommandKind::PathOffsetEnable),
+        bench.do_it(OverlayCommand::PathOffsetEnable),
         Outcome::Refused(Refusal::ConveyorTracking)
     );
 }
@@ -203,7 +207,7 @@ fn belts_and_force_mode_and_offsets_exclude_one_another() {
 fn offsets_that_change_all_the_time_keep_the_limits() {
     let mut bench = Bench::new(ideal("cs66"));
     let start = bench.now().target_tcp_pose;
-    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(OverlayCommand::PathOffsetEnable);
     let id = bench.send(movep(moved(&start, [0.1, 0.2, -0.1]), 0.1));
     let mut k = 0;
     while bench.outcome(id).is_none() {
@@ -242,8 +246,8 @@ fn offsets_that_jump_about_are_not_followed_beyond_them_and_stand_when_they_stan
     ] {
         let mut draw = Draw::new(seed);
         let mut bench = Bench::new(ideal("cs66"));
-        bench.do_it(CommandKind::PathOffsetEnable);
-        bench.do_it(CommandKind::PathOffsetFilter(share));
+        bench.do_it(OverlayCommand::PathOffsetEnable);
+        bench.do_it(OverlayCommand::PathOffsetFilter(share));
         let mut asked = [0.0; 6];
         for k in 0..1500 {
             if k % cycles == 0 {
@@ -283,7 +287,7 @@ fn weave(model: &str, frequency: f64, amplitude: f64, step_time: f64) -> [f64; 3
         ..ideal(model)
     });
     let start = bench.now().target_tcp_pose;
-    bench.do_it(CommandKind::PathOffsetEnable);
+    bench.do_it(OverlayCommand::PathOffsetEnable);
     let way = Vector3::new(0.03, 0.11, -0.02);
     let id = bench.send(movep(moved(&start, way.into()), 0.04));
     let tool = Pose::from_rpy(&start).rotation * Vector3::z();
@@ -345,17 +349,21 @@ fn a_weave_goes_across_the_path_alone_and_as_far_as_it_is_asked_to() {
 #[test]
 fn whatever_ends_offsets_their_targets_do_not_jump() {
     let ends: [&[CommandKind]; 4] = [
-        &[CommandKind::Stop {
+        &[CommandKind::Machine(MachineCommand::Stop {
             only: CommandId::NONE,
-        }],
-        &[CommandKind::SetIo(IoChange::ProgramRunning(false))],
+        })],
+        &[CommandKind::Setting(SettingCommand::SetIo(
+            IoChange::ProgramRunning(false),
+        ))],
         &[
-            CommandKind::Stop {
+            CommandKind::Machine(MachineCommand::Stop {
                 only: CommandId::NONE,
-            },
-            CommandKind::SetIo(IoChange::ProgramRunning(false)),
+            }),
+            CommandKind::Setting(SettingCommand::SetIo(IoChange::ProgramRunning(false))),
         ],
-        &[CommandKind::PathOffsetDisable { acceleration: 3.0 }],
+        &[CommandKind::Overlay(OverlayCommand::PathOffsetDisable {
+            acceleration: 3.0,
+        })],
     ];
     for seed in 0..120 {
         let mut draw = Draw::new(seed);
@@ -367,7 +375,7 @@ fn whatever_ends_offsets_their_targets_do_not_jump() {
         let mut bench = Bench::new(config);
         let h = bench.cycle.step_time();
         let start = bench.now().target_tcp_pose;
-        bench.do_it(CommandKind::PathOffsetEnable);
+        bench.do_it(OverlayCommand::PathOffsetEnable);
         bench.send(movep(
             moved(&start, [0.03, 0.11, -0.02]),
             draw.spread(0.03, 0.3),

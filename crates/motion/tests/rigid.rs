@@ -15,7 +15,7 @@ use common::{Bench, MODELS, movej};
 use kinematics::{JointPositions, Payload, RobotModel};
 use motion::CycleConfig;
 use motion::constants::{PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE};
-use motion_api::{CommandKind, Outcome};
+use motion_api::{MotionCommand, Outcome, SettingCommand};
 
 fn rigid(model: &str) -> CycleConfig {
     CycleConfig::new(RobotModel::built_in(model).unwrap())
@@ -88,7 +88,10 @@ fn the_masses_of_the_engine_are_those_of_the_model() {
     bench.run(10);
     let before = bench.now();
     let payload = Payload::new(5.0, [0.02, 0.0, 0.1], [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]).unwrap();
-    assert_eq!(bench.do_it(CommandKind::SetPayload(payload)), Outcome::Done);
+    assert_eq!(
+        bench.do_it(SettingCommand::SetPayload(payload)),
+        Outcome::Done
+    );
     bench.run(50);
     let after = bench.now();
     assert!((after.actual_torque[1] - before.actual_torque[1]).abs() > 5.0);
@@ -155,7 +158,7 @@ fn the_hardest_motions_asked_for_are_slowed_to_what_the_drives_can_do() {
             [0.5, -0.2, 0.0, -1.0, 1.0, 1.0],
             [0.5, -0.6, 0.4, -1.5, 1.0, 1.0],
         ] {
-            let outcome = bench.do_it(CommandKind::MoveJ {
+            let outcome = bench.do_it(MotionCommand::MoveJ {
                 target: JointPositions(q),
                 acceleration: 1000.0,
                 speed: 1000.0,

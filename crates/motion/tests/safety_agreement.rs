@@ -17,7 +17,7 @@ use kinematics::rotation::rotation_from_rotvec;
 use kinematics::safety::{PlaneMode, PlaneSwitches, SafetyPlane, SafetyTool};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose, SafetyBounds};
 use motion::CycleConfig;
-use motion_api::{CommandKind, Outcome, Refusal};
+use motion_api::{CommandKind, MotionCommand, Outcome, Refusal};
 use nalgebra::Vector3;
 use way::Way;
 
@@ -117,13 +117,13 @@ impl Case {
         let (kind, expected) = if draw.chance(0.5) {
             let spread = draw.spread(0.005, 0.3);
             let target = JointPositions(home.0.map(|q| q + draw.between(-spread, spread)));
-            let kind = CommandKind::MoveJ {
+            let kind = CommandKind::Motion(MotionCommand::MoveJ {
                 target,
                 acceleration,
                 speed,
                 duration: 0.0,
                 radius: 0.0,
-            };
+            });
             (kind, bounds.violation_at(&model, &target, &tcp, &switches))
         } else {
             let spread = draw.spread(0.002, 0.25);
@@ -136,13 +136,13 @@ impl Case {
                 rotation_from_rotvec(turn) * start.rotation,
                 start.translation + by,
             );
-            let kind = CommandKind::MoveL {
+            let kind = CommandKind::Motion(MotionCommand::MoveL {
                 target: target.to_rpy(),
                 acceleration,
                 speed,
                 duration: 0.0,
                 radius: 0.0,
-            };
+            });
             let violation = bounds.violation_at_pose(&model, &target, &tcp, &home, &switches);
             (kind, violation)
         };
@@ -270,16 +270,16 @@ fn an_arc_that_bulges_through_a_plane_stops_on_it_before_the_plane() {
             config.safety = SafetyBounds::default().with_plane(plane.unwrap()).unwrap();
             let mut bench = Bench::new(config);
             // From behind the plane back before it is allowed.
-            let begin = CommandKind::MoveL {
+            let begin = CommandKind::Motion(MotionCommand::MoveL {
                 target: at(-1.2),
                 acceleration: 1.2,
                 speed: 0.25,
                 duration: 0.0,
                 radius: 0.0,
-            };
+            });
             assert_eq!(bench.do_it(begin), Outcome::Done, "{model} {bulge}");
             let first = bench.states.len();
-            let outcome = bench.do_it(CommandKind::MoveC {
+            let outcome = bench.do_it(MotionCommand::MoveC {
                 via: at(-0.8),
                 target: at(1.2),
                 acceleration: 10.0,

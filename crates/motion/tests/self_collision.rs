@@ -17,7 +17,8 @@ use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion::CycleConfig;
 use motion::constants::LINK_OVERLAP;
 use motion_api::{
-    CommandKind, FreedriveFrame, Outcome, PathFault, Refusal, RobotState, StopReason,
+    CommandKind, FreedriveFrame, MachineCommand, OnlineCommand, Outcome, OverlayCommand, PathFault,
+    Refusal, RobotState, SensingCommand, StopReason,
 };
 
 /// The forearm lies on the upper arm and goes through the shoulder.
@@ -195,17 +196,17 @@ fn a_line_into_itself_is_refused() {
 fn online_modes_stop_before_links_meet() {
     let into = JointSpeeds([0.0, 0.0, 3.0, 0.0, 0.0, 0.0]);
     let modes: [&[CommandKind]; 2] = [
-        &[CommandKind::SpeedJ {
+        &[CommandKind::Online(OnlineCommand::SpeedJ {
             speeds: into,
             acceleration: 20.0,
             duration: Some(3.0),
-        }],
-        &[CommandKind::ServoJ {
+        })],
+        &[CommandKind::Online(OnlineCommand::ServoJ {
             target: FOLDED,
             duration: 3.0,
             lookahead: 0.03,
             gain: 2000.0,
-        }],
+        })],
     ];
     for model in MODELS {
         for commands in modes {
@@ -223,7 +224,7 @@ fn online_modes_stop_before_links_meet() {
             bench.check_limits();
             // It can be led away, and not further in.
             assert_eq!(
-                bench.do_it(CommandKind::UnlockProtectiveStop),
+                bench.do_it(MachineCommand::UnlockProtectiveStop),
                 Outcome::Done
             );
             let back = JointPositions(NEARLY.0.map(|q| q * 0.9));
@@ -239,26 +240,26 @@ fn online_modes_stop_before_links_meet() {
 
 #[test]
 fn hands_and_forces_do_not_fold_the_arm_either() {
-    let force = CommandKind::ForceMode {
+    let force = CommandKind::Overlay(OverlayCommand::ForceMode {
         frame: kinematics::RpyPose::default(),
         selection: [true, true, true, false, false, false],
         wrench: [0.0, 0.0, -60.0, 0.0, 0.0, 0.0],
         mode: 0,
         speed_limits: [0.3, 0.3, 0.3, 0.5, 0.5, 0.5],
-    };
-    let free = CommandKind::Freedrive {
+    });
+    let free = CommandKind::Online(OnlineCommand::Freedrive {
         free_axes: [true, true, true, false, false, false],
         frame: FreedriveFrame::Base,
-    };
-    let speedl = CommandKind::SpeedL {
+    });
+    let speedl = CommandKind::Online(OnlineCommand::SpeedL {
         speed: [0.25, 0.0, -0.2, 0.0, 0.0, 0.0],
         acceleration: 2.0,
         rotation_acceleration: 2.0,
         duration: Some(5.0),
-    };
+    });
     for (name, kind) in [("force", force), ("freedrive", free), ("speedl", speedl)] {
         let mut bench = Bench::new(ideal("cs66"));
-        bench.do_it(CommandKind::SetCollisionDetection(false));
+        bench.do_it(SensingCommand::SetCollisionDetection(false));
         bench.send(kind);
         if name != "speedl" {
             // Towards the foot of the arm, and down.
@@ -303,7 +304,7 @@ fn an_arm_that_stands_in_itself_may_leave_but_not_go_deeper() {
         bench.stops
     );
     let mut bench = Bench::new(config());
-    bench.send(CommandKind::SpeedJ {
+    bench.send(OnlineCommand::SpeedJ {
         speeds: JointSpeeds([0.0, 0.0, -0.3, 0.0, 0.0, 0.0]),
         acceleration: 1.0,
         duration: Some(2.0),

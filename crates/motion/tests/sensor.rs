@@ -11,7 +11,10 @@ use common::{Bench, ideal, movej};
 use kinematics::{JointPositions, Payload, Pose, RobotModel, RpyPose, Wrench};
 use motion::external::{TimedWrench, WrenchFrame};
 use motion::{CycleConfig, LimitOverrides, SensorNoise};
-use motion_api::{CommandKind, FreedriveFrame, Outcome, Refusal, RobotState, StopReason};
+use motion_api::{
+    CommandKind, FreedriveFrame, MachineCommand, MotionCommand, OnlineCommand, Outcome, Refusal,
+    RobotState, SensingCommand, SettingCommand, StopReason,
+};
 use nalgebra::Vector3;
 
 fn rigid() -> CycleConfig {
@@ -103,13 +106,13 @@ fn zeroing_takes_off_what_is_read_and_turns_with_the_tool() {
     // Until the arm, which gives way a little, stands.
     bench.run(200);
     let raw = bench.now().raw_wrench;
-    assert_eq!(bench.do_it(CommandKind::ZeroFtSensor), Outcome::Done);
+    assert_eq!(bench.do_it(SensingCommand::ZeroFtSensor), Outcome::Done);
     assert!(largest(&bench.now().tcp_force) < 1e-12);
     for (now, before) in bench.now().raw_wrench.iter().zip(raw) {
         assert!((now - before).abs() < 1e-9);
     }
     // A second zero replaces the first, it does not add to it.
-    bench.do_it(CommandKind::ZeroFtSensor);
+    bench.do_it(SensingCommand::ZeroFtSensor);
     bench.run(1);
     assert!(largest(&bench.now().tcp_force) < 1e-12);
     // Without the push its opposite is left, and keeps to the tool.
@@ -123,7 +126,7 @@ fn zeroing_takes_off_what_is_read_and_turns_with_the_tool() {
         assert!((bench.now().tcp_force[k] - before.tcp_force[k]).abs() < 1e-9);
     }
     // Another TCP on the same flange: the same force, other axes.
-    bench.do_it(CommandKind::SetTcp(RpyPose::default()));
+    bench.do_it(SettingCommand::SetTcp(RpyPose::default()));
     bench.run(1);
     assert!((norm(&bench.now()) - 61.0_f64.sqrt()).abs() < 1e-9);
 }
@@ -163,15 +166,19 @@ fn noise_is_seeded_and_has_the_deviations_that_were_set() {
 #[test]
 fn readings_of_a_port_count_while_they_are_enabled() {
     let mut bench = Bench::new(rigid());
-    let set = CommandKind::SetExternalWrench([0.0, 0.0, -10.0, 0.0, 0.0, 0.0]);
+    let set = CommandKind::Sensing(SensingCommand::SetExternalWrench([
+        0.0, 0.0, -10.0, 0.0, 0.0, 0.0,
+    ]));
     bench.do_it(set);
     bench.run(3);
     assert!(largest(&bench.now().tcp_force) < 1e-9);
-    let enable = |enabled, mass, measuring_offset, cog| CommandKind::FtRtsiInput {
-        enabled,
-        mass,
-        measuring_offset,
-        cog,
+    let enable = |enabled, mass, measuring_offset, cog| {
+        CommandKind::Sensing(SensingCommand::FtRtsiInput {
+            enabled,
+            mass,
+            measuring_offset,
+            cog,
+        })
     };
     // At once what was sent last, about the TCP.
     bench.do_it(enable(true, 0.0, [0.0; 3], [0.0; 3]));
@@ -236,7 +243,7 @@ fn the_force_limit_of_the_cell_stops_the_arm_and_lets_it_leave() {
     assert_eq!(bench.now().stop_code, 14);
     // It still presses, but no harder than it did.
     assert_eq!(
-        bench.do_it(CommandKind::UnlockProtectiveStop),
+        bench.do_it(MachineCommand::UnlockProtectiveStop),
         Outcome::Done
     );
     bench.run(100);
@@ -281,7 +288,7 @@ fn locked_axes_of_the_rigid_arm_hold_within_a_tenth_of_a_millimetre() {
                 FreedriveFrame::Pose(pose) => Pose::from_rpy(&pose).rotation,
             };
             assert_eq!(
-                bench.do_it(CommandKind::Freedrive {
+                bench.do_it(OnlineCommand::Freedrive {
                     free_axes: free,
                     frame
                 }),
@@ -325,7 +332,7 @@ fn random_rated_motion_is_never_taken_for_a_collision() {
     let home = config.home;
     let effort = config.model.limits().effort;
     let mut bench = Bench::new(config);
-    bench.do_it(CommandKind::SetCollisionSensitivity(100));
+    bench.do_it(SensingCommand::SetCollisionSensitivity(100));
     let mut seed = 11_u64;
     let mut random = || {
         seed = seed
@@ -337,19 +344,19 @@ fn random_rated_motion_is_never_taken_for_a_collision() {
     while time < duration {
         let target = JointPositions(core::array::from_fn(|j| home[j] + 3.0 * (random() - 0.5)));
         let kind = if moves % 4 == 3 {
-            CommandKind::SpeedJ {
+            CommandKind::Online(OnlineCommand::SpeedJ {
                 speeds: kinematics::JointSpeeds(core::array::from_fn(|_| 1.5 * (random() - 0.5))),
                 acceleration: 1.0 + 8.0 * random(),
                 duration: Some(0.3),
-            }
+            })
         } else {
-            CommandKind::MoveJ {
+            CommandKind::Motion(MotionCommand::MoveJ {
                 target,
                 acceleration: 0.5 + 10.0 * random(),
                 speed: 0.3 + 2.5 * random(),
                 duration: 0.0,
                 radius: 0.0,
-            }
+            })
         };
         let outcome = bench.do_it(kind);
         assert!(bench.stops.is_empty(), "after {time} s: {:?}", bench.stops);

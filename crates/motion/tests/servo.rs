@@ -14,7 +14,7 @@ use common::draw::Draw;
 use common::{Bench, MODELS, ideal};
 use kinematics::JointPositions;
 use motion::CycleConfig;
-use motion_api::{CommandKind, Outcome, RobotState};
+use motion_api::{OnlineCommand, Outcome, RobotState};
 
 const STEP: f64 = 0.004;
 const SIZE: f64 = 0.1;
@@ -34,7 +34,7 @@ fn setpoints(is_late: impl Fn(usize) -> bool) -> (Vec<f64>, Bench) {
         if !is_late(k) {
             let mut target = home;
             target[0] += sine((k + 1) as f64 * STEP);
-            bench.send(CommandKind::ServoJ {
+            bench.send(OnlineCommand::ServoJ {
                 target,
                 duration: STEP,
                 lookahead: 0.1,
@@ -213,7 +213,7 @@ fn servo_to(
     to: &[f64; 6],
     (duration, (lookahead, gain)): (f64, (f64, f64)),
 ) {
-    bench.send(CommandKind::ServoJ {
+    bench.send(OnlineCommand::ServoJ {
         target: JointPositions(core::array::from_fn(|joint| home[joint] + to[joint])),
         duration,
         lookahead,

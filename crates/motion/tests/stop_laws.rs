@@ -12,7 +12,10 @@ use common::draw::Draw;
 use common::{Bench, ideal, moved, tcp_speed};
 use kinematics::{JointPositions, JointSpeeds, RpyPose};
 use motion::{CycleConfig, InputPair, SafetyInputs};
-use motion_api::{CommandId, CommandKind, Outcome, RobotState, StopReason};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionCommand, OnlineCommand, Outcome, RobotState,
+    SettingCommand, StopReason,
+};
 use nalgebra::Vector3;
 
 /// Time in which an acceleration that is asked for is reached, s.
@@ -76,13 +79,13 @@ struct Scene {
 }
 
 fn line(target: RpyPose, acceleration: f64, speed: f64, duration: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration,
         speed,
         duration,
         radius,
-    }
+    })
 }
 
 fn joints(
@@ -92,13 +95,13 @@ fn joints(
     duration: f64,
     radius: f64,
 ) -> CommandKind {
-    CommandKind::MoveJ {
+    CommandKind::Motion(MotionCommand::MoveJ {
         target,
         acceleration,
         speed,
         duration,
         radius,
-    }
+    })
 }
 
 impl Scene {
@@ -137,14 +140,14 @@ impl Scene {
             Generator::MoveJInTime => joints(far, 1.4, 1.0, draw.between(5.0, 20.0), 0.0),
             Generator::MoveL => line(side, a.min(3.0), draw.between(0.1, 0.3), 0.0, 0.0),
             Generator::MoveLInTime => line(side, 1.2, 0.25, draw.between(4.0, 12.0), 0.0),
-            Generator::MoveC => CommandKind::MoveC {
+            Generator::MoveC => CommandKind::Motion(MotionCommand::MoveC {
                 via: moved(&pose, [0.08, 0.12, 0.0]),
                 target: moved(&pose, [0.0, 0.25, 0.0]),
                 acceleration: a.min(3.0),
                 speed: draw.between(0.1, 0.3),
                 radius: 0.0,
                 fixed: false,
-            },
+            }),
             Generator::BlendOfJoints => {
                 let a = draw.spread(0.1, 1.0);
                 let mut corner = self.start;
@@ -161,17 +164,17 @@ impl Scene {
                 self.next = Some(line(moved(&corner, [-0.1, 0.15, 0.0]), a, 0.25, 0.0, 0.0));
                 line(corner, a, 0.25, 0.0, draw.between(0.02, 0.05))
             }
-            Generator::SpeedJ => CommandKind::SpeedJ {
+            Generator::SpeedJ => CommandKind::Online(OnlineCommand::SpeedJ {
                 speeds: JointSpeeds([0.7, 0.1, -0.2, 0.1, 0.3, draw.between(-0.9, 0.9)]),
                 acceleration: draw.spread(0.3, 8.0),
                 duration: None,
-            },
-            Generator::SpeedL => CommandKind::SpeedL {
+            }),
+            Generator::SpeedL => CommandKind::Online(OnlineCommand::SpeedL {
                 speed: [0.05, draw.between(0.1, 0.2), -0.05, 0.0, 0.0, 0.0],
                 acceleration: draw.spread(0.3, 3.0),
                 rotation_acceleration: 1.0,
                 duration: None,
-            },
+            }),
             Generator::ServoJ => self.point(),
         }
     }
@@ -182,12 +185,12 @@ impl Scene {
         let mut target = self.start;
         target[0] += 0.6 * (1.0 - (0.8 * time).cos());
         target[4] += 0.3 * (1.0 - (1.3 * time).cos());
-        CommandKind::ServoJ {
+        CommandKind::Online(OnlineCommand::ServoJ {
             target,
             duration: self.bench.cycle.step_time(),
             lookahead: 0.1,
             gain: 300.0,
-        }
+        })
     }
 
     fn tick(&mut self) {
@@ -259,15 +262,15 @@ fn stands(state: &RobotState) -> bool {
 }
 
 const SHORTEST_STOPS: [CommandKind; 4] = [
-    CommandKind::SetDigitalInput {
+    CommandKind::Setting(SettingCommand::SetDigitalInput {
         index: 16,
         level: true,
-    },
-    CommandKind::Stop {
+    }),
+    CommandKind::Machine(MachineCommand::Stop {
         only: CommandId::NONE,
-    },
-    CommandKind::PowerOff,
-    CommandKind::ProtectiveStop,
+    }),
+    CommandKind::Machine(MachineCommand::PowerOff),
+    CommandKind::Machine(MachineCommand::ProtectiveStop),
 ];
 
 #[test]
@@ -302,7 +305,8 @@ fn a_motion_that_is_safeguarded_anywhere_goes_on_to_its_target() {
         for generator in &GENERATORS[..PLANNED] {
             let mut scene = Scene::new(*generator, 0.004, &mut draw);
             scene.seconds(draw.between(0.05, 1.5));
-            let safeguard = |level| CommandKind::SetDigitalInput { index: 16, level };
+            let safeguard =
+                |level| CommandKind::Setting(SettingCommand::SetDigitalInput { index: 16, level });
             scene.bench.send(safeguard(true));
             scene.seconds(draw.between(0.02, 0.6));
             scene.bench.send(safeguard(false));
@@ -335,7 +339,7 @@ fn a_pause_keeps_the_path_and_is_no_softer_than_a_tenth_of_what_the_joints_can_d
                 most.max(state.target_qd[j].abs() / (0.1 * l.acceleration[j]))
             });
             let taken = {
-                scene.bench.send(CommandKind::Pause);
+                scene.bench.send(MachineCommand::Pause);
                 scene.time_to_rest()
             };
             // The share of what the joints can do on the path, which bends and drives lower; smoothing takes its time.
@@ -360,7 +364,7 @@ fn stopj_takes_the_acceleration_of_the_fastest_joint() {
             let state = scene.bench.now();
             let speed = state.target_qd.max_abs();
             let a = draw.spread(0.3, 9.0);
-            scene.bench.send(CommandKind::StopJ { acceleration: a });
+            scene.bench.send(OnlineCommand::StopJ { acceleration: a });
             let taken = scene.time_to_rest();
             let begun = state.target_qdd.max_abs();
             let expected = time_to_rest(speed, a, a / RISE);
@@ -398,7 +402,7 @@ fn stopl_takes_the_acceleration_of_the_tcp_on_its_line() {
             let a = draw.spread(0.2, 3.0);
             let direction = Vector3::from_row_slice(&state.target_tcp_speed[..3]) / speed;
             let from = Vector3::from_row_slice(&state.target_tcp_pose.xyz);
-            scene.bench.send(CommandKind::StopL { acceleration: a });
+            scene.bench.send(OnlineCommand::StopL { acceleration: a });
             let taken = scene.time_to_rest();
             let to = Vector3::from_row_slice(&scene.bench.now().target_tcp_pose.xyz);
             let beside = (to - from) - direction * (to - from).dot(&direction);
@@ -439,7 +443,7 @@ fn a_motion_after_a_stopped_one_waits_for_the_braking_whoever_sends_it() {
                     false => scene.last.unwrap(),
                 };
                 scene.next = None;
-                let stop = scene.bench.send(CommandKind::Stop { only });
+                let stop = scene.bench.send(MachineCommand::Stop { only });
                 scene.seconds(draw.between(0.0, 0.05));
                 let back = scene.bench.send(joints(scene.start, 1.4, 1.0, 0.0, 0.0));
                 let outcome = scene.bench.finish(back);

@@ -17,7 +17,10 @@ use core::f64::consts::TAU;
 use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel, RpyPose};
 use motion::modes::encoder::Belt;
 use motion::{CycleConfig, InputPair, SafetyInputs};
-use motion_api::{CommandId, CommandKind, MotionMode, OffsetAxes, Outcome, RobotState, StopReason};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionCommand, MotionMode, OffsetAxes, OnlineCommand,
+    Outcome, OverlayCommand, RobotState, SettingCommand, StopReason,
+};
 use nalgebra::Vector3;
 
 /// Time in which an acceleration that is asked for is reached, s.
@@ -172,23 +175,23 @@ fn config(overlay: Overlay, step_time: f64) -> CycleConfig {
 }
 
 fn movel(target: RpyPose, radius: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration: OF_TCP,
         speed: 0.15,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 fn movej(target: JointPositions, radius: f64) -> CommandKind {
-    CommandKind::MoveJ {
+    CommandKind::Motion(MotionCommand::MoveJ {
         target,
         acceleration: OF_JOINTS,
         speed: 0.5,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 impl Scene {
@@ -210,25 +213,25 @@ impl Scene {
             weaves: overlay == Overlay::Offset,
         };
         let begin = match overlay {
-            Overlay::Belt => CommandKind::TrackConveyorLinear {
+            Overlay::Belt => CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
                 direction: [0.0, 1.0, 0.0],
                 ticks_per_meter: TICKS,
                 encoder: 0,
-            },
-            Overlay::Table => CommandKind::TrackConveyorCircular {
+            }),
+            Overlay::Table => CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
                 center: RpyPose::from_array([-0.6, 0.25, 0.0, 0.0, 0.0, 0.4]),
                 ticks_per_revolution: TICKS * TAU,
                 rotate_tool: true,
                 encoder: 0,
-            },
-            Overlay::Offset => CommandKind::PathOffsetEnable,
-            Overlay::Force => CommandKind::ForceMode {
+            }),
+            Overlay::Offset => CommandKind::Overlay(OverlayCommand::PathOffsetEnable),
+            Overlay::Force => CommandKind::Overlay(OverlayCommand::ForceMode {
                 frame: RpyPose::default(),
                 selection: [false, false, true, false, false, false],
                 wrench: [0.0, 0.0, 12.0, 0.0, 0.0, 0.0],
                 mode: 0,
                 speed_limits: [0.05; 6],
-            },
+            }),
         };
         assert_eq!(scene.bench.do_it(begin), Outcome::Done);
         scene.seconds(0.4);
@@ -253,20 +256,20 @@ impl Scene {
             Generator::Nothing => return None,
             Generator::MoveJ => movej(by([0.5, 0.1, -0.7]), 0.0),
             Generator::MoveL => movel(moved(&pose, [0.03, -0.22, 0.0]), 0.0),
-            Generator::MoveC => CommandKind::MoveC {
+            Generator::MoveC => CommandKind::Motion(MotionCommand::MoveC {
                 via: moved(&pose, [0.06, -0.1, 0.0]),
                 target: moved(&pose, [0.0, -0.2, 0.0]),
                 acceleration: OF_TCP,
                 speed: 0.15,
                 radius: 0.0,
                 fixed: false,
-            },
-            Generator::MoveP => CommandKind::MoveP {
+            }),
+            Generator::MoveP => CommandKind::Motion(MotionCommand::MoveP {
                 target: moved(&pose, [0.03, -0.22, 0.0]),
                 acceleration: OF_TCP,
                 speed: 0.15,
                 radius: 0.0,
-            },
+            }),
             Generator::BlendOfJoints => {
                 self.next = Some(movej(by([0.3, 0.4, -0.4]), 0.0));
                 movej(by([0.3, 0.0, 0.3]), 0.08)
@@ -275,17 +278,17 @@ impl Scene {
                 self.next = Some(movel(moved(&pose, [0.0, -0.22, 0.0]), 0.0));
                 movel(moved(&pose, [0.08, -0.09, 0.0]), 0.03)
             }
-            Generator::SpeedJ => CommandKind::SpeedJ {
+            Generator::SpeedJ => CommandKind::Online(OnlineCommand::SpeedJ {
                 speeds: JointSpeeds([0.3, 0.02, -0.04, 0.1, 0.1, 0.4]),
                 acceleration: OF_JOINTS,
                 duration: None,
-            },
-            Generator::SpeedL => CommandKind::SpeedL {
+            }),
+            Generator::SpeedL => CommandKind::Online(OnlineCommand::SpeedL {
                 speed: [0.04, -0.12, 0.0, 0.0, 0.0, 0.0],
                 acceleration: OF_TCP,
                 rotation_acceleration: 1.0,
                 duration: None,
-            },
+            }),
             Generator::ServoJ => self.point(),
         })
     }
@@ -296,18 +299,18 @@ impl Scene {
         let mut target = self.start;
         target[0] += 0.2 * (1.0 - (1.5 * time).cos());
         target[4] += 0.2 * (1.0 - (1.3 * time).cos());
-        CommandKind::ServoJ {
+        CommandKind::Online(OnlineCommand::ServoJ {
             target,
             duration: self.bench.cycle.step_time(),
             lookahead: 0.1,
             gain: 300.0,
-        }
+        })
     }
 
     fn tick(&mut self) {
         if self.weaves {
             let time = self.bench.now().time;
-            self.bench.send(CommandKind::PathOffsetSet {
+            self.bench.send(OverlayCommand::PathOffsetSet {
                 offset: RpyPose::from_array([
                     0.0,
                     0.0,
@@ -396,21 +399,27 @@ impl Scene {
 
     fn send(&mut self, reason: Reason) {
         let kind = match reason {
-            Reason::Safeguard => CommandKind::SetDigitalInput {
+            Reason::Safeguard => CommandKind::Setting(SettingCommand::SetDigitalInput {
                 index: 16,
                 level: true,
-            },
-            Reason::Emergency => CommandKind::EmergencyStop { pressed: true },
-            Reason::Protective => CommandKind::ProtectiveStop,
-            Reason::PowerOff => CommandKind::PowerOff,
-            Reason::StopTask => CommandKind::Stop {
+            }),
+            Reason::Emergency => {
+                CommandKind::Machine(MachineCommand::EmergencyStop { pressed: true })
+            }
+            Reason::Protective => CommandKind::Machine(MachineCommand::ProtectiveStop),
+            Reason::PowerOff => CommandKind::Machine(MachineCommand::PowerOff),
+            Reason::StopTask => CommandKind::Machine(MachineCommand::Stop {
                 only: CommandId::NONE,
-            },
-            Reason::StopThread => CommandKind::Stop { only: self.last },
-            Reason::Pause => CommandKind::Pause,
-            Reason::Slider => CommandKind::SetSpeedFraction(0.0),
-            Reason::StopJ(acceleration) => CommandKind::StopJ { acceleration },
-            Reason::StopL(acceleration) => CommandKind::StopL { acceleration },
+            }),
+            Reason::StopThread => CommandKind::Machine(MachineCommand::Stop { only: self.last }),
+            Reason::Pause => CommandKind::Machine(MachineCommand::Pause),
+            Reason::Slider => CommandKind::Setting(SettingCommand::SetSpeedFraction(0.0)),
+            Reason::StopJ(acceleration) => {
+                CommandKind::Online(OnlineCommand::StopJ { acceleration })
+            }
+            Reason::StopL(acceleration) => {
+                CommandKind::Online(OnlineCommand::StopL { acceleration })
+            }
         };
         self.bench.send(kind);
         // The program that streams or weaves is held or over.

@@ -14,7 +14,10 @@ use crate::common;
 use common::{Bench, ideal, movej};
 use kinematics::{JointPositions, JointSpeeds, Payload, RobotModel};
 use motion::{CycleConfig, LimitOverrides};
-use motion_api::{CommandKind, EncoderRange, MotionMode, Outcome, Refusal, SafetyMode, StopReason};
+use motion_api::{
+    EncoderRange, MachineCommand, MotionMode, Outcome, OverlayCommand, Refusal, SafetyMode,
+    SettingCommand, StopReason,
+};
 
 /// A moving arm on a belt that becomes too fast for the limit of the TCP's speed.
 fn stopped_by_tcp_speed() -> (Bench, motion_api::CommandId) {
@@ -26,11 +29,11 @@ fn stopped_by_tcp_speed() -> (Bench, motion_api::CommandId) {
         limits,
         ..ideal("cs66")
     });
-    bench.do_it(CommandKind::EncoderEnableSetTickCount {
+    bench.do_it(SettingCommand::EncoderEnableSetTickCount {
         encoder: 0,
         range: EncoderRange::Signed32,
     });
-    bench.do_it(CommandKind::TrackConveyorLinear {
+    bench.do_it(OverlayCommand::TrackConveyorLinear {
         direction: [0.0, 1.0, 0.0],
         ticks_per_meter: 1000.0,
         encoder: 0,
@@ -42,7 +45,7 @@ fn stopped_by_tcp_speed() -> (Bench, motion_api::CommandId) {
     let mut count = 0.0;
     while bench.stops.is_empty() && count < 30.0 {
         count += 2.0;
-        bench.send(CommandKind::EncoderSetTickCount { encoder: 0, count });
+        bench.send(SettingCommand::EncoderSetTickCount { encoder: 0, count });
         bench.tick();
     }
     (bench, id)
@@ -73,7 +76,7 @@ fn a_violated_limit_stops_the_arm_within_the_joint_limits_and_tells_everybody_on
 fn a_stopped_arm_refuses_motions_until_it_is_unlocked_at_rest() {
     let (mut bench, _) = stopped_by_tcp_speed();
     assert_eq!(
-        bench.do_it(CommandKind::UnlockProtectiveStop),
+        bench.do_it(MachineCommand::UnlockProtectiveStop),
         Outcome::Refused(Refusal::StillMoving)
     );
     bench.run(100);
@@ -87,7 +90,7 @@ fn a_stopped_arm_refuses_motions_until_it_is_unlocked_at_rest() {
         })
     ));
     assert_eq!(
-        bench.do_it(CommandKind::UnlockProtectiveStop),
+        bench.do_it(MachineCommand::UnlockProtectiveStop),
         Outcome::Done
     );
     assert_eq!(bench.now().safety_mode, SafetyMode::Normal);
@@ -103,7 +106,7 @@ fn an_overloaded_arm_does_not_follow_stops_and_stands_where_it_fell() {
         0.0, -0.3, 0.3, -1.5708, -1.5708, 0.0,
     ])));
     let load = Payload::new(60.0, [0.0, 0.0, 0.1], [0.0; 6]).unwrap();
-    bench.do_it(CommandKind::SetPayload(load));
+    bench.do_it(SettingCommand::SetPayload(load));
     for _ in 0..200 {
         if !bench.stops.is_empty() {
             break;
@@ -120,7 +123,7 @@ fn an_overloaded_arm_does_not_follow_stops_and_stands_where_it_fell() {
     assert_eq!(state.safety_mode, SafetyMode::ProtectiveStop);
     assert!(state.actual_q.is_finite() && state.actual_torque.is_finite());
     // The brakes do not slip in the servo's place: power off holds the arm where it is.
-    bench.do_it(CommandKind::PowerOff);
+    bench.do_it(MachineCommand::PowerOff);
     bench.tick();
     let held = bench.now().actual_q;
     bench.run(50);
@@ -135,11 +138,11 @@ fn a_rigid_arm_comes_back_after_power_off_without_a_jump() {
         1.5, -1.0, 1.0, -1.5708, -1.5708, 0.0,
     ])));
     bench.run(100);
-    bench.do_it(CommandKind::PowerOff);
+    bench.do_it(MachineCommand::PowerOff);
     assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
     bench.run(20);
-    bench.do_it(CommandKind::PowerOn);
-    bench.do_it(CommandKind::ReleaseBrakes);
+    bench.do_it(MachineCommand::PowerOn);
+    bench.do_it(MachineCommand::ReleaseBrakes);
     bench.run(200);
     bench.run(20);
     let to = JointPositions([0.0, -1.5, 1.5, -1.5, -1.5, 0.0]);

@@ -12,28 +12,28 @@ use crate::common;
 
 use common::{Bench, MODELS, ideal, moved, movej, tcp_speed};
 use kinematics::{JointPositions, RpyPose};
-use motion_api::{CommandId, CommandKind, Outcome};
+use motion_api::{CommandId, CommandKind, MachineCommand, MotionCommand, Outcome, SettingCommand};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 fn line(target: RpyPose, acceleration: f64, speed: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration,
         speed,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 fn process(target: RpyPose, acceleration: f64, speed: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveP {
+    CommandKind::Motion(MotionCommand::MoveP {
         target,
         acceleration,
         speed,
         radius,
-    }
+    })
 }
 
 /// Sends each command once the one before has ended or may be followed; how long all of them take, s.
@@ -173,12 +173,14 @@ fn blends_of_joints_accelerate_no_more_than_twice_what_was_asked_for() {
         let mut bench = Bench::new(ideal(model));
         let home = bench.now().target_q;
         let at = |by: [f64; 6]| JointPositions(std::array::from_fn(|j| home[j] + by[j]));
-        let joint = |target, acceleration, radius| CommandKind::MoveJ {
-            target,
-            acceleration,
-            speed: 0.8,
-            duration: 0.0,
-            radius,
+        let joint = |target, acceleration, radius| {
+            CommandKind::Motion(MotionCommand::MoveJ {
+                target,
+                acceleration,
+                speed: 0.8,
+                duration: 0.0,
+                radius,
+            })
         };
         let kinds = [
             joint(at([0.8, 0.0, 0.0, 0.0, 0.0, 0.0]), 1.0, 0.03),
@@ -215,9 +217,9 @@ fn a_stop_and_a_pause_act_on_the_whole_queue() {
         }
         ids.push(id);
         if k == 20 {
-            assert_eq!(bench.do_it(CommandKind::Pause), Outcome::Done);
+            assert_eq!(bench.do_it(MachineCommand::Pause), Outcome::Done);
             assert_eq!(bench.now().target_qd.max_abs(), 0.0);
-            assert_eq!(bench.do_it(CommandKind::Resume), Outcome::Done);
+            assert_eq!(bench.do_it(MachineCommand::Resume), Outcome::Done);
         }
     }
     let open = ids
@@ -225,9 +227,9 @@ fn a_stop_and_a_pause_act_on_the_whole_queue() {
         .filter(|id| bench.outcome(**id).is_none())
         .count();
     assert!(open > 2, "{open} motions are ahead");
-    let stop = CommandKind::Stop {
+    let stop = CommandKind::Machine(MachineCommand::Stop {
         only: CommandId::NONE,
-    };
+    });
     assert_eq!(bench.do_it(stop), Outcome::Done);
     assert_eq!(bench.now().target_qd.max_abs(), 0.0);
     for id in &ids {
@@ -260,14 +262,14 @@ proptest! {
             let command = match kind {
                 0 | 1 => line(at, 1.5, *speed, *radius),
                 2 => process(at, 20.0 * speed, *speed, *radius),
-                _ => CommandKind::MoveC {
+                _ => CommandKind::Motion(MotionCommand::MoveC {
                     via: moved(&at, [by[1] / 2.0 - by[0] / 2.0, -by[1] / 2.0, by[0] / 2.0 - by[2] / 2.0]),
                     target: at,
                     acceleration: 1.5,
                     speed: *speed,
                     radius: *radius,
                     fixed: false,
-                },
+                }),
             };
             let id = bench.send(command);
             while bench.outcome(id).is_none() && !bench.queued.contains(&id) {
@@ -277,7 +279,7 @@ proptest! {
                 at = moved(&at, by.map(|x| -x));
             }
             if let Some((_, fraction)) = fractions.iter().find(|(n, _)| *n == k) {
-                bench.send(CommandKind::SetSpeedFraction(*fraction));
+                bench.send(SettingCommand::SetSpeedFraction(*fraction));
             }
         }
         let end = line(centre, 1.2, 0.25, 0.0);

@@ -9,7 +9,7 @@ use crate::common;
 
 use common::{Bench, MODELS, ideal, moved, movej};
 use kinematics::{JointPositions, RpyPose};
-use motion_api::{CommandId, CommandKind, Outcome, Warning};
+use motion_api::{CommandId, CommandKind, MotionCommand, Outcome, SettingCommand, Warning};
 use nalgebra::Vector3;
 
 /// Cycles from sending a command to the first of its motion, and to see that an arm stands.
@@ -17,23 +17,23 @@ const PLANNING: f64 = 4.0 * STEP;
 const STEP: f64 = 0.004;
 
 fn line(target: RpyPose, duration: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration: 1.2,
         speed: 0.25,
         duration,
         radius,
-    }
+    })
 }
 
 fn joint(target: JointPositions, duration: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveJ {
+    CommandKind::Motion(MotionCommand::MoveJ {
         target,
         acceleration: 1.4,
         speed: 1.0,
         duration,
         radius,
-    }
+    })
 }
 
 /// Sends each when it is due; then until the arm stands. How long that took, s, and the commands.
@@ -149,7 +149,7 @@ fn a_time_too_short_after_a_blend_is_told_with_the_time_that_it_takes() {
 #[test]
 fn at_half_the_speed_timed_motions_take_twice_their_times() {
     let (mut bench, start) = corner("cs66");
-    bench.do_it(CommandKind::SetSpeedFraction(0.5));
+    bench.do_it(SettingCommand::SetSpeedFraction(0.5));
     let waypoint = moved(&start, [0.0, 0.12, 0.0]);
     let kinds = [
         line(waypoint, 1.0, 0.04),

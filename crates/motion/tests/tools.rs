@@ -12,7 +12,10 @@ use common::draw::Draw;
 use common::{Bench, MODELS, ideal, moved, tcp_speed};
 use kinematics::{JointPositions, JointSpeeds, RpyPose};
 use motion::CycleConfig;
-use motion_api::{CommandId, CommandKind, Outcome, Warning};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionCommand, OnlineCommand, Outcome, SettingCommand,
+    Warning,
+};
 use nalgebra::Vector3;
 
 /// A motion of any kind from where the arm stands.
@@ -23,31 +26,31 @@ fn motion(draw: &mut Draw, bench: &Bench, radius: f64) -> CommandKind {
     (0..6).for_each(|joint| q[joint] += draw.between(-0.5, 0.5));
     let (acceleration, speed) = (draw.spread(0.5, 10.0), draw.spread(0.1, 2.0));
     match draw.whole(0, 4) {
-        0 => CommandKind::MoveL {
+        0 => CommandKind::Motion(MotionCommand::MoveL {
             target: moved(&at, by),
             acceleration,
             speed,
             duration: 0.0,
             radius,
-        },
-        1 => CommandKind::SpeedJ {
+        }),
+        1 => CommandKind::Online(OnlineCommand::SpeedJ {
             speeds: JointSpeeds([0; 6].map(|_: i32| draw.between(-0.6, 0.6))),
             acceleration,
             duration: Some(1.0),
-        },
-        2 => CommandKind::SpeedL {
+        }),
+        2 => CommandKind::Online(OnlineCommand::SpeedL {
             speed: [0, 1, 2, 3, 4, 5].map(|_: i32| draw.between(-0.2, 0.2)),
             acceleration,
             rotation_acceleration: acceleration,
             duration: Some(1.0),
-        },
-        _ => CommandKind::MoveJ {
+        }),
+        _ => CommandKind::Motion(MotionCommand::MoveJ {
             target: q,
             acceleration,
             speed,
             duration: 0.0,
             radius,
-        },
+        }),
     }
 }
 
@@ -74,7 +77,7 @@ fn a_tool_set_at_any_moment_slows_the_arm_down_and_stops_it_never() {
                 if cycle == next {
                     let size = draw.spread(0.02, 0.5);
                     let tool = [0, 1, 2].map(|_| draw.between(-size, size));
-                    bench.send(CommandKind::SetTcp(RpyPose {
+                    bench.send(SettingCommand::SetTcp(RpyPose {
                         xyz: tool,
                         rpy: [0.0, 0.3, 0.0],
                     }));
@@ -94,9 +97,9 @@ fn a_tool_set_at_any_moment_slows_the_arm_down_and_stops_it_never() {
                 }
             }
             done += usize::from(bench.outcome(id) == Some(Outcome::Done));
-            let stop = CommandKind::Stop {
+            let stop = CommandKind::Machine(MachineCommand::Stop {
                 only: CommandId::NONE,
-            };
+            });
             assert_eq!(bench.do_it(stop), Outcome::Done);
         }
         let faults = bench.limit_faults();
@@ -117,7 +120,7 @@ fn limits_of_a_few_millimetres_a_second_hold_in_online_modes() {
         let limit = draw.spread(0.001, 0.01);
         config.limits.tcp_speed = Some(limit);
         let mut bench = Bench::new(config);
-        bench.do_it(CommandKind::SetTcp(RpyPose {
+        bench.do_it(SettingCommand::SetTcp(RpyPose {
             xyz: [0.0, 0.05, 0.1],
             rpy: [0.0; 3],
         }));
@@ -134,24 +137,24 @@ fn limits_of_a_few_millimetres_a_second_hold_in_online_modes() {
                     let mut target = start;
                     target[0] += 0.4 * (1.0 - (3.0 * time).cos());
                     target[3] += 0.4 * (2.0 * time).sin();
-                    CommandKind::ServoJ {
+                    CommandKind::Online(OnlineCommand::ServoJ {
                         target,
                         duration: h,
                         lookahead: 0.05,
                         gain: 1000.0,
-                    }
+                    })
                 }
-                1 => CommandKind::SpeedJ {
+                1 => CommandKind::Online(OnlineCommand::SpeedJ {
                     speeds: JointSpeeds(speeds.map(|v| v * (4.0 * time).sin())),
                     acceleration: 40.0,
                     duration: Some(h),
-                },
-                _ => CommandKind::SpeedL {
+                }),
+                _ => CommandKind::Online(OnlineCommand::SpeedL {
                     speed: velocity.map(|v| v * (4.0 * time).cos()),
                     acceleration: 5.0,
                     rotation_acceleration: 5.0,
                     duration: Some(h),
-                },
+                }),
             };
             bench.send(command);
             let state = bench.tick();
@@ -195,7 +198,7 @@ fn a_warning_of_a_limited_acceleration_tells_the_one_that_is_recorded() {
         let wanted = draw.spread(1.0, 20.0);
         let by = [0, 1, 2].map(|_| draw.between(-0.3, 0.3));
         let target = moved(&bench.now().target_tcp_pose, by);
-        let id = bench.send(CommandKind::MoveL {
+        let id = bench.send(MotionCommand::MoveL {
             target,
             acceleration: wanted,
             speed: draw.spread(0.1, 1.5),

@@ -10,7 +10,9 @@ use crate::common;
 
 use common::{Bench, MODELS, ideal};
 use kinematics::JointPositions;
-use motion_api::{CommandKind, Outcome, Refusal, RobotState};
+use motion_api::{
+    CommandKind, MachineCommand, MotionCommand, Outcome, Refusal, RobotState, SettingCommand,
+};
 
 const STEP: f64 = 0.004;
 
@@ -116,19 +118,19 @@ fn slider_pause_and_stop_keep_to_the_list() {
     let from = bench.states.len();
     let id = bench.follow(&list, STEP);
     bench.run(250);
-    bench.send(CommandKind::SetSpeedFraction(0.3));
+    bench.send(SettingCommand::SetSpeedFraction(0.3));
     bench.run(300);
-    bench.do_it(CommandKind::Pause);
+    bench.do_it(MachineCommand::Pause);
     bench.run(120);
     assert_eq!(bench.now().target_qd.max_abs(), 0.0);
     let held = bench.now().target_q;
     bench.run(50);
     assert_eq!(bench.now().target_q, held);
-    bench.do_it(CommandKind::Resume);
+    bench.do_it(MachineCommand::Resume);
     bench.run(100);
-    bench.send(CommandKind::SetSpeedFraction(1.0));
+    bench.send(SettingCommand::SetSpeedFraction(1.0));
     bench.run(100);
-    bench.do_it(CommandKind::Stop { only: id });
+    bench.do_it(MachineCommand::Stop { only: id });
     assert_eq!(bench.finish(id), Outcome::Aborted);
     assert_eq!(bench.now().target_qd.max_abs(), 0.0);
     bench.check_limits();
@@ -194,13 +196,13 @@ fn lists_that_begin_elsewhere_and_other_motions_are_refused() {
     let target = home;
     let other = bench.script.commands.send(
         program,
-        CommandKind::MoveJ {
+        CommandKind::Motion(MotionCommand::MoveJ {
             target,
             acceleration: 1.0,
             speed: 1.0,
             duration: 0.0,
             radius: 0.0,
-        },
+        }),
     );
     let refused = bench.finish(other.unwrap());
     assert!(

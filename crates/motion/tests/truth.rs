@@ -16,7 +16,10 @@ use common::{Bench, MODELS, movej};
 use kinematics::{JointPositions, JointTorques, Payload, Pose, RobotModel, RpyPose, Wrench};
 use motion::external::{TimedWrench, WrenchFrame};
 use motion::{ConfigError, CycleConfig, Drivetrain, PlantKind, PlantParameters};
-use motion_api::{CommandKind, FreedriveFrame, Outcome, RobotState, StopReason};
+use motion_api::{
+    CommandKind, FreedriveFrame, OnlineCommand, Outcome, RobotState, SensingCommand,
+    SettingCommand, StopReason,
+};
 use nalgebra::Vector3;
 
 const PLANTS: [PlantKind; 3] = [PlantKind::Rigid, PlantKind::Rapier, PlantKind::Ideal];
@@ -83,7 +86,7 @@ fn a_payload_that_was_not_told_is_read_as_its_weight_and_carried_by_the_joints()
         assert!(off(&state) < 2e-3, "{plant:?} {}", off(&state));
         // Told, it is gone from the reading; the raw one keeps the weight.
         assert_eq!(
-            bench.do_it(CommandKind::SetPayload(payload(1.5))),
+            bench.do_it(SettingCommand::SetPayload(payload(1.5))),
             Outcome::Done
         );
         bench.run(200);
@@ -103,10 +106,10 @@ fn a_wrong_payload_makes_freedrive_drift_the_way_of_the_weight() {
             let mut bench = Bench::new(config);
             bench.run(50);
             let start = bench.now().actual_tcp_pose.xyz[2];
-            let kind = CommandKind::Freedrive {
+            let kind = CommandKind::Online(OnlineCommand::Freedrive {
                 free_axes: [true, true, true, false, false, false],
                 frame: FreedriveFrame::Base,
-            };
+            });
             assert_eq!(bench.do_it(kind), Outcome::Done);
             bench.run(250);
             let drift = bench.now().actual_tcp_pose.xyz[2] - start;
@@ -127,10 +130,10 @@ fn a_payload_far_from_what_was_told_is_taken_for_a_collision() {
         config.truth.payload = Some(payload(6.0));
         config.payload = payload(6.0);
         let mut bench = Bench::new(config);
-        bench.do_it(CommandKind::SetCollisionSensitivity(100));
+        bench.do_it(SensingCommand::SetCollisionSensitivity(100));
         bench.run(100);
         assert!(bench.stops.is_empty(), "{plant:?} {:?}", bench.stops);
-        bench.do_it(CommandKind::SetPayload(Payload::NONE));
+        bench.do_it(SettingCommand::SetPayload(Payload::NONE));
         bench.run(100);
         assert!(
             matches!(bench.stops[..], [StopReason::Collision { .. }]),
@@ -163,7 +166,7 @@ fn wrong_payloads_leave_the_arm_close_to_its_targets_on_every_model() {
             config.payload = payload(told);
             let home = config.home;
             let mut bench = Bench::new(config);
-            bench.do_it(CommandKind::SetCollisionDetection(false));
+            bench.do_it(SensingCommand::SetCollisionDetection(false));
             let most = there_and_back(&mut bench, home, 0.7);
             println!("{model} carries {real} kg, told {told}: {most:.1e} rad off");
             assert!(most < 0.01, "{model} {most}");
@@ -197,7 +200,7 @@ fn friction_and_rotors_show_in_the_torques_and_the_arm_follows_all_the_same() {
                 config.truth.drivetrain = drivetrain;
                 let home = config.home;
                 let mut bench = Bench::new(config);
-                bench.do_it(CommandKind::SetCollisionDetection(false));
+                bench.do_it(SensingCommand::SetCollisionDetection(false));
                 let most = there_and_back(&mut bench, home, 0.9);
                 println!("{model} {plant:?}: {most:.1e} rad off");
                 assert!(most < 0.02, "{model} {plant:?} {drivetrain:?} {most}");
@@ -338,7 +341,7 @@ fn the_engine_of_others_agrees_with_our_own_equations() {
         }];
         let home = config.home;
         let mut bench = Bench::new(config);
-        bench.do_it(CommandKind::SetCollisionDetection(false));
+        bench.do_it(SensingCommand::SetCollisionDetection(false));
         let mut low = bench.now().target_tcp_pose;
         low.xyz[2] -= 0.053;
         bench.do_it(common::movel(low));

@@ -18,7 +18,8 @@ use motion::modes::encoder::Belt;
 use motion::{CycleConfig, InputPair, LimitOverrides, SafetyInputs};
 use motion_api::{
     CommandId, CommandKind, DigitalBank, EncoderRange, FreedriveFrame, InputAction, IoChange,
-    OffsetAxes, Origin, PointList, ProgramId, PulseDecoding, StopReason, ThreadNumber,
+    MachineCommand, MotionCommand, OffsetAxes, OnlineCommand, Origin, OverlayCommand, PointList,
+    ProgramId, PulseDecoding, SensingCommand, SettingCommand, StopReason, ThreadNumber,
 };
 
 /// Runs when nothing else is said.
@@ -39,58 +40,58 @@ const KINDS: usize = 52;
 /// has one and is drawn below.
 fn place(kind: &CommandKind) -> usize {
     match kind {
-        CommandKind::MoveJ { .. } => 0,
-        CommandKind::MoveL { .. } => 1,
-        CommandKind::MoveC { .. } => 2,
-        CommandKind::MoveP { .. } => 3,
-        CommandKind::SetDigitalInput { .. } => 4,
-        CommandKind::MoveMl { .. } => 5,
-        CommandKind::Stop { .. } => 6,
-        CommandKind::Pause => 7,
-        CommandKind::Resume => 8,
-        CommandKind::SetTcp(_) => 9,
-        CommandKind::SetPayload(_) => 10,
-        CommandKind::SetStandardDigitalOut { .. } => 11,
-        CommandKind::SetIo(_) => 12,
-        CommandKind::SetSpeedFraction(_) => 13,
-        CommandKind::PowerOn => 14,
-        CommandKind::PowerOff => 15,
-        CommandKind::ReleaseBrakes => 16,
-        CommandKind::UnlockProtectiveStop => 17,
-        CommandKind::RestartSafetyBoard => 18,
-        CommandKind::EmergencyStop { .. } => 19,
-        CommandKind::ServoJ { .. } => 20,
-        CommandKind::SpeedJ { .. } => 21,
-        CommandKind::SpeedL { .. } => 22,
-        CommandKind::StopJ { .. } => 23,
-        CommandKind::StopL { .. } => 24,
-        CommandKind::SetGravity(_) => 25,
-        CommandKind::Freedrive { .. } => 26,
-        CommandKind::EndFreedrive => 27,
-        CommandKind::ForceMode { .. } => 28,
-        CommandKind::EndForceMode => 29,
-        CommandKind::SetForceGain(_) => 30,
-        CommandKind::SetForceDamping(_) => 31,
-        CommandKind::SetExternalWrench(_) => 32,
-        CommandKind::FtRtsiInput { .. } => 33,
-        CommandKind::ZeroFtSensor => 34,
-        CommandKind::SetCollisionDetection(_) => 35,
-        CommandKind::SetCollisionSensitivity(_) => 36,
-        CommandKind::TrackConveyorLinear { .. } => 37,
-        CommandKind::TrackConveyorCircular { .. } => 38,
-        CommandKind::StopConveyorTracking => 39,
-        CommandKind::EncoderEnableSetTickCount { .. } => 40,
-        CommandKind::EncoderSetTickCount { .. } => 41,
-        CommandKind::EncoderEnablePulseDecode { .. } => 42,
-        CommandKind::PathOffsetEnable => 43,
-        CommandKind::PathOffsetDisable { .. } => 44,
-        CommandKind::PathOffsetSet { .. } => 45,
-        CommandKind::PathOffsetFilter(_) => 46,
-        CommandKind::PathOffsetMax { .. } => 47,
-        CommandKind::Push { .. } => 48,
-        CommandKind::ProtectiveStop => 49,
-        CommandKind::SetIoAtZone { .. } => 50,
-        CommandKind::FollowPoints { .. } => 51,
+        CommandKind::Motion(MotionCommand::MoveJ { .. }) => 0,
+        CommandKind::Motion(MotionCommand::MoveL { .. }) => 1,
+        CommandKind::Motion(MotionCommand::MoveC { .. }) => 2,
+        CommandKind::Motion(MotionCommand::MoveP { .. }) => 3,
+        CommandKind::Setting(SettingCommand::SetDigitalInput { .. }) => 4,
+        CommandKind::Motion(MotionCommand::MoveMl { .. }) => 5,
+        CommandKind::Machine(MachineCommand::Stop { .. }) => 6,
+        CommandKind::Machine(MachineCommand::Pause) => 7,
+        CommandKind::Machine(MachineCommand::Resume) => 8,
+        CommandKind::Setting(SettingCommand::SetTcp(_)) => 9,
+        CommandKind::Setting(SettingCommand::SetPayload(_)) => 10,
+        CommandKind::Setting(SettingCommand::SetStandardDigitalOut { .. }) => 11,
+        CommandKind::Setting(SettingCommand::SetIo(_)) => 12,
+        CommandKind::Setting(SettingCommand::SetSpeedFraction(_)) => 13,
+        CommandKind::Machine(MachineCommand::PowerOn) => 14,
+        CommandKind::Machine(MachineCommand::PowerOff) => 15,
+        CommandKind::Machine(MachineCommand::ReleaseBrakes) => 16,
+        CommandKind::Machine(MachineCommand::UnlockProtectiveStop) => 17,
+        CommandKind::Machine(MachineCommand::RestartSafetyBoard) => 18,
+        CommandKind::Machine(MachineCommand::EmergencyStop { .. }) => 19,
+        CommandKind::Online(OnlineCommand::ServoJ { .. }) => 20,
+        CommandKind::Online(OnlineCommand::SpeedJ { .. }) => 21,
+        CommandKind::Online(OnlineCommand::SpeedL { .. }) => 22,
+        CommandKind::Online(OnlineCommand::StopJ { .. }) => 23,
+        CommandKind::Online(OnlineCommand::StopL { .. }) => 24,
+        CommandKind::Setting(SettingCommand::SetGravity(_)) => 25,
+        CommandKind::Online(OnlineCommand::Freedrive { .. }) => 26,
+        CommandKind::Online(OnlineCommand::EndFreedrive) => 27,
+        CommandKind::Overlay(OverlayCommand::ForceMode { .. }) => 28,
+        CommandKind::Overlay(OverlayCommand::EndForceMode) => 29,
+        CommandKind::Sensing(SensingCommand::SetForceGain(_)) => 30,
+        CommandKind::Sensing(SensingCommand::SetForceDamping(_)) => 31,
+        CommandKind::Sensing(SensingCommand::SetExternalWrench(_)) => 32,
+        CommandKind::Sensing(SensingCommand::FtRtsiInput { .. }) => 33,
+        CommandKind::Sensing(SensingCommand::ZeroFtSensor) => 34,
+        CommandKind::Sensing(SensingCommand::SetCollisionDetection(_)) => 35,
+        CommandKind::Sensing(SensingCommand::SetCollisionSensitivity(_)) => 36,
+        CommandKind::Overlay(OverlayCommand::TrackConveyorLinear { .. }) => 37,
+        CommandKind::Overlay(OverlayCommand::TrackConveyorCircular { .. }) => 38,
+        CommandKind::Overlay(OverlayCommand::StopConveyorTracking) => 39,
+        CommandKind::Setting(SettingCommand::EncoderEnableSetTickCount { .. }) => 40,
+        CommandKind::Setting(SettingCommand::EncoderSetTickCount { .. }) => 41,
+        CommandKind::Setting(SettingCommand::EncoderEnablePulseDecode { .. }) => 42,
+        CommandKind::Overlay(OverlayCommand::PathOffsetEnable) => 43,
+        CommandKind::Overlay(OverlayCommand::PathOffsetDisable { .. }) => 44,
+        CommandKind::Overlay(OverlayCommand::PathOffsetSet { .. }) => 45,
+        CommandKind::Overlay(OverlayCommand::PathOffsetFilter(_)) => 46,
+        CommandKind::Overlay(OverlayCommand::PathOffsetMax { .. }) => 47,
+        CommandKind::Sensing(SensingCommand::Push { .. }) => 48,
+        CommandKind::Machine(MachineCommand::ProtectiveStop) => 49,
+        CommandKind::Setting(SettingCommand::SetIoAtZone { .. }) => 50,
+        CommandKind::Online(OnlineCommand::FollowPoints { .. }) => 51,
     }
 }
 
@@ -224,176 +225,182 @@ impl Wild {
     /// The command at that place.
     fn command(&mut self, place: usize) -> CommandKind {
         match place {
-            0 => CommandKind::MoveJ {
+            0 => CommandKind::Motion(MotionCommand::MoveJ {
                 target: self.joints(),
                 acceleration: self.acceleration(),
                 speed: self.speed(),
                 duration: self.duration(),
                 radius: self.radius(),
-            },
-            1 => CommandKind::MoveL {
+            }),
+            1 => CommandKind::Motion(MotionCommand::MoveL {
                 target: self.pose(),
                 acceleration: self.acceleration(),
                 speed: self.speed(),
                 duration: self.duration(),
                 radius: self.radius(),
-            },
-            2 => CommandKind::MoveC {
+            }),
+            2 => CommandKind::Motion(MotionCommand::MoveC {
                 via: self.pose(),
                 target: self.pose(),
                 acceleration: self.acceleration(),
                 speed: self.speed(),
                 radius: self.radius(),
                 fixed: self.draw.chance(0.5),
-            },
-            3 => CommandKind::MoveP {
+            }),
+            3 => CommandKind::Motion(MotionCommand::MoveP {
                 target: self.pose(),
                 acceleration: self.acceleration(),
                 speed: self.speed(),
                 radius: self.radius(),
-            },
-            5 => CommandKind::MoveMl {
+            }),
+            5 => CommandKind::Motion(MotionCommand::MoveMl {
                 count: self.draw.whole(1, 4) as u32,
                 interval: self.number(0.002, 0.2),
-            },
-            51 => CommandKind::FollowPoints {
+            }),
+            51 => CommandKind::Online(OnlineCommand::FollowPoints {
                 count: self.draw.whole(2, 40) as u32,
                 interval: self.number(0.002, 0.2),
-            },
-            6 => CommandKind::Stop {
+            }),
+            6 => CommandKind::Machine(MachineCommand::Stop {
                 only: CommandId(if self.draw.chance(0.5) {
                     0
                 } else {
                     self.draw.whole(0, 60) as u64
                 }),
-            },
-            7 => CommandKind::Pause,
-            8 => CommandKind::Resume,
-            9 => CommandKind::SetTcp(self.tool()),
-            10 => CommandKind::SetPayload(Payload {
+            }),
+            7 => CommandKind::Machine(MachineCommand::Pause),
+            8 => CommandKind::Machine(MachineCommand::Resume),
+            9 => CommandKind::Setting(SettingCommand::SetTcp(self.tool())),
+            10 => CommandKind::Setting(SettingCommand::SetPayload(Payload {
                 mass: self.number(0.0, 5.0),
                 cog: [0.0, 0.0, self.number(0.0, 0.1)].into(),
                 inertia: [0.0; 6],
-            }),
-            11 => CommandKind::SetStandardDigitalOut {
+            })),
+            11 => CommandKind::Setting(SettingCommand::SetStandardDigitalOut {
                 index: self.draw.whole(0, 17) as u8,
                 level: self.draw.chance(0.5),
-            },
-            12 => CommandKind::SetIo(self.change()),
-            13 => CommandKind::SetSpeedFraction(self.number(0.0, 1.0)),
-            14 => CommandKind::PowerOn,
-            15 => CommandKind::PowerOff,
-            16 => CommandKind::ReleaseBrakes,
-            17 => CommandKind::UnlockProtectiveStop,
-            18 => CommandKind::RestartSafetyBoard,
-            19 => CommandKind::EmergencyStop {
+            }),
+            12 => CommandKind::Setting(SettingCommand::SetIo(self.change())),
+            13 => CommandKind::Setting(SettingCommand::SetSpeedFraction(self.number(0.0, 1.0))),
+            14 => CommandKind::Machine(MachineCommand::PowerOn),
+            15 => CommandKind::Machine(MachineCommand::PowerOff),
+            16 => CommandKind::Machine(MachineCommand::ReleaseBrakes),
+            17 => CommandKind::Machine(MachineCommand::UnlockProtectiveStop),
+            18 => CommandKind::Machine(MachineCommand::RestartSafetyBoard),
+            19 => CommandKind::Machine(MachineCommand::EmergencyStop {
                 pressed: self.draw.chance(0.3),
-            },
-            20 => CommandKind::ServoJ {
+            }),
+            20 => CommandKind::Online(OnlineCommand::ServoJ {
                 target: self.joints(),
                 duration: self.number(0.002, 0.1),
                 lookahead: self.number(0.03, 0.2),
                 gain: self.number(100.0, 2000.0),
-            },
-            21 => CommandKind::SpeedJ {
+            }),
+            21 => CommandKind::Online(OnlineCommand::SpeedJ {
                 speeds: JointSpeeds(self.six(1.5)),
                 acceleration: self.acceleration(),
                 duration: self.call(),
-            },
-            22 => CommandKind::SpeedL {
+            }),
+            22 => CommandKind::Online(OnlineCommand::SpeedL {
                 speed: self.six(0.5),
                 acceleration: self.acceleration(),
                 rotation_acceleration: self.acceleration(),
                 duration: self.call(),
-            },
-            23 => CommandKind::StopJ {
+            }),
+            23 => CommandKind::Online(OnlineCommand::StopJ {
                 acceleration: self.acceleration(),
-            },
-            24 => CommandKind::StopL {
+            }),
+            24 => CommandKind::Online(OnlineCommand::StopL {
                 acceleration: self.acceleration(),
-            },
-            25 => CommandKind::SetGravity(core::array::from_fn(|_| self.number(-9.0, 9.0))),
-            26 => CommandKind::Freedrive {
+            }),
+            25 => CommandKind::Setting(SettingCommand::SetGravity(core::array::from_fn(|_| {
+                self.number(-9.0, 9.0)
+            }))),
+            26 => CommandKind::Online(OnlineCommand::Freedrive {
                 free_axes: self.flags(),
                 frame: self.frame(),
-            },
-            27 => CommandKind::EndFreedrive,
-            28 => CommandKind::ForceMode {
+            }),
+            27 => CommandKind::Online(OnlineCommand::EndFreedrive),
+            28 => CommandKind::Overlay(OverlayCommand::ForceMode {
                 frame: self.pose(),
                 selection: self.flags(),
                 wrench: self.six(20.0),
                 mode: self.draw.whole(0, 4) as u8,
                 speed_limits: self.six(0.2).map(f64::abs),
-            },
-            29 => CommandKind::EndForceMode,
-            30 => CommandKind::SetForceGain(self.number(0.0, 2.0)),
-            31 => CommandKind::SetForceDamping(self.number(0.0, 1.0)),
-            32 => CommandKind::SetExternalWrench(self.six(40.0)),
-            33 => CommandKind::FtRtsiInput {
+            }),
+            29 => CommandKind::Overlay(OverlayCommand::EndForceMode),
+            30 => CommandKind::Sensing(SensingCommand::SetForceGain(self.number(0.0, 2.0))),
+            31 => CommandKind::Sensing(SensingCommand::SetForceDamping(self.number(0.0, 1.0))),
+            32 => CommandKind::Sensing(SensingCommand::SetExternalWrench(self.six(40.0))),
+            33 => CommandKind::Sensing(SensingCommand::FtRtsiInput {
                 enabled: self.draw.chance(0.7),
                 mass: self.number(0.0, 0.3),
                 measuring_offset: [0.0; 3],
                 cog: [0.0; 3],
-            },
-            34 => CommandKind::ZeroFtSensor,
-            35 => CommandKind::SetCollisionDetection(self.draw.chance(0.3)),
-            36 => CommandKind::SetCollisionSensitivity(self.draw.whole(0, 110) as u8),
-            37 => CommandKind::TrackConveyorLinear {
+            }),
+            34 => CommandKind::Sensing(SensingCommand::ZeroFtSensor),
+            35 => {
+                CommandKind::Sensing(SensingCommand::SetCollisionDetection(self.draw.chance(0.3)))
+            }
+            36 => CommandKind::Sensing(SensingCommand::SetCollisionSensitivity(
+                self.draw.whole(0, 110) as u8,
+            )),
+            37 => CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
                 direction: core::array::from_fn(|_| self.number(-1.0, 1.0)),
                 ticks_per_meter: self.number(500.0, 2000.0),
                 encoder: self.draw.whole(0, 2) as u8,
-            },
-            38 => CommandKind::TrackConveyorCircular {
+            }),
+            38 => CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
                 center: self.pose(),
                 ticks_per_revolution: self.number(3000.0, 9000.0),
                 rotate_tool: self.draw.chance(0.5),
                 encoder: self.draw.whole(0, 1) as u8,
-            },
-            39 => CommandKind::StopConveyorTracking,
-            40 => CommandKind::EncoderEnableSetTickCount {
+            }),
+            39 => CommandKind::Overlay(OverlayCommand::StopConveyorTracking),
+            40 => CommandKind::Setting(SettingCommand::EncoderEnableSetTickCount {
                 encoder: self.draw.whole(0, 1) as u8,
                 range: self.range(),
-            },
-            41 => CommandKind::EncoderSetTickCount {
+            }),
+            41 => CommandKind::Setting(SettingCommand::EncoderSetTickCount {
                 encoder: self.draw.whole(0, 1) as u8,
                 count: self.number(0.0, 200.0),
-            },
-            42 => CommandKind::EncoderEnablePulseDecode {
+            }),
+            42 => CommandKind::Setting(SettingCommand::EncoderEnablePulseDecode {
                 encoder: self.draw.whole(0, 1) as u8,
                 decoding: PulseDecoding::Quadrature,
                 channel_a: 16,
                 channel_b: 17,
-            },
-            43 => CommandKind::PathOffsetEnable,
-            44 => CommandKind::PathOffsetDisable {
+            }),
+            43 => CommandKind::Overlay(OverlayCommand::PathOffsetEnable),
+            44 => CommandKind::Overlay(OverlayCommand::PathOffsetDisable {
                 acceleration: self.acceleration(),
-            },
-            45 => CommandKind::PathOffsetSet {
+            }),
+            45 => CommandKind::Overlay(OverlayCommand::PathOffsetSet {
                 offset: RpyPose::from_array(self.six(0.05)),
                 axes: *self
                     .draw
                     .pick(&[OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion]),
-            },
-            46 => CommandKind::PathOffsetFilter(self.number(0.01, 1.0)),
-            47 => CommandKind::PathOffsetMax {
+            }),
+            46 => CommandKind::Overlay(OverlayCommand::PathOffsetFilter(self.number(0.01, 1.0))),
+            47 => CommandKind::Overlay(OverlayCommand::PathOffsetMax {
                 translation: self.number(0.05, 0.2),
                 rotation: self.number(0.2, 0.5),
-            },
-            48 => CommandKind::Push {
+            }),
+            48 => CommandKind::Sensing(SensingCommand::Push {
                 wrench: self.six(40.0),
                 in_tool_axes: self.draw.chance(0.5),
                 duration: self.number(0.0, 0.5),
                 replaces: self.draw.chance(0.3),
-            },
-            49 => CommandKind::ProtectiveStop,
-            50 => CommandKind::SetIoAtZone {
+            }),
+            49 => CommandKind::Machine(MachineCommand::ProtectiveStop),
+            50 => CommandKind::Setting(SettingCommand::SetIoAtZone {
                 motion: CommandId(self.draw.whole(0, 60) as u64),
                 change: self.change(),
-            },
-            _ => CommandKind::SetDigitalInput {
+            }),
+            _ => CommandKind::Setting(SettingCommand::SetDigitalInput {
                 index: *self.draw.pick(&[0, 16, 18, 20, 28]),
                 level: self.draw.chance(0.4),
-            },
+            }),
         }
     }
 }
@@ -475,13 +482,17 @@ fn run(case: u64, is_told: bool) -> (Vec<String>, [bool; KINDS]) {
         }
         let port = &bench.script.commands;
         let id = match kind {
-            CommandKind::MoveMl { count, interval } if wild.draw.chance(0.9) => {
+            CommandKind::Motion(MotionCommand::MoveMl { count, interval })
+                if wild.draw.chance(0.9) =>
+            {
                 let Some(points) = wild.points(count) else {
                     continue;
                 };
                 port.send_points(origin, &points.into(), interval, |_, _| ())
             }
-            CommandKind::FollowPoints { count, interval } if wild.draw.chance(0.9) => {
+            CommandKind::Online(OnlineCommand::FollowPoints { count, interval })
+                if wild.draw.chance(0.9) =>
+            {
                 let Some(points) = wild.points(count) else {
                     continue;
                 };
@@ -503,7 +514,7 @@ fn run(case: u64, is_told: bool) -> (Vec<String>, [bool; KINDS]) {
     }
     recover(&mut bench, &mut ids);
     let only = CommandId::NONE;
-    ids.push(bench.send(CommandKind::Stop { only }));
+    ids.push(bench.send(MachineCommand::Stop { only }));
     bench.run(3000);
     let mut faults = bench.limit_faults();
     if is_told {
@@ -538,25 +549,25 @@ fn run(case: u64, is_told: bool) -> (Vec<String>, [bool; KINDS]) {
 /// Lets go of every stop.
 fn recover(bench: &mut Bench, ids: &mut Vec<CommandId>) {
     for index in [0, 16, 18, 20] {
-        ids.push(bench.send(CommandKind::SetDigitalInput {
+        ids.push(bench.send(SettingCommand::SetDigitalInput {
             index,
             level: false,
         }));
     }
     for kind in [
-        CommandKind::EmergencyStop { pressed: false },
-        CommandKind::Resume,
-        CommandKind::SetSpeedFraction(1.0),
-        CommandKind::SetExternalWrench([0.0; 6]),
-        CommandKind::PathOffsetFilter(1.0),
+        CommandKind::Machine(MachineCommand::EmergencyStop { pressed: false }),
+        CommandKind::Machine(MachineCommand::Resume),
+        CommandKind::Setting(SettingCommand::SetSpeedFraction(1.0)),
+        CommandKind::Sensing(SensingCommand::SetExternalWrench([0.0; 6])),
+        CommandKind::Overlay(OverlayCommand::PathOffsetFilter(1.0)),
     ] {
         ids.push(bench.send(kind));
     }
     bench.run(200);
     for kind in [
-        CommandKind::UnlockProtectiveStop,
-        CommandKind::PowerOn,
-        CommandKind::ReleaseBrakes,
+        CommandKind::Machine(MachineCommand::UnlockProtectiveStop),
+        CommandKind::Machine(MachineCommand::PowerOn),
+        CommandKind::Machine(MachineCommand::ReleaseBrakes),
     ] {
         ids.push(bench.send(kind));
         bench.run(150);

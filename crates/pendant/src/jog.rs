@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 
 use kinematics::{JointPositions, JointSpeeds, Pose};
 use motion_api::online::FreedriveFrame;
-use motion_api::{CommandId, CommandKind, RobotState};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionCommand, OnlineCommand, RobotState,
+};
 use serde::Deserialize;
 
 /// What is held ends so long after the last sign of life.
@@ -81,17 +83,17 @@ impl HoldToRun {
     pub fn begin(&self, state: &RobotState) -> CommandKind {
         match *self {
             Self::Jog { axis, frame, speed } => jog(axis, frame, speed, state),
-            Self::MoveTo { joints, speed } => CommandKind::MoveJ {
+            Self::MoveTo { joints, speed } => CommandKind::Motion(MotionCommand::MoveJ {
                 target: JointPositions(joints),
                 acceleration: MOVE.1,
                 speed: MOVE.0 * speed,
                 duration: 0.0,
                 radius: 0.0,
-            },
-            Self::Freedrive => CommandKind::Freedrive {
+            }),
+            Self::Freedrive => CommandKind::Online(OnlineCommand::Freedrive {
                 free_axes: [true; 6],
                 frame: FreedriveFrame::Base,
-            },
+            }),
         }
     }
 
@@ -115,14 +117,16 @@ impl HoldToRun {
     /// The command that ends it. `id` is that of the command that began it.
     pub const fn end(&self, id: CommandId) -> CommandKind {
         match self {
-            Self::Jog { axis, .. } if *axis as u8 >= JogAxis::X as u8 => CommandKind::StopL {
-                acceleration: TCP_ACCELERATION.0,
-            },
-            Self::Jog { .. } => CommandKind::StopJ {
+            Self::Jog { axis, .. } if *axis as u8 >= JogAxis::X as u8 => {
+                CommandKind::Online(OnlineCommand::StopL {
+                    acceleration: TCP_ACCELERATION.0,
+                })
+            }
+            Self::Jog { .. } => CommandKind::Online(OnlineCommand::StopJ {
                 acceleration: JOINT_ACCELERATION,
-            },
-            Self::MoveTo { .. } => CommandKind::Stop { only: id },
-            Self::Freedrive => CommandKind::EndFreedrive,
+            }),
+            Self::MoveTo { .. } => CommandKind::Machine(MachineCommand::Stop { only: id }),
+            Self::Freedrive => CommandKind::Online(OnlineCommand::EndFreedrive),
         }
     }
 
@@ -137,11 +141,11 @@ fn jog(axis: JogAxis, frame: JogFrame, speed: f64, state: &RobotState) -> Comman
     let Some(tcp_axis) = number.checked_sub(JogAxis::X as usize) else {
         let mut speeds = JointSpeeds::ZERO;
         speeds[number] = speed * JOINT_SPEED;
-        return CommandKind::SpeedJ {
+        return CommandKind::Online(OnlineCommand::SpeedJ {
             speeds,
             acceleration: JOINT_ACCELERATION,
             duration: None,
-        };
+        });
     };
     let is_turn = tcp_axis >= 3;
     let fastest = if is_turn { TCP_SPEED.1 } else { TCP_SPEED.0 };
@@ -154,12 +158,12 @@ fn jog(axis: JogAxis, frame: JogFrame, speed: f64, state: &RobotState) -> Comman
     let mut twist = [0.0; 6];
     let first = if is_turn { 3 } else { 0 };
     twist[first..first + 3].copy_from_slice(&along);
-    CommandKind::SpeedL {
+    CommandKind::Online(OnlineCommand::SpeedL {
         speed: twist,
         acceleration: TCP_ACCELERATION.0,
         rotation_acceleration: TCP_ACCELERATION.1,
         duration: None,
-    }
+    })
 }
 
 fn along_axis(axis: usize, length: f64) -> [f64; 3] {
@@ -227,7 +231,9 @@ mod tests {
                 speed: 1.0,
             };
             match held.begin(&state()) {
-                CommandKind::SpeedL { speed, .. } => speed.map(|x| (x * 1e6).round() / 1e6),
+                CommandKind::Online(OnlineCommand::SpeedL { speed, .. }) => {
+                    speed.map(|x| (x * 1e6).round() / 1e6)
+                }
                 other => panic!("{other:?}"),
             }
         };
@@ -247,11 +253,14 @@ mod tests {
             frame: JogFrame::Base,
             speed: -0.5,
         };
-        let CommandKind::SpeedJ { speeds, .. } = held.begin(&state()) else {
+        let CommandKind::Online(OnlineCommand::SpeedJ { speeds, .. }) = held.begin(&state()) else {
             panic!("a joint");
         };
         assert_eq!(speeds.0, [0.0, 0.0, 0.0, 0.0, 0.0, -0.3]);
-        assert!(matches!(held.end(CommandId(3)), CommandKind::StopJ { .. }));
+        assert!(matches!(
+            held.end(CommandId(3)),
+            CommandKind::Online(OnlineCommand::StopJ { .. })
+        ));
         assert_eq!(held.again(&state()), None);
     }
 
@@ -265,7 +274,10 @@ mod tests {
         let later = start + Duration::from_millis(100);
         jogging.alive(later);
         assert_eq!(jogging.deadline(), Some(start + Duration::from_millis(250)));
-        assert_eq!(jogging.end(), Some(CommandKind::EndFreedrive));
+        assert_eq!(
+            jogging.end(),
+            Some(CommandKind::Online(OnlineCommand::EndFreedrive))
+        );
         assert_eq!(jogging.held(), None);
     }
 

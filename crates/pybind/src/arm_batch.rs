@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use controller::{NullObserver, SteppedController, SteppedError, WallTimeout};
 use kinematics::JointSpeeds;
-use motion_api::{CommandKind, IoChange, Origin, SafetyMode};
+use motion_api::{CommandKind, IoChange, OnlineCommand, Origin, SafetyMode, SettingCommand};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -43,11 +43,11 @@ fn drive(
     cycles: u64,
 ) -> Result<(), SteppedError> {
     let robot = arm.controller().robot();
-    let kind = CommandKind::SpeedJ {
+    let kind = CommandKind::Online(OnlineCommand::SpeedJ {
         speeds: JointSpeeds(speeds),
         acceleration,
         duration: None,
-    };
+    });
     if matches!(
         robot.state().safety_mode,
         SafetyMode::Normal | SafetyMode::Reduced
@@ -208,7 +208,7 @@ impl ArmBatch {
                 };
                 let robot = arm.controller().robot();
                 robot
-                    .send(Origin::default(), CommandKind::SetIo(change))
+                    .send(Origin::default(), SettingCommand::SetIo(change))
                     .map_err(|full| PyRuntimeError::new_err(full.to_string()))?;
             }
         }

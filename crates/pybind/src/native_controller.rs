@@ -18,7 +18,7 @@ use controller::{
     WallTimeout,
 };
 use elite_runtime::{Preset, ProgramText};
-use motion_api::{CommandKind, Origin, Seconds};
+use motion_api::{CommandKind, MachineCommand, Origin, Seconds, SensingCommand, SettingCommand};
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyRuntimeError, PyTimeoutError, PyValueError};
@@ -402,7 +402,7 @@ impl NativeController {
                 Ok(())
             }
             PointChange::Io(change) => {
-                let sent = robot.send(Origin::default(), CommandKind::SetIo(change));
+                let sent = robot.send(Origin::default(), SettingCommand::SetIo(change));
                 sent.map(drop)
                     .map_err(|full| PyRuntimeError::new_err(full.to_string()))
             }
@@ -411,12 +411,12 @@ impl NativeController {
 
     /// A wrench on the tool from now on, about the TCP, N and Nm: in base or tool axes.
     fn set_wrench(&self, wrench: [f64; 6], in_tool_axes: bool) -> PyResult<()> {
-        let push = CommandKind::Push {
+        let push = CommandKind::Sensing(SensingCommand::Push {
             wrench,
             in_tool_axes,
             duration: FOR_GOOD,
             replaces: true,
-        };
+        });
         let inner = self.open()?;
         let sent = inner.controller().robot().send(Origin::default(), push);
         sent.map(drop)
@@ -426,11 +426,15 @@ impl NativeController {
     /// Gives the robot an order as the pendant does.
     fn order(&self, name: &str) -> PyResult<()> {
         let kind = match name {
-            "unlock" => CommandKind::UnlockProtectiveStop,
-            "emergency_stop" => CommandKind::EmergencyStop { pressed: true },
-            "release_emergency_stop" => CommandKind::EmergencyStop { pressed: false },
-            "power_on" => CommandKind::PowerOn,
-            "release_brakes" => CommandKind::ReleaseBrakes,
+            "unlock" => CommandKind::Machine(MachineCommand::UnlockProtectiveStop),
+            "emergency_stop" => {
+                CommandKind::Machine(MachineCommand::EmergencyStop { pressed: true })
+            }
+            "release_emergency_stop" => {
+                CommandKind::Machine(MachineCommand::EmergencyStop { pressed: false })
+            }
+            "power_on" => CommandKind::Machine(MachineCommand::PowerOn),
+            "release_brakes" => CommandKind::Machine(MachineCommand::ReleaseBrakes),
             _ => {
                 return Err(PyValueError::new_err(format!(
                     "there is no order {name:?}; allowed are unlock, emergency_stop, release_emergency_stop, \

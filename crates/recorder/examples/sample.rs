@@ -12,8 +12,8 @@ use kinematics::{
     DOF, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, Pose, RobotModel,
 };
 use motion_api::{
-    Command, CommandId, CommandKind, MotionMode, Origin, ProgramId, Record, RingCapacities,
-    RobotState, ThreadNumber, motion_channel,
+    Command, CommandId, CommandKind, MotionCommand, MotionMode, Origin, ProgramId, Record,
+    RingCapacities, RobotState, ThreadNumber, motion_channel,
 };
 use nalgebra::Vector3;
 use recorder::{LogLevel, Recorder, RecorderConfig, Setup};
@@ -122,13 +122,13 @@ impl Arm {
                     thread: ThreadNumber(0),
                     line,
                 },
-                kind: CommandKind::MoveJ {
+                kind: CommandKind::Motion(MotionCommand::MoveJ {
                     target: self.ends[(1 - number % 2) as usize],
                     acceleration: 1.4,
                     speed: 1.05,
                     duration: 0.0,
                     radius: 0.0,
-                },
+                }),
             },
         }
     }

@@ -6,7 +6,8 @@
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
 use motion_api::{
-    CommandId, CommandKind, EncoderRange, FreedriveFrame, IoChange, OffsetAxes, PulseDecoding,
+    CommandId, CommandKind, EncoderRange, FreedriveFrame, IoChange, MachineCommand, MotionCommand,
+    OffsetAxes, OnlineCommand, OverlayCommand, PulseDecoding, SensingCommand, SettingCommand,
 };
 use serde_json::{Map, Value};
 use thiserror::Error;
@@ -34,15 +35,17 @@ pub enum ArgumentError {
 }
 
 macro_rules! commands {
-    ($($name:literal => $variant:ident $({ $($field:ident),+ })? $(( $item:ident ))?;)+) => {
+    ($($kind:ident: $family:ident {
+        $($name:literal => $variant:ident $({ $($field:ident),+ })? $(( $item:ident ))?;)+
+    })+) => {
         /// The arguments of a command by name.
         pub(crate) fn to_json(kind: &CommandKind) -> Map<String, Value> {
             let mut map = Map::new();
             match kind {
-                $(CommandKind::$variant $({ $($field),+ })? $(($item))? => {
+                $($(CommandKind::$kind($family::$variant $({ $($field),+ })? $(($item))?) => {
                     $($(map.insert(stringify!($field).to_owned(), $field.write());)+)?
                     $(map.insert(stringify!($item).to_owned(), $item.write());)?
-                })+
+                })+)+
             }
             map
         }
@@ -53,11 +56,11 @@ macro_rules! commands {
             arguments: &Map<String, Value>,
         ) -> Result<CommandKind, ArgumentError> {
             match name {
-                $($name => {
+                $($($name => {
                     $($(let $field = read(arguments, $name, stringify!($field))?;)+)?
                     $(let $item = read(arguments, $name, stringify!($item))?;)?
-                    Ok(CommandKind::$variant $({ $($field),+ })? $(($item))?)
-                })+
+                    Ok($family::$variant $({ $($field),+ })? $(($item))?.into())
+                })+)+
                 _ => Err(ArgumentError::UnknownCommand { name: name.to_owned() }),
             }
         }
@@ -65,58 +68,70 @@ macro_rules! commands {
 }
 
 commands! {
-    "movej" => MoveJ { target, acceleration, speed, duration, radius };
-    "movel" => MoveL { target, acceleration, speed, duration, radius };
-    "movec" => MoveC { via, target, acceleration, speed, radius, fixed };
-    "movep" => MoveP { target, acceleration, speed, radius };
-    "moveml" => MoveMl { count, interval };
-    "stop" => Stop { only };
-    "pause" => Pause;
-    "resume" => Resume;
-    "set_tcp" => SetTcp(tcp);
-    "set_payload" => SetPayload(payload);
-    "set_standard_digital_out" => SetStandardDigitalOut { index, level };
-    "set_io" => SetIo(change);
-    "set_io_at_zone" => SetIoAtZone { motion, change };
-    "set_speed_fraction" => SetSpeedFraction(fraction);
-    "power_on" => PowerOn;
-    "power_off" => PowerOff;
-    "release_brakes" => ReleaseBrakes;
-    "unlock_protective_stop" => UnlockProtectiveStop;
-    "protective_stop" => ProtectiveStop;
-    "restart_safety_board" => RestartSafetyBoard;
-    "emergency_stop" => EmergencyStop { pressed };
-    "servoj" => ServoJ { target, duration, lookahead, gain };
-    "follow_points" => FollowPoints { count, interval };
-    "speedj" => SpeedJ { speeds, acceleration, duration };
-    "speedl" => SpeedL { speed, acceleration, rotation_acceleration, duration };
-    "stopj" => StopJ { acceleration };
-    "stopl" => StopL { acceleration };
-    "set_gravity" => SetGravity(gravity);
-    "freedrive_mode" => Freedrive { free_axes, frame };
-    "end_freedrive_mode" => EndFreedrive;
-    "force_mode" => ForceMode { frame, selection, wrench, mode, speed_limits };
-    "end_force_mode" => EndForceMode;
-    "force_mode_set_gain_scaling" => SetForceGain(gain);
-    "force_mode_set_damping" => SetForceDamping(damping);
-    "set_external_wrench" => SetExternalWrench(wrench);
-    "push" => Push { wrench, in_tool_axes, duration, replaces };
-    "ft_rtsi_input_enable" => FtRtsiInput { enabled, mass, measuring_offset, cog };
-    "zero_ftsensor" => ZeroFtSensor;
-    "set_collision_detect_enabled" => SetCollisionDetection(enabled);
-    "set_dyn_collision_force_min_ratio" => SetCollisionSensitivity(ratio);
-    "track_conveyor_linear" => TrackConveyorLinear { direction, ticks_per_meter, encoder };
-    "track_conveyor_circular" => TrackConveyorCircular { center, ticks_per_revolution, rotate_tool, encoder };
-    "stop_conveyor_tracking" => StopConveyorTracking;
-    "encoder_enable_set_tick_count" => EncoderEnableSetTickCount { encoder, range };
-    "encoder_set_tick_count" => EncoderSetTickCount { encoder, count };
-    "encoder_enable_pulse_decode" => EncoderEnablePulseDecode { encoder, decoding, channel_a, channel_b };
-    "path_offset_enable" => PathOffsetEnable;
-    "path_offset_disable" => PathOffsetDisable { acceleration };
-    "path_offset_set" => PathOffsetSet { offset, axes };
-    "path_offset_set_alpha_filter" => PathOffsetFilter(share);
-    "path_offset_set_max_offset" => PathOffsetMax { translation, rotation };
-    "set_digital_input" => SetDigitalInput { index, level };
+    Motion: MotionCommand {
+        "movej" => MoveJ { target, acceleration, speed, duration, radius };
+        "movel" => MoveL { target, acceleration, speed, duration, radius };
+        "movec" => MoveC { via, target, acceleration, speed, radius, fixed };
+        "movep" => MoveP { target, acceleration, speed, radius };
+        "moveml" => MoveMl { count, interval };
+    }
+    Online: OnlineCommand {
+        "servoj" => ServoJ { target, duration, lookahead, gain };
+        "follow_points" => FollowPoints { count, interval };
+        "speedj" => SpeedJ { speeds, acceleration, duration };
+        "speedl" => SpeedL { speed, acceleration, rotation_acceleration, duration };
+        "stopj" => StopJ { acceleration };
+        "stopl" => StopL { acceleration };
+        "freedrive_mode" => Freedrive { free_axes, frame };
+        "end_freedrive_mode" => EndFreedrive;
+    }
+    Overlay: OverlayCommand {
+        "force_mode" => ForceMode { frame, selection, wrench, mode, speed_limits };
+        "end_force_mode" => EndForceMode;
+        "track_conveyor_linear" => TrackConveyorLinear { direction, ticks_per_meter, encoder };
+        "track_conveyor_circular" => TrackConveyorCircular { center, ticks_per_revolution, rotate_tool, encoder };
+        "stop_conveyor_tracking" => StopConveyorTracking;
+        "path_offset_enable" => PathOffsetEnable;
+        "path_offset_disable" => PathOffsetDisable { acceleration };
+        "path_offset_set" => PathOffsetSet { offset, axes };
+        "path_offset_set_alpha_filter" => PathOffsetFilter(share);
+        "path_offset_set_max_offset" => PathOffsetMax { translation, rotation };
+    }
+    Machine: MachineCommand {
+        "stop" => Stop { only };
+        "pause" => Pause;
+        "resume" => Resume;
+        "power_on" => PowerOn;
+        "power_off" => PowerOff;
+        "release_brakes" => ReleaseBrakes;
+        "unlock_protective_stop" => UnlockProtectiveStop;
+        "protective_stop" => ProtectiveStop;
+        "restart_safety_board" => RestartSafetyBoard;
+        "emergency_stop" => EmergencyStop { pressed };
+    }
+    Sensing: SensingCommand {
+        "force_mode_set_gain_scaling" => SetForceGain(gain);
+        "force_mode_set_damping" => SetForceDamping(damping);
+        "set_external_wrench" => SetExternalWrench(wrench);
+        "push" => Push { wrench, in_tool_axes, duration, replaces };
+        "ft_rtsi_input_enable" => FtRtsiInput { enabled, mass, measuring_offset, cog };
+        "zero_ftsensor" => ZeroFtSensor;
+        "set_collision_detect_enabled" => SetCollisionDetection(enabled);
+        "set_dyn_collision_force_min_ratio" => SetCollisionSensitivity(ratio);
+    }
+    Setting: SettingCommand {
+        "set_tcp" => SetTcp(tcp);
+        "set_payload" => SetPayload(payload);
+        "set_standard_digital_out" => SetStandardDigitalOut { index, level };
+        "set_io" => SetIo(change);
+        "set_io_at_zone" => SetIoAtZone { motion, change };
+        "set_speed_fraction" => SetSpeedFraction(fraction);
+        "set_gravity" => SetGravity(gravity);
+        "encoder_enable_set_tick_count" => EncoderEnableSetTickCount { encoder, range };
+        "encoder_set_tick_count" => EncoderSetTickCount { encoder, count };
+        "encoder_enable_pulse_decode" => EncoderEnablePulseDecode { encoder, decoding, channel_a, channel_b };
+        "set_digital_input" => SetDigitalInput { index, level };
+    }
 }
 
 fn read<T: JsonArgument>(
@@ -323,155 +338,158 @@ mod tests {
             inertia: target.0,
         };
         vec![
-            CommandKind::MoveJ {
+            CommandKind::Motion(MotionCommand::MoveJ {
                 target,
                 acceleration: x,
                 speed: x,
                 duration: 0.0,
                 radius: 0.0,
-            },
-            CommandKind::MoveL {
+            }),
+            CommandKind::Motion(MotionCommand::MoveL {
                 target: pose,
                 acceleration: x,
                 speed: x,
                 duration: x,
                 radius: 0.0,
-            },
-            CommandKind::Stop { only: CommandId(7) },
-            CommandKind::Pause,
-            CommandKind::Resume,
-            CommandKind::SetTcp(pose),
-            CommandKind::SetPayload(payload),
-            CommandKind::SetStandardDigitalOut {
+            }),
+            CommandKind::Machine(MachineCommand::Stop { only: CommandId(7) }),
+            CommandKind::Machine(MachineCommand::Pause),
+            CommandKind::Machine(MachineCommand::Resume),
+            CommandKind::Setting(SettingCommand::SetTcp(pose)),
+            CommandKind::Setting(SettingCommand::SetPayload(payload)),
+            CommandKind::Setting(SettingCommand::SetStandardDigitalOut {
                 index: 15,
                 level: true,
-            },
-            CommandKind::SetIo(IoChange::AnalogOut { port: 1, ratio: x }),
-            CommandKind::SetIo(IoChange::DigitalIn {
+            }),
+            CommandKind::Setting(SettingCommand::SetIo(IoChange::AnalogOut {
+                port: 1,
+                ratio: x,
+            })),
+            CommandKind::Setting(SettingCommand::SetIo(IoChange::DigitalIn {
                 mask: 0x0FFF_FFFF,
                 levels: 5,
-            }),
-            CommandKind::SetIoAtZone {
+            })),
+            CommandKind::Setting(SettingCommand::SetIoAtZone {
                 motion: CommandId(3),
                 change: IoChange::FloatRegister {
                     index: 47,
                     value: x,
                 },
-            },
-            CommandKind::SetSpeedFraction(x),
-            CommandKind::PowerOn,
-            CommandKind::PowerOff,
-            CommandKind::ReleaseBrakes,
-            CommandKind::EmergencyStop { pressed: true },
-            CommandKind::UnlockProtectiveStop,
-            CommandKind::ProtectiveStop,
-            CommandKind::RestartSafetyBoard,
-            CommandKind::ServoJ {
+            }),
+            CommandKind::Setting(SettingCommand::SetSpeedFraction(x)),
+            CommandKind::Machine(MachineCommand::PowerOn),
+            CommandKind::Machine(MachineCommand::PowerOff),
+            CommandKind::Machine(MachineCommand::ReleaseBrakes),
+            CommandKind::Machine(MachineCommand::EmergencyStop { pressed: true }),
+            CommandKind::Machine(MachineCommand::UnlockProtectiveStop),
+            CommandKind::Machine(MachineCommand::ProtectiveStop),
+            CommandKind::Machine(MachineCommand::RestartSafetyBoard),
+            CommandKind::Online(OnlineCommand::ServoJ {
                 target,
                 duration: x,
                 lookahead: 0.1,
                 gain: x,
-            },
-            CommandKind::FollowPoints {
+            }),
+            CommandKind::Online(OnlineCommand::FollowPoints {
                 count: 3,
                 interval: x,
-            },
-            CommandKind::SpeedJ {
+            }),
+            CommandKind::Online(OnlineCommand::SpeedJ {
                 speeds: JointSpeeds(target.0),
                 acceleration: x,
                 duration: None,
-            },
-            CommandKind::SpeedL {
+            }),
+            CommandKind::Online(OnlineCommand::SpeedL {
                 speed: target.0,
                 acceleration: x,
                 rotation_acceleration: -x,
                 duration: Some(x),
-            },
-            CommandKind::StopJ { acceleration: x },
-            CommandKind::StopL { acceleration: x },
-            CommandKind::SetGravity([x, 0.0, -9.81]),
-            CommandKind::Freedrive {
+            }),
+            CommandKind::Online(OnlineCommand::StopJ { acceleration: x }),
+            CommandKind::Online(OnlineCommand::StopL { acceleration: x }),
+            CommandKind::Setting(SettingCommand::SetGravity([x, 0.0, -9.81])),
+            CommandKind::Online(OnlineCommand::Freedrive {
                 free_axes: [true, false, true, false, true, false],
                 frame: FreedriveFrame::Pose(pose),
-            },
-            CommandKind::Freedrive {
+            }),
+            CommandKind::Online(OnlineCommand::Freedrive {
                 free_axes: [false; 6],
                 frame: FreedriveFrame::Tool,
-            },
-            CommandKind::EndFreedrive,
-            CommandKind::ForceMode {
+            }),
+            CommandKind::Online(OnlineCommand::EndFreedrive),
+            CommandKind::Overlay(OverlayCommand::ForceMode {
                 frame: pose,
                 selection: [true, false, true, false, false, true],
                 wrench: target.0,
                 mode: 3,
                 speed_limits: [x.abs(); 6],
-            },
-            CommandKind::EndForceMode,
-            CommandKind::SetForceGain(x),
-            CommandKind::SetForceDamping(x),
-            CommandKind::SetExternalWrench(target.0),
-            CommandKind::Push {
+            }),
+            CommandKind::Overlay(OverlayCommand::EndForceMode),
+            CommandKind::Sensing(SensingCommand::SetForceGain(x)),
+            CommandKind::Sensing(SensingCommand::SetForceDamping(x)),
+            CommandKind::Sensing(SensingCommand::SetExternalWrench(target.0)),
+            CommandKind::Sensing(SensingCommand::Push {
                 wrench: target.0,
                 in_tool_axes: true,
                 duration: x.abs(),
                 replaces: false,
-            },
-            CommandKind::FtRtsiInput {
+            }),
+            CommandKind::Sensing(SensingCommand::FtRtsiInput {
                 enabled: true,
                 mass: x,
                 measuring_offset: [0.0, x, 0.1],
                 cog: [x, 0.0, 0.05],
-            },
-            CommandKind::ZeroFtSensor,
-            CommandKind::SetCollisionDetection(true),
-            CommandKind::SetCollisionSensitivity(30),
-            CommandKind::TrackConveyorLinear {
+            }),
+            CommandKind::Sensing(SensingCommand::ZeroFtSensor),
+            CommandKind::Sensing(SensingCommand::SetCollisionDetection(true)),
+            CommandKind::Sensing(SensingCommand::SetCollisionSensitivity(30)),
+            CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
                 direction: [x, 0.0, 1.0],
                 ticks_per_meter: x,
                 encoder: 1,
-            },
-            CommandKind::TrackConveyorCircular {
+            }),
+            CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
                 center: pose,
                 ticks_per_revolution: x,
                 rotate_tool: true,
                 encoder: 0,
-            },
-            CommandKind::StopConveyorTracking,
-            CommandKind::EncoderEnableSetTickCount {
+            }),
+            CommandKind::Overlay(OverlayCommand::StopConveyorTracking),
+            CommandKind::Setting(SettingCommand::EncoderEnableSetTickCount {
                 encoder: 1,
                 range: EncoderRange::Unsigned24,
-            },
-            CommandKind::EncoderSetTickCount {
+            }),
+            CommandKind::Setting(SettingCommand::EncoderSetTickCount {
                 encoder: 1,
                 count: x,
-            },
-            CommandKind::EncoderEnablePulseDecode {
+            }),
+            CommandKind::Setting(SettingCommand::EncoderEnablePulseDecode {
                 encoder: 0,
                 decoding: PulseDecoding::Rising,
                 channel_a: 16,
                 channel_b: 0,
-            },
-            CommandKind::MoveP {
+            }),
+            CommandKind::Motion(MotionCommand::MoveP {
                 target: pose,
                 acceleration: x,
                 speed: x,
                 radius: x,
-            },
-            CommandKind::PathOffsetEnable,
-            CommandKind::PathOffsetDisable { acceleration: x },
-            CommandKind::PathOffsetSet {
+            }),
+            CommandKind::Overlay(OverlayCommand::PathOffsetEnable),
+            CommandKind::Overlay(OverlayCommand::PathOffsetDisable { acceleration: x }),
+            CommandKind::Overlay(OverlayCommand::PathOffsetSet {
                 offset: pose,
                 axes: OffsetAxes::Motion,
-            },
-            CommandKind::PathOffsetFilter(x),
-            CommandKind::PathOffsetMax {
+            }),
+            CommandKind::Overlay(OverlayCommand::PathOffsetFilter(x)),
+            CommandKind::Overlay(OverlayCommand::PathOffsetMax {
                 translation: x,
                 rotation: x,
-            },
-            CommandKind::SetDigitalInput {
+            }),
+            CommandKind::Setting(SettingCommand::SetDigitalInput {
                 index: 17,
                 level: true,
-            },
+            }),
         ]
     }
 

@@ -18,7 +18,7 @@ use controller::outcome::ResultCollector;
 use controller::{CellWorld, ProgramOutcome, ProgramResult};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskState};
 use io_bus::{Fieldbus, SimulatedPeers};
-use motion_api::{CommandKind, Origin, Seconds};
+use motion_api::{CommandKind, Origin, Seconds, SettingCommand};
 use parking_lot::Mutex;
 use tokio::sync::mpsc::UnboundedSender;
 
@@ -316,7 +316,9 @@ impl TestContext {
                 value.write(direction, self.robot.registers());
                 return Ok(());
             }
-            TestAction::Set(PointChange::Io(change)) => CommandKind::SetIo(change),
+            TestAction::Set(PointChange::Io(change)) => {
+                CommandKind::Setting(SettingCommand::SetIo(change))
+            }
             TestAction::Command(command) => command,
         };
         let sent = self.robot.send(Origin::default(), command);

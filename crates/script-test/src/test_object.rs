@@ -16,7 +16,7 @@ use elite_lang::{
 };
 use elite_runtime::{ProgramText, TestTaskHandle};
 use io_bus::SimulatedPeers;
-use motion_api::{CommandKind, RobotMode, SafetyMode, Seconds};
+use motion_api::{CommandKind, MachineCommand, RobotMode, SafetyMode, Seconds, SensingCommand};
 use recorder::{CycleMessage, FieldValue};
 
 use crate::expect;
@@ -501,12 +501,12 @@ fn wrench(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
         },
     };
     let after = seconds(call, 3, "after", Some(0.0))?;
-    let push = CommandKind::Push {
+    let push = CommandKind::Sensing(SensingCommand::Push {
         wrench,
         in_tool_axes,
         duration: duration.get(),
         replaces: false,
-    };
+    });
     if let Err(refusal) = push.validate() {
         return Err(argument_error(call, refusal.to_string()));
     }
@@ -517,8 +517,8 @@ fn safety(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let wanted = text(call, 0, "state")?;
     let kind = match wanted.as_str() {
         "normal" => return make_ready(site, call),
-        "protective_stop" => CommandKind::ProtectiveStop,
-        "emergency_stop" => CommandKind::EmergencyStop { pressed: true },
+        "protective_stop" => CommandKind::Machine(MachineCommand::ProtectiveStop),
+        "emergency_stop" => CommandKind::Machine(MachineCommand::EmergencyStop { pressed: true }),
         other => {
             let text = format!(
                 "state is {other:?}; allowed are \"normal\", \"protective_stop\" and \"emergency_stop\""
@@ -538,7 +538,7 @@ fn make_ready(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let robot = site.bench.robot.clone();
     let step = robot.state().step_time;
     let deadline = site.bench.turns.cycles() + (READY_MAX / step) as u64;
-    let released = CommandKind::EmergencyStop { pressed: false };
+    let released = CommandKind::Machine(MachineCommand::EmergencyStop { pressed: false });
     act(
         site,
         call,
@@ -550,9 +550,9 @@ fn make_ready(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
         let is_safe = matches!(state.safety_mode, SafetyMode::Normal | SafetyMode::Reduced);
         let next = match (is_safe, state.robot_mode) {
             (true, RobotMode::Running) => return Ok(Value::None),
-            (false, _) => Some(CommandKind::UnlockProtectiveStop),
-            (true, RobotMode::PowerOff) => Some(CommandKind::PowerOn),
-            (true, RobotMode::Idle) => Some(CommandKind::ReleaseBrakes),
+            (false, _) => Some(CommandKind::Machine(MachineCommand::UnlockProtectiveStop)),
+            (true, RobotMode::PowerOff) => Some(CommandKind::Machine(MachineCommand::PowerOn)),
+            (true, RobotMode::Idle) => Some(CommandKind::Machine(MachineCommand::ReleaseBrakes)),
             (true, _) => None,
         };
         if site.bench.turns.cycles() >= deadline {

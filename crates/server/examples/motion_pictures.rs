@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
 use motion::{ControlLoop, CycleConfig, CycleTiming, MotionLimits, PlantKind};
 use motion_api::{
-    CommandKind, Event, Origin, Outcome, RingCapacities, RobotState, ScriptEndpoint, motion_channel,
+    CommandKind, Event, MotionCommand, Origin, Outcome, RingCapacities, RobotState, ScriptEndpoint,
+    motion_channel,
 };
 use server::plot::{Circle, Curve, CurveStyle, Figure, Marks, PlotPanel};
 
@@ -160,13 +161,13 @@ fn place(pose: &RpyPose) -> (f64, f64) {
 }
 
 fn line(target: RpyPose, speed: f64, radius: f64) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration: 1.2,
         speed,
         duration: 0.0,
         radius,
-    }
+    })
 }
 
 /// The default speed and acceleration of movej (manual 3.1.1).
@@ -175,13 +176,13 @@ const ACCELERATION: f64 = 1.396_263;
 
 fn movej() -> Figure {
     let mut stage = Stage::new([0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0], 0.002);
-    stage.perform(&[CommandKind::MoveJ {
+    stage.perform(&[CommandKind::Motion(MotionCommand::MoveJ {
         target: JointPositions([1.6, -1.1, 1.9, -2.1, -1.2, 0.7]),
         acceleration: ACCELERATION,
         speed: SPEED,
         duration: 0.0,
         radius: 0.0,
-    }]);
+    })]);
     let limits = [-1.0, 1.0];
     let with_levels = |panel: PlotPanel, most: f64| {
         limits.iter().fold(panel, |panel, sign| {
@@ -223,14 +224,14 @@ fn blend() -> Figure {
     stage.perform(&[
         line(one, 0.25, radii[0]),
         line(two, 0.25, radii[1]),
-        CommandKind::MoveC {
+        CommandKind::Motion(MotionCommand::MoveC {
             via,
             target: three,
             acceleration: 1.2,
             speed: 0.25,
             radius: radii[2],
             fixed: false,
-        },
+        }),
         line(four, 0.15, 0.0),
     ]);
     let corners = [one, two, three];

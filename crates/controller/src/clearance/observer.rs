@@ -8,7 +8,7 @@ use elite_runtime::message::Observer;
 use elite_syntax::SourceFile;
 use elite_syntax::parser::parse;
 use kinematics::{JointPositions, Pose, RpyPose};
-use motion_api::{CommandId, CommandKind, CycleFrame, ProgramId, RobotState};
+use motion_api::{CommandId, CommandKind, CycleFrame, OverlayCommand, ProgramId, RobotState};
 use parking_lot::Mutex;
 use path_planning::{ClearanceTracker, CollisionScene, ObstaclePlace};
 use world::description::BodyShape;
@@ -315,12 +315,12 @@ impl MeasuredProgram {
         // A belt, a force or an offset is laid over motions and is none by itself.
         let is_overlay = matches!(
             command.map(|command| command.kind),
-            Some(
-                CommandKind::ForceMode { .. }
-                    | CommandKind::TrackConveyorLinear { .. }
-                    | CommandKind::TrackConveyorCircular { .. }
-                    | CommandKind::PathOffsetEnable
-            )
+            Some(CommandKind::Overlay(
+                OverlayCommand::ForceMode { .. }
+                    | OverlayCommand::TrackConveyorLinear { .. }
+                    | OverlayCommand::TrackConveyorCircular { .. }
+                    | OverlayCommand::PathOffsetEnable
+            ))
         );
         let goes_on = self
             .rows

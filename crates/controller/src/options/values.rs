@@ -9,7 +9,7 @@ use core::str::FromStr;
 use std::path::PathBuf;
 
 use kinematics::{JointPositions, Payload, PayloadError, RpyPose};
-use motion_api::CommandKind;
+use motion_api::{CommandKind, SettingCommand};
 use recorder::RotationTrigger;
 
 /// Names of the built-in models.
@@ -279,7 +279,7 @@ impl FromStr for Tcp {
         six_numbers(text)
             .map(RpyPose::from_array)
             .filter(|tcp| tcp.rpy.iter().all(is_angle))
-            .filter(|tcp| CommandKind::SetTcp(*tcp).validate().is_ok())
+            .filter(|tcp| CommandKind::Setting(SettingCommand::SetTcp(*tcp)).validate().is_ok())
             .map(Self)
             .ok_or_else(|| {
                 "x, y, z in m, up to 10, and Rx, Ry, Rz in rad, up to 1000, are needed, separated by commas, \
@@ -312,7 +312,7 @@ impl FromStr for PayloadChoice {
             PayloadError::ImpossibleInertia { .. } => error.to_string(),
             _ => allowed.to_owned(),
         })?;
-        match CommandKind::SetPayload(payload).validate() {
+        match CommandKind::Setting(SettingCommand::SetPayload(payload)).validate() {
             Ok(()) => Ok(Self(payload)),
             Err(_) => Err(allowed.to_owned()),
         }

@@ -1,7 +1,7 @@
 //! Manual 3.1.21 to 3.1.24 and 3.1.29 to 3.1.32: conveyor encoders and tracking.
 
 use elite_lang::{ExceptionKind, Raised, Value};
-use motion_api::{CommandKind, EncoderRange, PulseDecoding};
+use motion_api::{CommandKind, EncoderRange, OverlayCommand, PulseDecoding, SettingCommand};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
@@ -180,7 +180,7 @@ fn encoder(call: &mut Call<'_, '_>, index: usize) -> Result<u8, Raised> {
 fn encoder_enable_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let encoder = encoder(call, 0)?;
     let range = EncoderRange::from_number(call.integer(1)? as u64).unwrap_or_default();
-    call.set(CommandKind::EncoderEnableSetTickCount { encoder, range })?;
+    call.set(SettingCommand::EncoderEnableSetTickCount { encoder, range })?;
     Ok(Value::None)
 }
 
@@ -192,7 +192,7 @@ fn encoder_get_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 fn encoder_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let encoder = encoder(call, 0)?;
     let count = call.number(1)?;
-    call.set(CommandKind::EncoderSetTickCount { encoder, count })?;
+    call.set(SettingCommand::EncoderSetTickCount { encoder, count })?;
     Ok(Value::None)
 }
 
@@ -215,28 +215,28 @@ fn ticks(call: &mut Call<'_, '_>, index: usize, name: &str) -> Result<f64, Raise
 }
 
 fn track_conveyor_circular(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let kind = CommandKind::TrackConveyorCircular {
+    let kind = CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
         center: call.pose(0)?,
         ticks_per_revolution: ticks(call, 1, "track_conveyor_circular(): ticks_per_revolution")?,
         rotate_tool: call.boolean(2)?,
         encoder: encoder(call, 3)?,
-    };
+    });
     call.set(kind)?;
     Ok(Value::None)
 }
 
 fn track_conveyor_linear(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let kind = CommandKind::TrackConveyorLinear {
+    let kind = CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
         direction: call.pose(0)?.xyz,
         ticks_per_meter: ticks(call, 1, "track_conveyor_linear(): ticks_per_meter")?,
         encoder: encoder(call, 2)?,
-    };
+    });
     call.set(kind)?;
     Ok(Value::None)
 }
 
 fn stop_conveyor_tracking(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.run_command(CommandKind::StopConveyorTracking)?;
+    call.run_command(OverlayCommand::StopConveyorTracking)?;
     Ok(Value::None)
 }
 
@@ -253,7 +253,7 @@ fn encoder_enable_pulse_decode(call: &mut Call<'_, '_>) -> Result<Value, Raised>
         );
         return Err(call.error(ExceptionKind::ValueError, text));
     }
-    call.set(CommandKind::EncoderEnablePulseDecode {
+    call.set(SettingCommand::EncoderEnablePulseDecode {
         encoder,
         decoding,
         channel_a,

@@ -1,7 +1,7 @@
 //! Manual chapter 4: force mode and the force sensor.
 
 use elite_lang::{Raised, Value};
-use motion_api::CommandKind;
+use motion_api::{OverlayCommand, SensingCommand};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
@@ -171,7 +171,7 @@ fn force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         let given = format!("{} at [{k}]", speed_limits[k]);
         return Err(call.not_allowed(4, "six numbers of at least 0", given));
     }
-    call.set(CommandKind::ForceMode {
+    call.set(OverlayCommand::ForceMode {
         frame,
         selection,
         wrench,
@@ -183,23 +183,23 @@ fn force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn force_mode_set_gain_scaling(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let gain = call.clamped(0, (0.0, 2.0))?;
-    call.send(CommandKind::SetForceGain(gain))?;
+    call.send(SensingCommand::SetForceGain(gain))?;
     Ok(Value::None)
 }
 
 fn force_mode_set_damping(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let damping = call.clamped(0, (0.0, 1.0))?;
-    call.send(CommandKind::SetForceDamping(damping))?;
+    call.send(SensingCommand::SetForceDamping(damping))?;
     Ok(Value::None)
 }
 
 fn end_force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.set(CommandKind::EndForceMode)?;
+    call.set(OverlayCommand::EndForceMode)?;
     Ok(Value::None)
 }
 
 fn zero_ftsensor(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.set(CommandKind::ZeroFtSensor)?;
+    call.set(SensingCommand::ZeroFtSensor)?;
     Ok(Value::None)
 }
 
@@ -224,7 +224,7 @@ fn ft_rtsi_input_enable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let mass = call.number(1)?;
     let measuring_offset = call.numbers(2)?;
     let cog = call.numbers(3)?;
-    call.set(CommandKind::FtRtsiInput {
+    call.set(SensingCommand::FtRtsiInput {
         enabled,
         mass,
         measuring_offset,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use elite_lang::{ExceptionKind, Raised, Value};
 use kinematics::{JointPositions, Pose, RobotModel};
-use motion_api::{CommandKind, PointList};
+use motion_api::{MotionCommand, PointList};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
@@ -278,7 +278,7 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     };
     let here = call.context().robot().state().target_q;
     if (0..6).any(|joint| (start[joint] - here[joint]).abs() > AT_FIRST_POINT) {
-        call.run_command(CommandKind::MoveJ {
+        call.run_command(MotionCommand::MoveJ {
             target: start,
             acceleration: APPROACH.0,
             speed: APPROACH.1,

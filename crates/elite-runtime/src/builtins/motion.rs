@@ -7,7 +7,7 @@
 
 use ::kinematics::Payload;
 use elite_lang::{ExceptionKind, Raised, Value};
-use motion_api::CommandKind;
+use motion_api::{CommandKind, MotionCommand, SettingCommand};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
@@ -241,45 +241,45 @@ const fn getter(
 }
 
 fn movej(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let kind = CommandKind::MoveJ {
+    let kind = CommandKind::Motion(MotionCommand::MoveJ {
         target: call.joints(0)?,
         acceleration: call.number(1)?,
         speed: call.number(2)?,
         duration: call.number(3)?,
         radius: call.number(4)?,
-    };
+    });
     call.run_command(kind)?;
     Ok(Value::None)
 }
 
 fn movel(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let kind = CommandKind::MoveL {
+    let kind = CommandKind::Motion(MotionCommand::MoveL {
         target: call.pose(0)?,
         acceleration: call.number(1)?,
         speed: call.number(2)?,
         duration: call.number(3)?,
         radius: call.number(4)?,
-    };
+    });
     call.run_command(kind)?;
     Ok(Value::None)
 }
 
 fn movec(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let kind = CommandKind::MoveC {
+    let kind = CommandKind::Motion(MotionCommand::MoveC {
         via: call.pose(0)?,
         target: call.pose(1)?,
         acceleration: call.number(2)?,
         speed: call.number(3)?,
         radius: call.number(4)?,
         fixed: call.integer(5)? == 0,
-    };
+    });
     call.run_command(kind)?;
     Ok(Value::None)
 }
 
 fn set_tcp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let pose = call.pose(0)?;
-    call.set(CommandKind::SetTcp(pose))?;
+    call.set(SettingCommand::SetTcp(pose))?;
     Ok(Value::None)
 }
 
@@ -297,7 +297,7 @@ fn set_payload(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     }
     let (cog, inertia) = (call.numbers(1)?, call.numbers(2)?);
     match Payload::new(mass, cog, inertia) {
-        Ok(payload) => call.set(CommandKind::SetPayload(payload))?,
+        Ok(payload) => call.set(SettingCommand::SetPayload(payload))?,
         Err(error) => {
             return Err(call.error(ExceptionKind::ValueError, format!("set_payload(): {error}")));
         }

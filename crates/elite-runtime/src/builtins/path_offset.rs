@@ -2,7 +2,7 @@
 //! them.
 
 use elite_lang::{ExceptionKind, Raised, Value};
-use motion_api::{CommandKind, OffsetAxes};
+use motion_api::{CommandKind, MotionCommand, OffsetAxes, OverlayCommand};
 
 use super::call::Call;
 use super::declare::{
@@ -159,24 +159,24 @@ const AXES: Parameter = Parameter::new(
 );
 
 fn movep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let kind = CommandKind::MoveP {
+    let kind = CommandKind::Motion(MotionCommand::MoveP {
         target: call.pose(0)?,
         acceleration: call.number(1)?,
         speed: call.number(2)?,
         radius: call.number(3)?,
-    };
+    });
     call.run_command(kind)?;
     Ok(Value::None)
 }
 
 fn path_offset_enable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.set(CommandKind::PathOffsetEnable)?;
+    call.set(OverlayCommand::PathOffsetEnable)?;
     Ok(Value::None)
 }
 
 fn path_offset_disable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let acceleration = call.number(0)?;
-    call.run_command(CommandKind::PathOffsetDisable { acceleration })?;
+    call.run_command(OverlayCommand::PathOffsetDisable { acceleration })?;
     Ok(Value::None)
 }
 
@@ -194,7 +194,7 @@ fn path_offset_set(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         );
         return Err(call.error(ExceptionKind::ValueError, text));
     }
-    call.send(CommandKind::PathOffsetSet { offset, axes })?;
+    call.send(OverlayCommand::PathOffsetSet { offset, axes })?;
     Ok(Value::None)
 }
 
@@ -209,15 +209,15 @@ fn path_offset_get(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn path_offset_set_alpha_filter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let share = call.number(0)?;
-    call.send(CommandKind::PathOffsetFilter(share))?;
+    call.send(OverlayCommand::PathOffsetFilter(share))?;
     Ok(Value::None)
 }
 
 fn path_offset_set_max_offset(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let kind = CommandKind::PathOffsetMax {
+    let kind = CommandKind::Overlay(OverlayCommand::PathOffsetMax {
         translation: call.number(0)?,
         rotation: call.number(1)?,
-    };
+    });
     call.send(kind)?;
     Ok(Value::None)
 }

@@ -2,7 +2,7 @@
 
 use ::kinematics::JointSpeeds;
 use elite_lang::{Raised, Value};
-use motion_api::CommandKind;
+use motion_api::{CommandKind, OnlineCommand};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
@@ -136,12 +136,12 @@ const DURATION: Parameter = Parameter::new(
 const ONE_CYCLE: f64 = 1e-6;
 
 fn servoj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let kind = CommandKind::ServoJ {
+    let kind = CommandKind::Online(OnlineCommand::ServoJ {
         target: call.joints(0)?,
         duration: call.number(1)?,
         lookahead: call.clamped(2, (0.03, 0.2))?,
         gain: call.clamped(3, (100.0, 2000.0))?,
-    };
+    });
     call.run_command(kind)?;
     Ok(Value::None)
 }
@@ -154,11 +154,11 @@ fn duration(call: &mut Call<'_, '_>) -> Result<Option<f64>, Raised> {
 }
 
 fn speedj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let kind = CommandKind::SpeedJ {
+    let kind = CommandKind::Online(OnlineCommand::SpeedJ {
         speeds: JointSpeeds(call.numbers(0)?),
         acceleration: call.number(1)?,
         duration: duration(call)?,
-    };
+    });
     call.run_command(kind)?;
     Ok(Value::None)
 }
@@ -177,24 +177,24 @@ fn speedl(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
             acceleration
         }
     };
-    let kind = CommandKind::SpeedL {
+    let kind = CommandKind::Online(OnlineCommand::SpeedL {
         speed: call.numbers(0)?,
         acceleration,
         rotation_acceleration,
         duration,
-    };
+    });
     call.run_command(kind)?;
     Ok(Value::None)
 }
 
 fn stopj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let acceleration = call.number(0)?;
-    call.run_command(CommandKind::StopJ { acceleration })?;
+    call.run_command(OnlineCommand::StopJ { acceleration })?;
     Ok(Value::None)
 }
 
 fn stopl(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let acceleration = call.number(0)?;
-    call.run_command(CommandKind::StopL { acceleration })?;
+    call.run_command(OnlineCommand::StopL { acceleration })?;
     Ok(Value::None)
 }

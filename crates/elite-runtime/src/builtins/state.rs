@@ -2,7 +2,7 @@
 
 use ::kinematics::Pose;
 use elite_lang::{Raised, Value};
-use motion_api::{CommandKind, RobotState};
+use motion_api::{OnlineCommand, RobotState, SensingCommand, SettingCommand};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
@@ -221,7 +221,7 @@ pub const BUILTINS: &[Builtin] = &[
 fn set_gravity(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     // The manual gives what the arm feels, the dynamics want free fall: the opposite.
     let felt: [f64; 3] = call.numbers(0)?;
-    call.set(CommandKind::SetGravity(felt.map(|x| 0.0 - x)))?;
+    call.set(SettingCommand::SetGravity(felt.map(|x| 0.0 - x)))?;
     Ok(Value::None)
 }
 
@@ -240,23 +240,23 @@ fn freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         }
     }
     let frame = call.frame(1)?;
-    call.set(CommandKind::Freedrive { free_axes, frame })?;
+    call.set(OnlineCommand::Freedrive { free_axes, frame })?;
     Ok(Value::None)
 }
 
 fn end_freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    call.set(CommandKind::EndFreedrive)?;
+    call.set(OnlineCommand::EndFreedrive)?;
     Ok(Value::None)
 }
 
 fn set_collision_detect_enabled(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let enabled = call.boolean(0)?;
-    call.set(CommandKind::SetCollisionDetection(enabled))?;
+    call.set(SensingCommand::SetCollisionDetection(enabled))?;
     Ok(Value::None)
 }
 
 fn set_dyn_collision_force_min_ratio(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let ratio = call.integer(0)? as u8;
-    call.set(CommandKind::SetCollisionSensitivity(ratio))?;
+    call.set(SensingCommand::SetCollisionSensitivity(ratio))?;
     Ok(Value::None)
 }

@@ -1,7 +1,7 @@
 //! Manual 9.2, 9.3 and 9.5, and `print` and `sync` of 1.2: the task's own state, messages, time, flags.
 
 use elite_lang::{ExceptionKind, Raised, Value};
-use motion_api::{CommandKind, Seconds};
+use motion_api::{MachineCommand, Seconds};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
@@ -241,7 +241,7 @@ fn halt(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn powerdown(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     // The arm decelerates before its power goes.
-    call.send(CommandKind::PowerOff)?;
+    call.send(MachineCommand::PowerOff)?;
     log(call, Severity::Info, "powerdown(): the arm is switched off");
     halt(call)
 }

@@ -8,7 +8,9 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use motion_api::{Command, CommandId, CommandKind, DigitalBank, IoChange, Origin, ProgramId};
+use motion_api::{
+    Command, CommandId, CommandKind, DigitalBank, IoChange, Origin, ProgramId, SettingCommand,
+};
 
 use super::{ExternalInput, ExternalInputKind, RecordedCall, TaskOrder};
 
@@ -378,9 +380,15 @@ fn is_same(a: &CommandKind, b: &CommandKind) -> bool {
 /// A change of an output without the motion whose blend zone it waits for; other commands as they are.
 fn made_at_once(kind: &CommandKind) -> CommandKind {
     match *kind {
-        CommandKind::SetIoAtZone { change, .. } => CommandKind::SetIo(change),
-        CommandKind::SetStandardDigitalOut { index, level } => {
-            CommandKind::SetIo(IoChange::digital_out(DigitalBank::Standard, index, level))
+        CommandKind::Setting(SettingCommand::SetIoAtZone { change, .. }) => {
+            CommandKind::Setting(SettingCommand::SetIo(change))
+        }
+        CommandKind::Setting(SettingCommand::SetStandardDigitalOut { index, level }) => {
+            CommandKind::Setting(SettingCommand::SetIo(IoChange::digital_out(
+                DigitalBank::Standard,
+                index,
+                level,
+            )))
         }
         other => other,
     }

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use elite_syntax::{Diagnostic, KnownNames, SourceFile};
-use motion_api::{CommandId, CommandKind, Origin, ProgramId};
+use motion_api::{CommandId, CommandKind, MachineCommand, Origin, ProgramId};
 use supervision::{CaughtPanic, Fault, ThreadRole, catch};
 use thiserror::Error;
 use tokio::sync::{Mutex as Turns, watch};
@@ -663,7 +663,10 @@ impl ProgramSlot {
         let fault = Fault::new(ThreadRole::Task, format!("program {}", id.0), panicked);
         self.settings.faults.tell(&fault);
         let only = CommandId::NONE;
-        for command in [CommandKind::Stop { only }, CommandKind::Resume] {
+        for command in [
+            CommandKind::Machine(MachineCommand::Stop { only }),
+            CommandKind::Machine(MachineCommand::Resume),
+        ] {
             // A full ring belongs to a cycle that takes nothing, which moves nothing either.
             let _ = self.settings.robot.send(Origin::default(), command);
         }

@@ -3,7 +3,7 @@
 //! Others hold it by orders, a debugger besides; it goes on when both have let go.
 
 use io_bus::ProgramState;
-use motion_api::{CommandKind, IoChange, Origin};
+use motion_api::{CommandKind, IoChange, MachineCommand, Origin, SettingCommand};
 
 use super::scheduler::Task;
 use crate::debug::SuspendState;
@@ -23,7 +23,7 @@ impl Task {
     pub(super) fn go_on(&mut self) {
         if self.suspension.is_active {
             self.suspension.is_active = false;
-            self.queue_command(CommandKind::Resume);
+            self.queue_command(MachineCommand::Resume);
             self.program_is(ProgramState::Running);
             let now = self.context.robot().moment().time;
             self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
@@ -54,7 +54,7 @@ impl Task {
     fn halt(&mut self) {
         if !self.suspension.is_active {
             self.suspension.is_active = true;
-            self.queue_command(CommandKind::Pause);
+            self.queue_command(MachineCommand::Pause);
             self.program_is(ProgramState::Paused);
             self.show(TaskState::Paused);
         }
@@ -66,8 +66,8 @@ impl Task {
 
     /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop
     /// is late at worst, never lost.
-    pub(super) fn queue_command(&mut self, kind: CommandKind) {
-        self.pending_commands.push_back(kind);
+    pub(super) fn queue_command(&mut self, kind: impl Into<CommandKind>) {
+        self.pending_commands.push_back(kind.into());
         self.flush_commands();
     }
 
@@ -89,7 +89,7 @@ impl Task {
             return;
         }
         let runs = state == ProgramState::Running;
-        self.queue_command(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
+        self.queue_command(SettingCommand::SetIo(IoChange::ProgramRunning(runs)));
         self.settings.fieldbus.set_program(state);
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use elite_lang::{Resume, ResumeOutcome, ScriptError, ScriptThread, WaitToken};
-use motion_api::{CommandKind, ThreadNumber};
+use motion_api::{MachineCommand, ThreadNumber};
 use tokio::sync::oneshot;
 
 use super::report::{ReportedPosition, place_in_program};
@@ -139,7 +139,7 @@ impl Task {
         if let Some(id) = self.context.take_steering(number)
             && number != ThreadNumber(0)
         {
-            self.queue_command(CommandKind::Stop { only: id });
+            self.queue_command(MachineCommand::Stop { only: id });
         }
         self.context.leave_ahead(number);
         if let Some(attached) = &self.debugger {
@@ -185,7 +185,7 @@ impl Task {
         match self.end_wait(number) {
             Some(Wait::Command(id) | Wait::Motion(id)) => {
                 self.settings.robot.forget(id);
-                self.queue_command(CommandKind::Stop { only: id });
+                self.queue_command(MachineCommand::Stop { only: id });
             }
             Some(Wait::Popup(id)) => drop(self.settings.panel.close_popup(id)),
             Some(Wait::Job(job)) => self.context.outside().cancel(job),
@@ -193,7 +193,7 @@ impl Task {
         }
         for id in self.context.take_ahead(number) {
             self.settings.robot.forget(id);
-            self.queue_command(CommandKind::Stop { only: id });
+            self.queue_command(MachineCommand::Stop { only: id });
         }
         self.context.drop_effects(number);
         // What it does while it unwinds is not told.

@@ -5,7 +5,9 @@
 
 use std::time::Duration;
 
-use motion_api::{CommandId, CommandKind, MotionMode, Origin, RobotMode, RobotState, ThreadNumber};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionMode, Origin, RobotMode, RobotState, ThreadNumber,
+};
 use tokio::time::{Instant, sleep_until};
 
 use super::controls::Control;
@@ -259,12 +261,12 @@ impl Task {
             || started.force_mode
             || is_cut_off
         {
-            self.queue_command(CommandKind::Stop {
+            self.queue_command(MachineCommand::Stop {
                 only: CommandId::NONE,
             });
         }
         if self.suspension.is_active {
-            self.queue_command(CommandKind::Resume);
+            self.queue_command(MachineCommand::Resume);
         }
         let mut deadline = started.time + SETTLE_TIME_MAX;
         let mut goes_on = *end == TaskEnd::Finished;
@@ -290,7 +292,7 @@ impl Task {
                     Control::Stop if goes_on => {
                         goes_on = false;
                         deadline = state.time + SETTLE_TIME_MAX;
-                        self.queue_command(CommandKind::Stop {
+                        self.queue_command(MachineCommand::Stop {
                             only: CommandId::NONE,
                         });
                     }
@@ -320,13 +322,13 @@ impl Task {
             program: self.context.program(),
             ..Origin::default()
         };
-        let stop = CommandKind::Stop {
+        let stop = CommandKind::Machine(MachineCommand::Stop {
             only: CommandId::NONE,
-        };
+        });
         // Held or not, from here on it brakes. Places in the ring are kept for both, so there is room in a cycle or
         // two.
         if self.suspension.is_active {
-            self.queue_command(CommandKind::Resume);
+            self.queue_command(MachineCommand::Resume);
         }
         loop {
             self.flush_commands();

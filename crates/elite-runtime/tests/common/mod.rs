@@ -13,8 +13,8 @@ use elite_runtime::robot::ScriptChannels;
 use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
-    CommandId, CommandKind, Event, MotionEndpoint, Outcome, ProgramId, RingCapacities, RobotState,
-    ThreadNumber, Timeline, motion_channel,
+    CommandId, CommandKind, Event, MotionCommand, MotionEndpoint, Outcome, ProgramId,
+    RingCapacities, RobotState, SettingCommand, ThreadNumber, Timeline, motion_channel,
 };
 use std::sync::{Arc, Mutex};
 
@@ -98,12 +98,15 @@ impl Timeline for Still {
         let cycle = arm.state.cycle;
         while let Ok(command) = arm.end.commands.pop() {
             arm.commands.push(command.kind);
-            if let CommandKind::EncoderEnableSetTickCount { encoder, range } = command.kind {
+            if let CommandKind::Setting(SettingCommand::EncoderEnableSetTickCount {
+                encoder,
+                range,
+            }) = command.kind
+            {
                 arm.state.encoder_ranges[usize::from(encoder)] = range.number();
             }
             let id = command.id;
-            let is_blended =
-                matches!(command.kind, CommandKind::MoveJ { radius, .. } if radius > 0.0);
+            let is_blended = matches!(command.kind, CommandKind::Motion(MotionCommand::MoveJ { radius, .. }) if radius > 0.0);
             if is_blended && arm.blend_cycles > 0 {
                 let zone_in = cycle + arm.blend_cycles;
                 arm.on_their_way.push((id, zone_in));

@@ -3,7 +3,7 @@
 use kinematics::{Pose, RobotModel, RpyPose};
 use motion::CycleConfig;
 use motion::contact::{Obstacle, PlacedShape, Shape};
-use motion_api::{CommandKind, Outcome};
+use motion_api::{CommandKind, Outcome, OverlayCommand, SensingCommand};
 use nalgebra::Vector3;
 
 use super::Bench;
@@ -45,24 +45,24 @@ pub fn press(bench: &mut Bench) -> f64 {
 /// A bench on which wrenches from the port count.
 pub fn with_hand(config: CycleConfig) -> Bench {
     let mut bench = Bench::new(config);
-    let input = CommandKind::FtRtsiInput {
+    let input = CommandKind::Sensing(SensingCommand::FtRtsiInput {
         enabled: true,
         mass: 0.0,
         measuring_offset: [0.0; 3],
         cog: [0.0; 3],
-    };
+    });
     assert_eq!(bench.do_it(input), Outcome::Done);
     bench
 }
 
 pub fn force_mode(selection: [u8; 6], wrench: [f64; 6], speed_limits: [f64; 6]) -> CommandKind {
-    CommandKind::ForceMode {
+    CommandKind::Overlay(OverlayCommand::ForceMode {
         frame: RpyPose::default(),
         selection: selection.map(|x| x == 1),
         wrench,
         mode: 0,
         speed_limits,
-    }
+    })
 }
 
 /// Downwards along the base's z axis.
@@ -75,7 +75,7 @@ pub fn down(force: f64, speed: f64) -> CommandKind {
 }
 
 pub fn push(wrench: [f64; 6]) -> CommandKind {
-    CommandKind::SetExternalWrench(wrench)
+    CommandKind::Sensing(SensingCommand::SetExternalWrench(wrench))
 }
 
 /// Largest distance in the plane and largest angle from a pose.

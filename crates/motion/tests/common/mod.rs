@@ -17,8 +17,9 @@ use std::sync::Arc;
 use kinematics::{JointPositions, RobotModel, RpyPose};
 use motion::{ControlLoop, CycleConfig, CycleTiming, MotionLimits, PlantKind};
 use motion_api::{
-    CommandId, CommandKind, Event, Origin, Outcome, PointList, Record, RingCapacities, RobotState,
-    ScriptEndpoint, StopReason, Warning, motion_channel,
+    CommandId, CommandKind, Event, MotionCommand, Origin, Outcome, PointList, Record,
+    RingCapacities, RobotState, ScriptEndpoint, SensingCommand, StopReason, Warning,
+    motion_channel,
 };
 use nalgebra::Vector3;
 
@@ -75,7 +76,7 @@ impl Bench {
         }
     }
 
-    pub fn send(&self, kind: CommandKind) -> CommandId {
+    pub fn send(&self, kind: impl Into<CommandKind>) -> CommandId {
         self.script.commands.send(Origin::default(), kind).unwrap()
     }
 
@@ -153,22 +154,22 @@ impl Bench {
         }
     }
 
-    pub fn do_it(&mut self, kind: CommandKind) -> Outcome {
+    pub fn do_it(&mut self, kind: impl Into<CommandKind>) -> Outcome {
         let id = self.send(kind);
         self.finish(id)
     }
 
     /// A wrench on the tool from now on: base axes, about the TCP.
     pub fn push(&mut self, wrench: [f64; 6]) {
-        let enable = CommandKind::FtRtsiInput {
+        let enable = CommandKind::Sensing(SensingCommand::FtRtsiInput {
             enabled: true,
             mass: 0.0,
             measuring_offset: [0.0; 3],
             cog: [0.0; 3],
-        };
+        });
         assert_eq!(self.do_it(enable), Outcome::Done);
         assert_eq!(
-            self.do_it(CommandKind::SetExternalWrench(wrench)),
+            self.do_it(SensingCommand::SetExternalWrench(wrench)),
             Outcome::Done
         );
     }
@@ -229,33 +230,33 @@ impl Bench {
 }
 
 pub fn movej(target: JointPositions) -> CommandKind {
-    CommandKind::MoveJ {
+    CommandKind::Motion(MotionCommand::MoveJ {
         target,
         acceleration: 1.396263,
         speed: 1.047197,
         duration: 0.0,
         radius: 0.0,
-    }
+    })
 }
 
 pub fn movej_in(target: JointPositions, duration: f64) -> CommandKind {
-    CommandKind::MoveJ {
+    CommandKind::Motion(MotionCommand::MoveJ {
         target,
         acceleration: 1.396263,
         speed: 1.047197,
         duration,
         radius: 0.0,
-    }
+    })
 }
 
 pub fn movel(target: RpyPose) -> CommandKind {
-    CommandKind::MoveL {
+    CommandKind::Motion(MotionCommand::MoveL {
         target,
         acceleration: 1.2,
         speed: 0.25,
         duration: 0.0,
         radius: 0.0,
-    }
+    })
 }
 
 /// A pose further on by so much, m.

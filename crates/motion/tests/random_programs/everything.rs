@@ -6,18 +6,21 @@
 use core::f64::consts::PI;
 
 use kinematics::{Payload, Pose, RpyPose};
-use motion_api::{CommandKind, FreedriveFrame};
+use motion_api::{
+    CommandKind, FreedriveFrame, MotionCommand, OnlineCommand, OverlayCommand, SensingCommand,
+    SettingCommand,
+};
 use nalgebra::Vector3;
 
 use crate::generate::{Meanwhile, Program, Step, Writer, tool};
 
 /// Told to the cycle so that pushes through the port count.
-const PUSHES_COUNT: CommandKind = CommandKind::FtRtsiInput {
+const PUSHES_COUNT: CommandKind = CommandKind::Sensing(SensingCommand::FtRtsiInput {
     enabled: true,
     mass: 0.0,
     measuring_offset: [0.0; 3],
     cog: [0.0; 3],
-};
+});
 
 impl Program {
     /// The program of a seed, without limits of points: how fast those go that are pushed at is up to who pushes.
@@ -34,7 +37,9 @@ impl Program {
             draw: crate::common::draw::Draw::new(seed ^ 0x00c0_ffee),
             steps: vec![
                 Step::Tell(PUSHES_COUNT),
-                Step::Tell(CommandKind::SetCollisionDetection(false)),
+                Step::Tell(CommandKind::Sensing(SensingCommand::SetCollisionDetection(
+                    false,
+                ))),
             ],
         };
         for _ in 0..writer.draw.whole(2, 5) {
@@ -79,26 +84,26 @@ impl Writer {
                 false => length * self.draw.between(0.0, 0.7),
             };
             let motion = match kind {
-                0 => CommandKind::MoveP {
+                0 => CommandKind::Motion(MotionCommand::MoveP {
                     target: pose.to_rpy(),
                     acceleration,
                     speed,
                     radius,
-                },
-                1 => CommandKind::MoveL {
+                }),
+                1 => CommandKind::Motion(MotionCommand::MoveL {
                     target: pose.to_rpy(),
                     acceleration,
                     speed,
                     duration: 0.0,
                     radius,
-                },
-                _ => CommandKind::MoveJ {
+                }),
+                _ => CommandKind::Motion(MotionCommand::MoveJ {
                     target: to,
                     acceleration: 4.0 * acceleration,
                     speed: 3.0 * speed,
                     duration: 0.0,
                     radius,
-                },
+                }),
             };
             self.at = to;
             let meanwhile = match self.draw.whole(0, 19) {
@@ -122,7 +127,7 @@ impl Writer {
     /// Force mode in the air, against pushes.
     fn force(&mut self, step: f64) {
         let selection = std::array::from_fn(|_| self.draw.chance(0.5));
-        let begin = CommandKind::ForceMode {
+        let begin = CommandKind::Overlay(OverlayCommand::ForceMode {
             frame: RpyPose::from_array(std::array::from_fn(|k| {
                 if k < 3 {
                     0.0
@@ -134,18 +139,18 @@ impl Writer {
             wrench: self.wrench(15.0, 1.0),
             mode: *self.draw.pick(&[0, 3]),
             speed_limits: std::array::from_fn(|_| self.draw.between(0.02, 0.2)),
-        };
+        });
         self.pushed(begin, step);
     }
 
     /// A hand leads the arm.
     fn hand(&mut self, step: f64) {
-        let begin = CommandKind::Freedrive {
+        let begin = CommandKind::Online(OnlineCommand::Freedrive {
             free_axes: std::array::from_fn(|_| self.draw.chance(0.7)),
             frame: *self
                 .draw
                 .pick(&[FreedriveFrame::Base, FreedriveFrame::Tool]),
-        };
+        });
         self.pushed(begin, step);
     }
 
@@ -172,7 +177,10 @@ impl Writer {
         self.tcp = Pose::from_rpy(&tcp);
         // It counts for what comes after the arm stands.
         self.back();
-        self.steps.push(Step::Tell(CommandKind::SetTcp(tcp)));
+        self.steps
+            .push(Step::Tell(CommandKind::Setting(SettingCommand::SetTcp(
+                tcp,
+            ))));
         let kind = self.draw.whole(0, 2);
         self.planned(kind, 0.4);
     }
@@ -182,8 +190,9 @@ impl Writer {
             return;
         };
         let payload = Payload::new(mass, [0.0, 0.0, 0.05], [0.0; 6]).unwrap();
-        self.steps
-            .push(Step::Tell(CommandKind::SetPayload(payload)));
+        self.steps.push(Step::Tell(CommandKind::Setting(
+            SettingCommand::SetPayload(payload),
+        )));
         let kind = self.draw.whole(0, 2);
         self.planned(kind, 0.4);
     }
@@ -203,23 +212,23 @@ fn programs_of_everything_have_everything() {
     let has = |wanted: &dyn Fn(&Step) -> bool| steps.iter().any(wanted);
     assert!(has(&|step| matches!(
         step,
-        Step::Move(CommandKind::MoveP { .. }, _)
+        Step::Move(CommandKind::Motion(MotionCommand::MoveP { .. }), _)
     )));
     assert!(has(&|step| matches!(
         step,
-        Step::Pushed(CommandKind::ForceMode { .. }, _)
+        Step::Pushed(CommandKind::Overlay(OverlayCommand::ForceMode { .. }), _)
     )));
     assert!(has(&|step| matches!(
         step,
-        Step::Pushed(CommandKind::Freedrive { .. }, _)
+        Step::Pushed(CommandKind::Online(OnlineCommand::Freedrive { .. }), _)
     )));
     assert!(has(&|step| matches!(
         step,
-        Step::Tell(CommandKind::SetTcp(_))
+        Step::Tell(CommandKind::Setting(SettingCommand::SetTcp(_)))
     )));
     assert!(has(&|step| matches!(
         step,
-        Step::Tell(CommandKind::SetPayload(_))
+        Step::Tell(CommandKind::Setting(SettingCommand::SetPayload(_)))
     )));
     assert!(has(&|step| matches!(step, Step::Servo { .. })));
 }

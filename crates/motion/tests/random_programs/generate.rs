@@ -7,7 +7,7 @@ use core::f64::consts::PI;
 use kinematics::{JointPositions, JointSpeeds, Payload, Pose, RobotModel, RpyPose};
 use motion::modes::encoder::Belt;
 use motion::{CycleConfig, InputPair, LimitOverrides, PlantKind, SafetyInputs};
-use motion_api::CommandKind;
+use motion_api::{CommandKind, MotionCommand, OnlineCommand, OverlayCommand};
 use nalgebra::Vector3;
 
 use crate::common::draw::{Draw, fold};
@@ -99,15 +99,17 @@ const TICKS: f64 = 1000.0;
 impl Conveyor {
     pub fn track(&self) -> CommandKind {
         match self.kind {
-            ConveyorKind::Linear { direction } => CommandKind::TrackConveyorLinear {
-                direction: direction.into(),
-                ticks_per_meter: TICKS,
-                encoder: 0,
-            },
+            ConveyorKind::Linear { direction } => {
+                CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
+                    direction: direction.into(),
+                    ticks_per_meter: TICKS,
+                    encoder: 0,
+                })
+            }
             ConveyorKind::Circular {
                 center,
                 rotate_tool,
-            } => CommandKind::TrackConveyorCircular {
+            } => CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
                 center: RpyPose {
                     xyz: center.into(),
                     rpy: [0.0; 3],
@@ -115,7 +117,7 @@ impl Conveyor {
                 ticks_per_revolution: TICKS * 2.0 * PI,
                 rotate_tool,
                 encoder: 0,
-            },
+            }),
         }
     }
 }
@@ -319,28 +321,28 @@ impl Writer {
             0.0
         };
         let motion = match kind {
-            0 => CommandKind::MoveJ {
+            0 => CommandKind::Motion(MotionCommand::MoveJ {
                 target: to,
                 acceleration: self.draw.spread(0.3, 20.0),
                 speed: self.draw.spread(0.1, 6.0),
                 duration,
                 radius,
-            },
-            1 => CommandKind::MoveL {
+            }),
+            1 => CommandKind::Motion(MotionCommand::MoveL {
                 target: pose.to_rpy(),
                 acceleration: self.draw.spread(0.2, 6.0),
                 speed: self.draw.spread(0.05, 1.5),
                 duration,
                 radius,
-            },
-            _ => CommandKind::MoveC {
+            }),
+            _ => CommandKind::Motion(MotionCommand::MoveC {
                 via: self.via(&pose),
                 target: pose.to_rpy(),
                 acceleration: self.draw.spread(0.2, 6.0),
                 speed: self.draw.spread(0.05, 1.0),
                 radius,
                 fixed: self.draw.chance(0.4),
-            },
+            }),
         };
         self.at = to;
         let meanwhile = self.meanwhile();
@@ -380,25 +382,25 @@ impl Writer {
                     lookahead: self.draw.between(0.03, 0.2),
                     gain: self.draw.between(100.0, 2000.0),
                 },
-                1 => Step::Speed(CommandKind::SpeedJ {
+                1 => Step::Speed(CommandKind::Online(OnlineCommand::SpeedJ {
                     speeds: JointSpeeds(std::array::from_fn(|_| self.draw.between(-1.0, 1.0))),
                     acceleration: self.draw.spread(0.3, 30.0),
                     duration,
-                }),
-                _ => Step::Speed(CommandKind::SpeedL {
+                })),
+                _ => Step::Speed(CommandKind::Online(OnlineCommand::SpeedL {
                     speed: std::array::from_fn(|_| self.draw.between(-0.4, 0.4)),
                     acceleration: self.draw.spread(0.3, 10.0),
                     rotation_acceleration: self.draw.spread(0.3, 10.0),
                     duration,
-                }),
+                })),
             };
             self.steps.push(step);
         }
         let acceleration = self.draw.spread(0.3, 20.0);
         self.steps.push(Step::Stop(if self.draw.chance(0.5) {
-            CommandKind::StopJ { acceleration }
+            CommandKind::Online(OnlineCommand::StopJ { acceleration })
         } else {
-            CommandKind::StopL { acceleration }
+            CommandKind::Online(OnlineCommand::StopL { acceleration })
         }));
         self.back();
     }
@@ -406,13 +408,13 @@ impl Writer {
     /// To where planned motions are at home.
     pub fn back(&mut self) {
         self.steps.push(Step::Move(
-            CommandKind::MoveJ {
+            CommandKind::Motion(MotionCommand::MoveJ {
                 target: self.at,
                 acceleration: self.draw.spread(0.3, 20.0),
                 speed: self.draw.spread(0.3, 6.0),
                 duration: 0.0,
                 radius: 0.0,
-            },
+            }),
             Vec::new(),
         ));
     }

@@ -4,7 +4,7 @@
 
 use kinematics::rotation::rotation_from_rotvec;
 use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel};
-use motion_api::{CommandKind, Outcome, RobotState, StopReason, Warning};
+use motion_api::{CommandKind, MotionCommand, Outcome, RobotState, StopReason, Warning};
 use nalgebra::Vector3;
 
 use crate::generate::{BELT_START, Conveyor, ConveyorKind, Program};
@@ -422,13 +422,13 @@ impl Follower<'_> {
     }
 
     fn remember_duration(&mut self, sent: &Sent, from: &JointPositions, from_rest: bool) {
-        let CommandKind::MoveJ {
+        let CommandKind::Motion(MotionCommand::MoveJ {
             target,
             acceleration,
             speed,
             duration,
             radius,
-        } = sent.kind
+        }) = sent.kind
         else {
             return;
         };
@@ -504,24 +504,28 @@ fn tcp_speed(state: &RobotState) -> f64 {
 /// Blend radius, and the speed that is asked for when a motion is not planned by its duration.
 fn asked(kind: &CommandKind) -> (f64, Cap) {
     match *kind {
-        CommandKind::MoveJ {
+        CommandKind::Motion(MotionCommand::MoveJ {
             speed,
             duration: 0.0,
             radius,
             ..
-        } => (radius, Cap::Joint(speed)),
-        CommandKind::MoveL {
+        }) => (radius, Cap::Joint(speed)),
+        CommandKind::Motion(MotionCommand::MoveL {
             speed,
             duration: 0.0,
             radius,
             ..
-        } => (radius, Cap::Tcp(speed)),
-        CommandKind::MoveC { speed, radius, .. } => (radius, Cap::Tcp(speed)),
-        // Its arc touches the lines there; what leads into it reaches half as far again (docs/motion.md).
-        CommandKind::MoveP { speed, radius, .. } => (1.5 * radius, Cap::Tcp(speed)),
-        CommandKind::MoveJ { radius, .. } | CommandKind::MoveL { radius, .. } => {
-            (radius, Cap::None)
+        }) => (radius, Cap::Tcp(speed)),
+        CommandKind::Motion(MotionCommand::MoveC { speed, radius, .. }) => {
+            (radius, Cap::Tcp(speed))
         }
+        // Its arc touches the lines there; what leads into it reaches half as far again (docs/motion.md).
+        CommandKind::Motion(MotionCommand::MoveP { speed, radius, .. }) => {
+            (1.5 * radius, Cap::Tcp(speed))
+        }
+        CommandKind::Motion(
+            MotionCommand::MoveJ { radius, .. } | MotionCommand::MoveL { radius, .. },
+        ) => (radius, Cap::None),
         _ => (0.0, Cap::None),
     }
 }

@@ -1,7 +1,10 @@
 //! Runs a program as its own thread would: one statement after the other, waiting for motions to end.
 
 use kinematics::{JointPositions, RpyPose};
-use motion_api::{CommandId, CommandKind, Outcome};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, OnlineCommand, Outcome, OverlayCommand, SensingCommand,
+    SettingCommand,
+};
 
 use crate::common::Bench;
 use crate::generate::{Meanwhile, Program, Step};
@@ -74,7 +77,7 @@ pub fn run(program: &Program) -> Run {
     }
     run.until_standing();
     if program.conveyor.is_some() {
-        run.bench.do_it(CommandKind::StopConveyorTracking);
+        run.bench.do_it(OverlayCommand::StopConveyorTracking);
     }
     run
 }
@@ -94,12 +97,12 @@ impl Run {
                 for point in 1..=*points {
                     let share = point as f64 / *points as f64;
                     let out = (1.0 - (share * core::f64::consts::TAU).cos()) / 2.0;
-                    let kind = CommandKind::ServoJ {
+                    let kind = CommandKind::Online(OnlineCommand::ServoJ {
                         target: JointPositions(std::array::from_fn(|j| from[j] + way[j] * out)),
                         duration: self.bench.cycle.step_time(),
                         lookahead: *lookahead,
                         gain: *gain,
-                    };
+                    });
                     self.bench.do_it(kind);
                 }
             }
@@ -114,7 +117,7 @@ impl Run {
             Step::Wait(cycles) => self.bench.run(*cycles),
             Step::Tell(kind) => {
                 self.until_standing();
-                if let CommandKind::SetTcp(tcp) = kind {
+                if let CommandKind::Setting(SettingCommand::SetTcp(tcp)) = kind {
                     self.phase(What::Tool(*tcp));
                 }
                 self.bench.do_it(*kind);
@@ -124,13 +127,15 @@ impl Run {
                 self.online();
                 self.bench.do_it(*begin);
                 for (wrench, cycles) in pushes {
-                    self.bench.send(CommandKind::SetExternalWrench(*wrench));
+                    self.bench.send(SensingCommand::SetExternalWrench(*wrench));
                     self.bench.run(*cycles);
                 }
-                self.bench.send(CommandKind::SetExternalWrench([0.0; 6]));
+                self.bench.send(SensingCommand::SetExternalWrench([0.0; 6]));
                 self.bench.do_it(match begin {
-                    CommandKind::ForceMode { .. } => CommandKind::EndForceMode,
-                    _ => CommandKind::EndFreedrive,
+                    CommandKind::Overlay(OverlayCommand::ForceMode { .. }) => {
+                        CommandKind::Overlay(OverlayCommand::EndForceMode)
+                    }
+                    _ => CommandKind::Online(OnlineCommand::EndFreedrive),
                 });
                 self.until_standing();
             }
@@ -178,7 +183,7 @@ impl Run {
             })),
         });
         if is_disturbed {
-            self.bench.do_it(CommandKind::SetSpeedFraction(1.0));
+            self.bench.do_it(SettingCommand::SetSpeedFraction(1.0));
         }
         if !is_moved_on {
             self.until_standing();
@@ -196,7 +201,7 @@ impl Run {
                 self.cut_short += 1;
                 cut_short_after = Some(self.bench.now().cycle);
                 let only = CommandId::NONE;
-                self.bench.do_it(CommandKind::Stop { only });
+                self.bench.do_it(MachineCommand::Stop { only });
             } else {
                 self.bench.tick();
             }
@@ -206,19 +211,19 @@ impl Run {
     fn disturb(&mut self, what: Meanwhile) {
         match what {
             Meanwhile::Fraction(fraction) => {
-                self.bench.send(CommandKind::SetSpeedFraction(fraction));
+                self.bench.send(SettingCommand::SetSpeedFraction(fraction));
             }
             Meanwhile::Halt(cycles) => {
-                self.bench.send(CommandKind::SetSpeedFraction(0.0));
+                self.bench.send(SettingCommand::SetSpeedFraction(0.0));
                 self.bench.run(cycles);
-                self.bench.send(CommandKind::SetSpeedFraction(1.0));
+                self.bench.send(SettingCommand::SetSpeedFraction(1.0));
             }
             Meanwhile::Pause(cycles) => {
                 let from = self.bench.now().cycle;
-                self.bench.send(CommandKind::Pause);
+                self.bench.send(MachineCommand::Pause);
                 self.bench.run(cycles);
                 self.pauses.push((from, self.bench.now().cycle));
-                self.bench.send(CommandKind::Resume);
+                self.bench.send(MachineCommand::Resume);
             }
             Meanwhile::Safeguard(cycles) => {
                 let from = self.bench.now().cycle;
@@ -233,7 +238,7 @@ impl Run {
                 let payload = self.bench.now().payload;
                 let mass = 0.5 * payload.mass;
                 let lighter = kinematics::Payload { mass, ..payload };
-                self.bench.send(CommandKind::SetPayload(lighter));
+                self.bench.send(SettingCommand::SetPayload(lighter));
                 self.bench.run(cycles / 2);
                 self.input(20, false);
             }
@@ -242,10 +247,10 @@ impl Run {
                     mass,
                     ..self.bench.now().payload
                 };
-                self.bench.send(CommandKind::SetPayload(payload));
+                self.bench.send(SettingCommand::SetPayload(payload));
             }
             Meanwhile::Stop => {
-                self.bench.do_it(CommandKind::Stop {
+                self.bench.do_it(MachineCommand::Stop {
                     only: CommandId::NONE,
                 });
             }
@@ -254,7 +259,7 @@ impl Run {
 
     fn input(&mut self, index: u8, level: bool) {
         self.bench
-            .send(CommandKind::SetDigitalInput { index, level });
+            .send(SettingCommand::SetDigitalInput { index, level });
     }
 
     fn until_standing(&mut self) {

@@ -6,7 +6,7 @@ use core::f64::consts::TAU;
 
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
 use kinematics::{JointPositions, Pose, RobotModel};
-use motion_api::CommandKind;
+use motion_api::{CommandKind, MotionCommand};
 use nalgebra::Vector3;
 
 /// Places at which the way of the TCP is followed to know the joints at its end.
@@ -33,11 +33,13 @@ impl Way {
     pub fn of(kind: &CommandKind, q: &JointPositions, from: Pose) -> Option<Self> {
         let turn_to = |to: &Pose| rotvec_from_rotation(&(to.rotation * from.rotation.inverse()));
         Some(match *kind {
-            CommandKind::MoveJ { target, .. } => Self::Joint {
+            CommandKind::Motion(MotionCommand::MoveJ { target, .. }) => Self::Joint {
                 from: *q,
                 to: target,
             },
-            CommandKind::MoveL { target, .. } | CommandKind::MoveP { target, .. } => {
+            CommandKind::Motion(
+                MotionCommand::MoveL { target, .. } | MotionCommand::MoveP { target, .. },
+            ) => {
                 let to = Pose::from_rpy(&target);
                 let turn = turn_to(&to);
                 Self::Tcp {
@@ -47,9 +49,9 @@ impl Way {
                     turn,
                 }
             }
-            CommandKind::MoveC {
+            CommandKind::Motion(MotionCommand::MoveC {
                 via, target, fixed, ..
-            } => {
+            }) => {
                 let mut to = Pose::from_rpy(&target);
                 let arc = arc(from.translation, via.xyz.into(), to.translation)?;
                 let mut turn = turn_to(&to);

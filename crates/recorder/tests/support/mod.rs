@@ -9,9 +9,9 @@ use kinematics::{
     JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RobotModel, RpyPose,
 };
 use motion_api::{
-    Command, CommandId, CommandKind, IoConfig, MotionEndpoint, MotionMode, Origin, ProgramId,
-    Record, RingCapacities, RobotMode, RobotState, SafetyMode, ScriptEndpoint, ThreadNumber,
-    motion_channel,
+    Command, CommandId, CommandKind, IoConfig, MotionCommand, MotionEndpoint, MotionMode, Origin,
+    ProgramId, Record, RingCapacities, RobotMode, RobotState, SafetyMode, ScriptEndpoint,
+    ThreadNumber, motion_channel,
 };
 use parking_lot::Mutex;
 use recorder::{Recorder, RecorderConfig, RecorderHandle, Setup};
@@ -61,13 +61,13 @@ pub fn command(id: u64, cycle: u64, kind: CommandKind) -> Record {
 }
 
 pub fn movej(x: f64) -> CommandKind {
-    CommandKind::MoveJ {
+    CommandKind::Motion(MotionCommand::MoveJ {
         target: JointPositions([x; 6]),
         acceleration: 1.4,
         speed: 1.05,
         duration: 0.0,
         radius: 0.0,
-    }
+    })
 }
 
 /// Bytes that many can look at while they are written.

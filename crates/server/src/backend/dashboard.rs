@@ -7,7 +7,9 @@ use elite_runtime::panel::Popup;
 use elite_runtime::{ProgramText, TaskState};
 use io_bus::ControlMode;
 use kinematics::{Payload, RpyPose};
-use motion_api::{CommandKind, Origin, ProgramId, RobotMode, RobotState};
+use motion_api::{
+    CommandKind, MachineCommand, Origin, ProgramId, RobotMode, RobotState, SettingCommand,
+};
 use serde::Deserialize;
 use supervision::ThreadRole;
 use tokio::time::timeout;
@@ -93,22 +95,22 @@ impl DashboardBackend for PortBackend {
 
     async fn order(&self, order: DashboardOrder) {
         match order {
-            DashboardOrder::PowerOn => self.send_and_wait_taken(CommandKind::PowerOn).await,
+            DashboardOrder::PowerOn => self.send_and_wait_taken(MachineCommand::PowerOn).await,
             DashboardOrder::PowerOff => {
                 self.supervisor.stop();
-                self.send_and_wait_taken(CommandKind::PowerOff).await;
+                self.send_and_wait_taken(MachineCommand::PowerOff).await;
             }
             DashboardOrder::ReleaseBrakes => self.release_brakes().await,
             DashboardOrder::UnlockProtectiveStop => {
-                self.send_and_wait_taken(CommandKind::UnlockProtectiveStop)
+                self.send_and_wait_taken(MachineCommand::UnlockProtectiveStop)
                     .await
             }
             DashboardOrder::RestartSafetyBoard => {
-                self.send_and_wait_taken(CommandKind::RestartSafetyBoard)
+                self.send_and_wait_taken(MachineCommand::RestartSafetyBoard)
                     .await
             }
             DashboardOrder::SetSpeed(fraction) => {
-                self.send_and_wait_taken(CommandKind::SetSpeedFraction(fraction))
+                self.send_and_wait_taken(SettingCommand::SetSpeedFraction(fraction))
                     .await
             }
             DashboardOrder::Control(mode) => self.set_control(mode),
@@ -156,7 +158,7 @@ impl DashboardBackend for PortBackend {
         };
         if let Some(tcp) = configuration.tcp {
             let tcp = RpyPose::from_array(tcp);
-            self.send_and_wait_taken(CommandKind::SetTcp(tcp)).await;
+            self.send_and_wait_taken(SettingCommand::SetTcp(tcp)).await;
         }
         if let Some([mass, cog @ ..]) = configuration.payload {
             let payload = Payload {
@@ -164,11 +166,11 @@ impl DashboardBackend for PortBackend {
                 cog: cog.into(),
                 ..Payload::default()
             };
-            self.send_and_wait_taken(CommandKind::SetPayload(payload))
+            self.send_and_wait_taken(SettingCommand::SetPayload(payload))
                 .await;
         }
         if let Some(fraction) = configuration.speed {
-            self.send_and_wait_taken(CommandKind::SetSpeedFraction(fraction))
+            self.send_and_wait_taken(SettingCommand::SetSpeedFraction(fraction))
                 .await;
         }
         self.loaded.lock().configuration = Some(path.to_owned());
@@ -266,9 +268,11 @@ impl PortBackend {
     /// mode.
     pub(super) async fn release_brakes(&self) {
         if self.robot.state().robot_mode != RobotMode::PowerOff {
-            return self.send_and_wait_taken(CommandKind::ReleaseBrakes).await;
+            return self
+                .send_and_wait_taken(MachineCommand::ReleaseBrakes)
+                .await;
         }
-        self.send_and_wait_taken(CommandKind::PowerOn).await;
+        self.send_and_wait_taken(MachineCommand::PowerOn).await;
         let (robot, ends) = (self.robot.clone(), self.lifetime.token().clone());
         self.faults
             .spawn(ThreadRole::Service, "brakes", async move {
@@ -288,7 +292,7 @@ impl PortBackend {
                 };
                 let powered = ends.run_until_cancelled(timeout(POWERED_WITHIN, powered));
                 if let Some(Ok(true)) = powered.await
-                    && let Err(full) = robot.send(Origin::default(), CommandKind::ReleaseBrakes)
+                    && let Err(full) = robot.send(Origin::default(), MachineCommand::ReleaseBrakes)
                 {
                     tracing::warn!("the brakes were not released: {full}");
                 }
@@ -297,7 +301,7 @@ impl PortBackend {
 
     /// Gives the robot a command and returns when a cycle has taken it, so that what a client asks next, in the next
     /// line or on another port, is already answered by a state with it.
-    pub(super) async fn send_and_wait_taken(&self, command: CommandKind) {
+    pub(super) async fn send_and_wait_taken(&self, command: impl Into<CommandKind>) {
         let before = self.robot.state().cycle;
         self.send_when_room(command).await;
         let patience = tokio::time::Instant::now() + TAKEN_WITHIN;

@@ -25,7 +25,8 @@ use elite_syntax::{KnownNames, SourceFile};
 use io_bus::{ControlMode, Fieldbus};
 use motion::realtime::ClockMetrics;
 use motion_api::{
-    CommandId, CommandKind, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
+    CommandId, CommandKind, MachineCommand, MotionMode, Origin, ProgramId, RegisterImages,
+    RobotState, SettingCommand,
 };
 use parking_lot::Mutex;
 use pendant::{PageScene, WorldWatch};
@@ -164,7 +165,8 @@ impl PortBackend {
     }
 
     /// Gives the robot a command; while others flood it, a moment later. What finds no room is told to everybody.
-    async fn send_when_room(&self, command: CommandKind) {
+    async fn send_when_room(&self, command: impl Into<CommandKind>) {
+        let command = command.into();
         let patience = tokio::time::Instant::now() + ROOM_WITHIN;
         while self.robot.send(Origin::default(), command).is_err() {
             if tokio::time::Instant::now() >= patience {
@@ -344,7 +346,7 @@ impl interpreter::InterpreterBackend for PortBackend {
             InterpreterCommand::SkipBuffer => interpreter.skip(),
             InterpreterCommand::Abort if is_planned_motion(self.robot.state().motion_mode) => {
                 let only = CommandId::NONE;
-                self.send_when_room(CommandKind::Stop { only }).await;
+                self.send_when_room(MachineCommand::Stop { only }).await;
             }
             _ => {}
         }
@@ -438,7 +440,9 @@ impl http::HttpBackend for PortBackend {
             return Err(SetInputsError::Unavailable(text));
         }
         let points = changes.points.iter();
-        let points: Vec<CommandKind> = points.map(|change| CommandKind::SetIo(*change)).collect();
+        let points: Vec<CommandKind> = points
+            .map(|change| CommandKind::Setting(SettingCommand::SetIo(*change)))
+            .collect();
         // First what may be refused: it is all or nothing.
         let sent = self.robot.send_all(Origin::default(), &points);
         sent.map_err(|full| SetInputsError::Unavailable(format!("nothing was set: {full}")))?;

@@ -13,7 +13,10 @@ use elite_runtime::panel::PopupId;
 use elite_runtime::task_folder::TaskFolder;
 use elite_runtime::{CompilePool, ProgramText, TaskState};
 use kinematics::{JointPositions, Pose, RpyPose};
-use motion_api::{CommandId, CommandKind, MotionMode, Origin, Outcome};
+use motion_api::{
+    CommandId, CommandKind, MachineCommand, MotionMode, OnlineCommand, Origin, Outcome,
+    SensingCommand, SettingCommand,
+};
 use pendant::jog::JogFrame;
 use pendant::{PageOrder, SceneMeshes};
 use recorder::Recording;
@@ -101,23 +104,26 @@ impl PageBackend for PortBackend {
     async fn order(&self, order: PageOrder) -> Result<Value, String> {
         tracing::debug!(?order, "page");
         match order {
-            PageOrder::PowerOn => self.request_outcome(CommandKind::PowerOn).await,
+            PageOrder::PowerOn => self.request_outcome(MachineCommand::PowerOn).await,
             PageOrder::PowerOff => {
                 self.supervisor.stop();
-                self.request_outcome(CommandKind::PowerOff).await
+                self.request_outcome(MachineCommand::PowerOff).await
             }
-            PageOrder::BrakeRelease => self.request_outcome(CommandKind::ReleaseBrakes).await,
+            PageOrder::BrakeRelease => self.request_outcome(MachineCommand::ReleaseBrakes).await,
             PageOrder::Unlock => {
-                self.request_outcome(CommandKind::UnlockProtectiveStop)
+                self.request_outcome(MachineCommand::UnlockProtectiveStop)
                     .await
             }
-            PageOrder::RestartSafety => self.request_outcome(CommandKind::RestartSafetyBoard).await,
+            PageOrder::RestartSafety => {
+                self.request_outcome(MachineCommand::RestartSafetyBoard)
+                    .await
+            }
             PageOrder::EmergencyStop { pressed } => {
-                self.request_outcome(CommandKind::EmergencyStop { pressed })
+                self.request_outcome(MachineCommand::EmergencyStop { pressed })
                     .await
             }
             PageOrder::Speed { fraction } => {
-                self.request_outcome(CommandKind::SetSpeedFraction(fraction))
+                self.request_outcome(SettingCommand::SetSpeedFraction(fraction))
                     .await
             }
             PageOrder::Push {
@@ -125,12 +131,12 @@ impl PageBackend for PortBackend {
                 duration,
                 frame,
             } => {
-                let push = CommandKind::Push {
+                let push = CommandKind::Sensing(SensingCommand::Push {
                     wrench,
                     in_tool_axes: frame == JogFrame::Tool,
                     duration,
                     replaces: true,
-                };
+                });
                 self.request_outcome(push).await
             }
             PageOrder::Play => self.play().await.map(|()| Value::Null),
@@ -299,8 +305,8 @@ impl PortBackend {
     }
 
     /// Asks the arm for something and says how that went, as far as it is known soon.
-    async fn request_outcome(&self, command: CommandKind) -> Result<Value, String> {
-        let id = self.begin_hold(command)?;
+    async fn request_outcome(&self, command: impl Into<CommandKind>) -> Result<Value, String> {
+        let id = self.begin_hold(command.into())?;
         let patience = tokio::time::Instant::now() + ANSWERED_WITHIN;
         loop {
             match self.robot.take_outcome(id) {
@@ -332,9 +338,11 @@ impl PortBackend {
     fn stop_everything(&self) {
         self.supervisor.stop();
         if self.robot.state().motion_mode == MotionMode::Freedrive {
-            self.supervisor.command(CommandKind::EndFreedrive);
+            self.supervisor
+                .command(CommandKind::Online(OnlineCommand::EndFreedrive));
         }
         let only = CommandId::NONE;
-        self.supervisor.command(CommandKind::Stop { only });
+        self.supervisor
+            .command(CommandKind::Machine(MachineCommand::Stop { only }));
     }
 }

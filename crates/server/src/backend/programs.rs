@@ -5,7 +5,7 @@ use std::sync::Arc;
 use elite_runtime::{ProgramText, TaskState};
 use elite_syntax::SourceFile;
 use io_bus::ControlMode;
-use motion_api::{CommandKind, CycleFrame, ProgramId};
+use motion_api::{CycleFrame, MachineCommand, ProgramId, SettingCommand};
 use tokio::sync::watch;
 
 use super::{PortBackend, unix_millis};
@@ -140,20 +140,22 @@ impl primary::PrimaryBackend for PortBackend {
                     tracing::info!(%client, "close popup: none is open");
                 }
             }
-            ControlPhrase::PowerOn => self.send_when_room(CommandKind::PowerOn).await,
+            ControlPhrase::PowerOn => self.send_when_room(MachineCommand::PowerOn).await,
             ControlPhrase::PowerOff => {
                 self.supervisor.stop();
-                self.send_when_room(CommandKind::PowerOff).await;
+                self.send_when_room(MachineCommand::PowerOff).await;
             }
             ControlPhrase::ReleaseBrakes => self.release_brakes().await,
             ControlPhrase::UnlockProtectiveStop => {
-                self.send_when_room(CommandKind::UnlockProtectiveStop).await
+                self.send_when_room(MachineCommand::UnlockProtectiveStop)
+                    .await
             }
             ControlPhrase::RestartSafetyBoard => {
-                self.send_when_room(CommandKind::RestartSafetyBoard).await
+                self.send_when_room(MachineCommand::RestartSafetyBoard)
+                    .await
             }
             ControlPhrase::SetSpeed(fraction) => {
-                self.send_when_room(CommandKind::SetSpeedFraction(fraction))
+                self.send_when_room(SettingCommand::SetSpeedFraction(fraction))
                     .await;
             }
         }

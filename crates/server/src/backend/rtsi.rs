@@ -4,7 +4,10 @@
 
 use std::sync::Arc;
 
-use motion_api::{CommandKind, DigitalBank, IoChange, Origin, RegisterBank, RingFull};
+use motion_api::{
+    CommandKind, DigitalBank, IoChange, Origin, RegisterBank, RingFull, SensingCommand,
+    SettingCommand,
+};
 use tokio::sync::broadcast;
 
 use super::PortBackend;
@@ -54,13 +57,18 @@ impl RtsiBackend for PortBackend {
 fn commands_of(change: Change) -> impl Iterator<Item = CommandKind> {
     let digital = |bank: DigitalBank, mask: u32, levels: u32| {
         let first = bank.first_bit();
-        CommandKind::SetIo(IoChange::DigitalOut {
+        CommandKind::Setting(SettingCommand::SetIo(IoChange::DigitalOut {
             mask: mask << first,
             levels: levels << first,
-        })
+        }))
     };
     let commands = match change {
-        Change::SpeedFraction(fraction) => [Some(CommandKind::SetSpeedFraction(fraction)), None],
+        Change::SpeedFraction(fraction) => [
+            Some(CommandKind::Setting(SettingCommand::SetSpeedFraction(
+                fraction,
+            ))),
+            None,
+        ],
         Change::StandardDigitalOut { mask, levels } => {
             let bank = DigitalBank::Standard;
             [Some(digital(bank, mask.into(), levels.into())), None]
@@ -78,13 +86,19 @@ fn commands_of(change: Change) -> impl Iterator<Item = CommandKind> {
             domain,
             ratio,
         } => [
-            Some(CommandKind::SetIo(IoChange::AnalogOutDomain {
-                port,
-                domain,
-            })),
-            Some(CommandKind::SetIo(IoChange::AnalogOut { port, ratio })),
+            Some(CommandKind::Setting(SettingCommand::SetIo(
+                IoChange::AnalogOutDomain { port, domain },
+            ))),
+            Some(CommandKind::Setting(SettingCommand::SetIo(
+                IoChange::AnalogOut { port, ratio },
+            ))),
         ],
-        Change::ExternalForceTorque(wrench) => [Some(CommandKind::SetExternalWrench(wrench)), None],
+        Change::ExternalForceTorque(wrench) => [
+            Some(CommandKind::Sensing(SensingCommand::SetExternalWrench(
+                wrench,
+            ))),
+            None,
+        ],
         _register => [None, None],
     };
     commands.into_iter().flatten()

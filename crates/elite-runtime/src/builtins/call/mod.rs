@@ -11,7 +11,8 @@ use std::time::Duration;
 
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 use motion_api::{
-    CommandId, CommandKind, IoChange, Origin, Outcome, PointList, Refusal, RobotState,
+    CommandId, CommandKind, IoChange, MotionCommand, Origin, Outcome, PointList, Refusal,
+    RobotState, SettingCommand,
 };
 
 use super::declare::{Body, Builtin, Parameter};
@@ -259,8 +260,8 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Sends a command without waiting for its end; waits for room when the ring is full.
-    pub fn send(&mut self, kind: CommandKind) -> Result<CommandId, Raised> {
-        self.enter(kind, false)
+    pub fn send(&mut self, kind: impl Into<CommandKind>) -> Result<CommandId, Raised> {
+        self.enter(kind.into(), false)
     }
 
     fn enter(&mut self, kind: CommandKind, keep_outcome: bool) -> Result<CommandId, Raised> {
@@ -288,7 +289,8 @@ impl<'a, 'n> Call<'a, 'n> {
     /// what the program asks from now on is answered as if it were done. Waits only for room in the ring.
     ///
     /// A refusal is an exception at the call.
-    pub fn set(&mut self, kind: CommandKind) -> Result<(), Raised> {
+    pub fn set(&mut self, kind: impl Into<CommandKind>) -> Result<(), Raised> {
+        let kind = kind.into();
         // Planned motions and streams wait and have been refused already; these return at once and the arm moves later.
         if kind.starts_motion() && self.context.is_secondary() {
             let name = self.builtin.name;
@@ -340,7 +342,8 @@ impl<'a, 'n> Call<'a, 'n> {
     /// Sends a command and waits for its end, or, for a motion with a blend, until the next may follow.
     ///
     /// A refusal is a `RuntimeError` that the script can catch. A protective stop ends the task and cannot be caught.
-    pub fn run_command(&mut self, kind: CommandKind) -> Result<(), Raised> {
+    pub fn run_command(&mut self, kind: impl Into<CommandKind>) -> Result<(), Raised> {
+        let kind = kind.into();
         self.wait_for_rest(&kind)?;
         let id = self.enter(kind, true)?;
         self.wait_for_command(&kind, id)
@@ -349,7 +352,7 @@ impl<'a, 'n> Call<'a, 'n> {
     /// Sends a moveml through points and waits for its end, as [`run_command`](Self::run_command) does.
     pub fn run_points(&mut self, points: &Arc<PointList>, interval: f64) -> Result<(), Raised> {
         let count = points.count();
-        let kind = CommandKind::MoveMl { count, interval };
+        let kind = CommandKind::Motion(MotionCommand::MoveMl { count, interval });
         self.wait_for_rest(&kind)?;
         let (origin, robot) = (self.origin(), self.context.robot());
         let id = loop {
@@ -397,13 +400,15 @@ impl<'a, 'n> Call<'a, 'n> {
     pub fn change(&mut self, change: IoChange) -> Result<CommandId, Raised> {
         if let Some(motion) = self.context.last_ahead() {
             if self.context.count_change_ahead(motion) <= CHANGES_AHEAD {
-                return self.send(CommandKind::SetIoAtZone { motion, change });
+                return self.send(SettingCommand::SetIoAtZone { motion, change });
             }
             self.wait_for_queued_motions(false)?;
         }
         self.send(match change.standard_digital_out() {
-            Some((index, level)) => CommandKind::SetStandardDigitalOut { index, level },
-            None => CommandKind::SetIo(change),
+            Some((index, level)) => {
+                CommandKind::Setting(SettingCommand::SetStandardDigitalOut { index, level })
+            }
+            None => CommandKind::Setting(SettingCommand::SetIo(change)),
         })
     }
 

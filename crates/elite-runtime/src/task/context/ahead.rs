@@ -3,7 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
-use motion_api::{CommandId, CommandKind, ThreadNumber};
+use motion_api::{CommandId, CommandKind, OnlineCommand, ThreadNumber};
 
 use super::TaskContext;
 use crate::task::deferred::{DeferredEffects, Effect};
@@ -128,7 +128,11 @@ impl TaskContext {
     pub fn note_steering(&self, kind: &CommandKind, id: CommandId) {
         let steers = matches!(
             kind,
-            CommandKind::ServoJ { .. } | CommandKind::SpeedJ { .. } | CommandKind::SpeedL { .. }
+            CommandKind::Online(
+                OnlineCommand::ServoJ { .. }
+                    | OnlineCommand::SpeedJ { .. }
+                    | OnlineCommand::SpeedL { .. }
+            )
         );
         if steers {
             self.ahead

@@ -7,7 +7,7 @@
 mod own;
 mod vendor;
 
-use motion_api::{CommandKind, IoChange, RegisterBank, Registers, RobotState};
+use motion_api::{CommandKind, IoChange, RegisterBank, Registers, RobotState, SettingCommand};
 
 use super::tables::{ModbusException, Space, Tables};
 use crate::port_image::PortImage;
@@ -247,7 +247,7 @@ impl<C: ControllerAccess> Tables for Map<C> {
         }
         if mask != 0 {
             let change = outputs(&state, mask, high)?;
-            self.give(&[CommandKind::SetIo(change)])?;
+            self.give(&[CommandKind::Setting(SettingCommand::SetIo(change))])?;
         }
         for (n, level) in stored {
             self.0.registers().input.set_boolean(n, level);

@@ -2,7 +2,7 @@
 
 use parking_lot::Mutex;
 
-use motion_api::{IoImage, SafetyMode};
+use motion_api::{IoImage, SafetyMode, SettingCommand};
 use proptest::prelude::*;
 
 use super::*;
@@ -53,8 +53,10 @@ impl ControllerAccess for &Fake {
         }
         for command in commands {
             match command {
-                CommandKind::SetIo(change) => self.io.lock().apply(change),
-                CommandKind::SetSpeedFraction(f) => *self.speed.lock() = Some(*f),
+                CommandKind::Setting(SettingCommand::SetIo(change)) => self.io.lock().apply(change),
+                CommandKind::Setting(SettingCommand::SetSpeedFraction(f)) => {
+                    *self.speed.lock() = Some(*f)
+                }
                 other => panic!("{other:?}"),
             }
         }

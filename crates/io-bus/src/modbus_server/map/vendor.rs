@@ -2,7 +2,7 @@
 //! stands beside it, and 0 is what follows from the others only. Addresses between known ones of which nothing is known
 //! read 0.
 
-use motion_api::{CommandKind, RegisterBank, RobotMode, SafetyMode};
+use motion_api::{CommandKind, RegisterBank, RobotMode, SafetyMode, SettingCommand};
 
 use super::super::tables::ModbusException;
 use super::{BitRange, Bits, RegisterRange, Write, block, outputs, scaled};
@@ -27,7 +27,9 @@ fn narrow(value: i32) -> u16 {
 /// The speed slider, %.
 fn speed(value: u16) -> Result<CommandKind, ModbusException> {
     match value {
-        2..=100 => Ok(CommandKind::SetSpeedFraction(f64::from(value) / 100.0)),
+        2..=100 => Ok(CommandKind::Setting(SettingCommand::SetSpeedFraction(
+            f64::from(value) / 100.0,
+        ))),
         _ => Err(ModbusException::IllegalValue),
     }
 }
@@ -56,7 +58,7 @@ pub(super) const REGISTER_RANGES: &[RegisterRange] = &[
         |v, _| v.state.digital_out as u16,
     )
     .writes(Write::Command(|v, value| {
-        outputs(&v.state, 0xFFFF, value.into()).map(CommandKind::SetIo)
+        outputs(&v.state, 0xFFFF, value.into()).map(|change| SettingCommand::SetIo(change).into())
     })),
     block(
         3,
@@ -66,7 +68,7 @@ pub(super) const REGISTER_RANGES: &[RegisterRange] = &[
         |v, _| (v.state.digital_out >> 16) as u16,
     )
     .writes(Write::Command(|v, value| {
-        outputs(&v.state, 0xFFF << 16, u32::from(value) << 16).map(CommandKind::SetIo)
+        outputs(&v.state, 0xFFF << 16, u32::from(value) << 16).map(|change| SettingCommand::SetIo(change).into())
     })),
     unknown(4, 13),
     block(

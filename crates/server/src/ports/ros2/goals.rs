@@ -9,7 +9,7 @@ use elite_runtime::Robot;
 use io_bus::ControlMode;
 use kinematics::JointPositions;
 use motion_api::{
-    CommandId, CommandKind, MotionMode, Origin, Outcome, PointList, RobotMode, RobotState,
+    CommandId, MachineCommand, MotionMode, Origin, Outcome, PointList, RobotMode, RobotState,
     SafetyMode,
 };
 use ros2::link::{GoalEnd, GoalId, ToNode};
@@ -239,7 +239,7 @@ impl Goals {
         {
             running.stopping = Some((end, code, why.to_owned()));
             let only = running.command;
-            if let Err(full) = robot.send(Origin::default(), CommandKind::Stop { only }) {
+            if let Err(full) = robot.send(Origin::default(), MachineCommand::Stop { only }) {
                 tracing::warn!("a goal of ROS 2 is not stopped: {full}");
                 running.stopping = None;
             }

@@ -1,7 +1,9 @@
 //! Requests of services, carried out: those of the dashboard as its lines, so that they are answered alike.
 
 use kinematics::Payload;
-use motion_api::{AnalogDomain, CommandKind, DigitalBank, IoChange};
+use motion_api::{
+    AnalogDomain, CommandKind, DigitalBank, IoChange, SensingCommand, SettingCommand,
+};
 use ros2::link::{Order, Trigger};
 use ros2::messages::{SetIoRequest, SetPayloadRequest};
 
@@ -26,7 +28,9 @@ pub(super) async fn carry_out<B: Ros2Backend>(order: Order, backend: &B) -> (boo
                 (reply.starts_with(expected), reply)
             }
             None => {
-                backend.command(CommandKind::ZeroFtSensor).await;
+                backend
+                    .command(CommandKind::Sensing(SensingCommand::ZeroFtSensor))
+                    .await;
                 (true, "the force sensor reads zero from now on".to_owned())
             }
         },
@@ -35,14 +39,18 @@ pub(super) async fn carry_out<B: Ros2Backend>(order: Order, backend: &B) -> (boo
             let is_allowed = (0.01..=1.0).contains(&fraction);
             if is_allowed {
                 backend
-                    .command(CommandKind::SetSpeedFraction(fraction))
+                    .command(CommandKind::Setting(SettingCommand::SetSpeedFraction(
+                        fraction,
+                    )))
                     .await;
             }
             (is_allowed, String::new())
         }
         Order::SetPayload(asked) => match payload(&asked) {
             Some(payload) => {
-                backend.command(CommandKind::SetPayload(payload)).await;
+                backend
+                    .command(CommandKind::Setting(SettingCommand::SetPayload(payload)))
+                    .await;
                 (true, String::new())
             }
             None => (false, String::new()),
@@ -50,7 +58,9 @@ pub(super) async fn carry_out<B: Ros2Backend>(order: Order, backend: &B) -> (boo
         Order::SetIo(asked) => match io_changes(&asked) {
             Some(changes) => {
                 for change in changes {
-                    backend.command(CommandKind::SetIo(change)).await;
+                    backend
+                        .command(CommandKind::Setting(SettingCommand::SetIo(change)))
+                        .await;
                 }
                 (true, String::new())
             }

@@ -7,7 +7,7 @@ use elite_runtime::Robot;
 use futures_util::StreamExt as _;
 use futures_util::stream::FuturesUnordered;
 use kinematics::RobotModel;
-use motion_api::CommandKind;
+use motion_api::{CommandKind, MachineCommand};
 use ros2::link::{
     FromNode, LinkError, NodeSetup, Order, ToNode, Trigger, VERSION, body_length, value,
 };
@@ -149,11 +149,14 @@ fn order_to_goal(
     match order {
         Order::Trigger(Trigger::Pause) => {
             goals.set_paused(true);
-            Some((CommandKind::Pause, "Pausing task"))
+            Some((CommandKind::Machine(MachineCommand::Pause), "Pausing task"))
         }
         Order::Trigger(Trigger::Play) => {
             goals.set_paused(false);
-            Some((CommandKind::Resume, "Starting task"))
+            Some((
+                CommandKind::Machine(MachineCommand::Resume),
+                "Starting task",
+            ))
         }
         Order::Trigger(Trigger::Stop) => {
             goals.stop(robot);
