@@ -16,9 +16,7 @@ pub(crate) fn path(target: &RecordTarget) -> Option<PathBuf> {
         RecordTarget::Off => None,
         RecordTarget::File(path) => Some(path.clone()),
         RecordTarget::NewFileIn(folder) => {
-            let name = jiff::Timestamp::now()
-                .strftime("%Y-%m-%dT%H-%M-%S")
-                .to_string();
+            let name = chrono::Utc::now().format("%Y-%m-%dT%H-%M-%S");
             // Two servers started within a second must not write into one file.
             Some(folder.join(format!("{name}-{}.mcap", std::process::id())))
         }
