@@ -78,21 +78,24 @@ impl Translations {
             let own = |measure: fn(&str) -> usize| {
                 measure(english) - holes.iter().map(|hole| measure(hole)).sum::<usize>()
             };
-            let (inner, text) = self.fill_template(chinese, &holes, depth, known);
+            let joins = !form.bytes().any(|byte| byte.is_ascii_alphabetic());
+            let (inner, text) = self.fill_template(chinese, &holes, joins, depth, known)?;
             Some((own(letters) + inner, own(str::len), text))
         });
         let (taken, _, text) = matching.max_by_key(|(taken, own, _)| (*taken, *own))?;
         Some((taken, text))
     }
 
-    /// The Chinese form with what stands in it, and how many English letters of that are Chinese as well.
+    /// The Chinese form with what stands in it, and how many English letters of that are Chinese as well. None if the
+    /// form only `joins` sentences and the tables lack one of these: half a text in each language is none.
     fn fill_template<'t>(
         self,
         chinese: &str,
         holes: &[&'t str],
+        joins: bool,
         depth: u32,
         known: &mut Known<'t>,
-    ) -> (usize, String) {
+    ) -> Option<(usize, String)> {
         let (mut taken, mut text) = (0, String::new());
         let mut rest = chinese;
         while let Some((number, is_word, length)) = rest.find('{').and_then(|at| {
@@ -105,13 +108,16 @@ impl Translations {
                 true => self.word(hole, depth, known),
                 false => None,
             };
+            if joins && is_word && word.is_none() && is_prose(hole) {
+                return None;
+            }
             let (inner, shown) = word.unwrap_or_else(|| (0, hole.to_owned()));
             taken += inner;
             text.push_str(&shown);
             rest = &rest[length..];
         }
         text.push_str(rest);
-        (taken, text)
+        Some((taken, text))
     }
 
     /// What stands in a sentence, and how much of it is Chinese.
@@ -131,6 +137,13 @@ impl Translations {
         known.insert((english, depth), word.clone());
         word
     }
+}
+
+/// Whether a text has words side by side, as sentences have and names and numbers have not.
+fn is_prose(text: &str) -> bool {
+    let is_word =
+        |word: &&str| word.len() > 1 && word.bytes().all(|byte| byte.is_ascii_lowercase());
+    text.split_whitespace().filter(is_word).count() > 1
 }
 
 /// How many English letters a text has. Commas between others are no words.
@@ -205,6 +218,21 @@ mod tests {
         assert_eq!(
             chinese("a.script: the program failed: q must be joint 1, joint 2").as_deref(),
             Some("a.script：程序失败：q应为关节 1、关节 2")
+        );
+    }
+
+    #[test]
+    fn sentences_are_joined_in_one_language() {
+        const FORMS: PhraseTable = &[("nothing was sent", "没有发送"), ("{}; {}", "{0~}；{1~}")];
+        let forms = Translations {
+            sentences: &[FORMS],
+            words: &[],
+        };
+        let chinese = |english: &str| forms.sentence(english);
+        assert_eq!(chinese("a sentence without a row; nothing was sent"), None);
+        assert_eq!(
+            chinese("pick.script; nothing was sent").as_deref(),
+            Some("pick.script；没有发送")
         );
     }
 }
