@@ -1,9 +1,19 @@
 //! Words that people bring from other robots and other languages, and what they are called here.
 
-/// The name for what `word` is elsewhere; whether a program has it is up to the caller.
+/// The name for what `word` is elsewhere, in whatever case and with or without underscores; whether a program has it
+/// is up to the caller.
 pub(crate) fn usual_name(word: &str) -> Option<&'static str> {
-    let row = USUAL_NAMES.iter().find(|(_, words)| words.contains(&word));
+    let is_known = |known: &&str| letters(known).eq(letters(word));
+    let row = USUAL_NAMES
+        .iter()
+        .find(|(_, words)| words.iter().any(is_known));
     row.map(|(name, _)| *name)
+}
+
+fn letters(word: &str) -> impl Iterator<Item = char> {
+    word.chars()
+        .filter(|c| *c != '_')
+        .flat_map(char::to_lowercase)
 }
 
 /// What to do instead of using `word`, where no other name does the same.
@@ -15,6 +25,12 @@ pub fn advice(word: &str) -> Option<&'static str> {
         }
         "self" => "'self' is the first parameter of a method: def name(self)",
         "this" => "an object is the first parameter of its methods, called 'self' by custom",
+        "pi" | "PI" | "Pi" | "M_PI" | "math_pi" => {
+            "write math.pi, and 'import math' at the beginning of the program"
+        }
+        "moveto" | "move_to" | "moveTo" | "MoveTo" | "goto" | "go_to" => {
+            "movej() turns the joints to a place, movel() leads the TCP there along a straight line"
+        }
         "numpy" | "np" => "numpy is not there: lists, math and the functions for poses are",
         _ => return None,
     })
@@ -160,6 +176,7 @@ const USUAL_NAMES: &[(&str, &[&str])] = &[
             "inverse_kin",
             "get_ik",
             "ik",
+            "get_inverse_kinematics",
             "inverse_kinematic",
         ],
     ),
@@ -170,12 +187,19 @@ const USUAL_NAMES: &[(&str, &[&str])] = &[
             "forward_kin",
             "get_fk",
             "fk",
+            "get_forward_kinematics",
             "forward_kinematic",
         ],
     ),
     (
         "pose_trans",
-        &["pose_mul", "pose_mult", "pose_multiply", "transform_pose"],
+        &[
+            "pose_transform",
+            "pose_mul",
+            "pose_mult",
+            "pose_multiply",
+            "transform_pose",
+        ],
     ),
     (
         "d2r",
@@ -238,4 +262,5 @@ const USUAL_NAMES: &[(&str, &[&str])] = &[
     ),
     ("len", &["sizeof", "strlen", "count", "array_length"]),
     ("abs", &["fabs"]),
+    ("pow", &["power"]),
 ];

@@ -30,8 +30,8 @@ pub fn nearest(name: &str, candidates: impl Iterator<Item = impl AsRef<str>>) ->
     let limit = match letters.len() {
         0 | 1 | CHARS_MAX.. => 0,
         2 => LOOKALIKE,
-        3..=5 => SLIP,
-        6..=9 => 2 * SLIP,
+        3..=6 => SLIP,
+        7..=9 => 2 * SLIP,
         _ => 3 * SLIP,
     };
     if letters.is_empty() || letters.len() > CHARS_MAX {
@@ -254,6 +254,13 @@ mod tests {
             ("run_thread", "start_thread"),
             ("exit", "halt"),
             ("socket_read_line", "socket_read_string"),
+            ("setDigitalOut", "set_standard_digital_out"),
+            ("getDigitalIn", "get_standard_digital_in"),
+            ("getTcpPose", "get_actual_tcp_pose"),
+            ("MovePTP", "movej"),
+            ("get_inverse_kinematics", "get_inverse_kin"),
+            ("getForwardKinematics", "get_forward_kin"),
+            ("pose_transform", "pose_trans"),
         ]);
     }
 
@@ -289,6 +296,12 @@ mod tests {
     fn nothing_is_said_where_it_could_be_either() {
         for written in ["movex", "speedx", "move", "x", "gripper", "widget_in"] {
             assert_eq!(nearest(written, NAMES.iter()), None, "{written}");
+        }
+        // Another motion than the one that was meant is worse than none.
+        let with_moveml = || NAMES.iter().chain(&["moveml"]);
+        for written in ["moveto", "move_to", "movefj"] {
+            let found = nearest(written, with_moveml());
+            assert_ne!(found.as_deref(), Some("moveml"), "{written}");
         }
         // What the program does not have is not proposed.
         assert_eq!(nearest("wait", ["wart"].iter()).as_deref(), Some("wart"));

@@ -95,6 +95,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "不带类型的 'except:' 必须是最后一个",
     ),
     (
+        "a block begins with ':' and ends with 'end'",
+        "块以 ':' 开始，以 'end' 结束",
+    ),
+    (
         "a block that does nothing has 'pass' in it, a loop that waits 'sync()'",
         "什么都不做的块写 'pass'，等待的循环写 'sync()'",
     ),
@@ -179,6 +183,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "对象是其方法的第一个参数，习惯上叫 'self'",
     ),
     (
+        "angles are in radians: write d2r(90) in place of 90°",
+        "角度以弧度为单位：请用 d2r(90) 代替 90°",
+    ),
+    (
         "annotated name '{}' can't be {}",
         "带注解的名称 '{0}' 不能是 {1}",
     ),
@@ -247,6 +255,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "more than {} items in one 'with'",
         "一个 'with' 中超过 {0} 项",
+    ),
+    (
+        "movej() turns the joints to a place, movel() leads the TCP there along a straight line",
+        "movej() 以关节运动到目标，movel() 使 TCP 沿直线到达目标",
     ),
     (
         "name '{}' is assigned to before {} declaration",
@@ -443,6 +455,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "请写 'except (A, B):'；命名异常写 'except A as e:'",
     ),
     (
+        "write 'for i in range(first, last + 1):'",
+        "请写 'for i in range(first, last + 1):'",
+    ),
+    (
         "write 'for i in range(n):' or 'while True:'",
         "写 'for i in range(n):' 或 'while True:'",
     ),
@@ -453,6 +469,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "写 'while not' 加条件",
     ),
     ("write 'x += 1'", "请写 'x += 1'"),
+    (
+        "write math.pi, and 'import math' at the beginning of the program",
+        "请写 math.pi，并在程序开头写 'import math'",
+    ),
     ("write {}(…) in place of {}[…]", "把 {1}[…] 改写为 {0}(…)"),
     (
         "{} (U+{}) has no meaning here",

@@ -443,6 +443,9 @@ impl<'t> Lexer<'t> {
             diagnostic = diagnostic
                 .with_help("write 'not'")
                 .with_fix(Span::new(start, self.at), "not ");
+        } else if c == '°' {
+            diagnostic =
+                diagnostic.with_help("angles are in radians: write d2r(90) in place of 90°");
         } else if c == '$' {
             diagnostic = diagnostic.with_help("a directive needs a line of its own");
         }

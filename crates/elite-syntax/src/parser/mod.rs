@@ -311,10 +311,16 @@ impl<'f> Parser<'f> {
             token.span,
             format!("expected {expected}, found {found}"),
         );
-        if token.kind == TokenKind::Equal {
+        if token.kind == TokenKind::Equal && expected == "'in'" {
+            diagnostic = diagnostic.with_help("write 'for i in range(first, last + 1):'");
+        } else if token.kind == TokenKind::Equal {
             diagnostic = diagnostic
                 .with_help("'=' assigns; use '==' to compare")
                 .with_fix(token.span, "==");
+        } else if expected.starts_with("':'") && self.begins_block_elsewhere() {
+            diagnostic = diagnostic
+                .with_help("a block begins with ':' and ends with 'end'")
+                .with_fix(token.span, ":");
         } else if let Some(help) = self.foreign_operator() {
             diagnostic = diagnostic.with_help(help);
             let word = help
@@ -334,6 +340,14 @@ impl<'f> Parser<'f> {
             };
         }
         Err(self.report(diagnostic))
+    }
+
+    /// Whether a word or sign stands here that begins a block in other languages.
+    fn begins_block_elsewhere(&self) -> bool {
+        let token = self.token();
+        token.kind == TokenKind::LeftBrace
+            || (token.kind == TokenKind::Name
+                && matches!(self.text(token), "then" | "do" | "begin"))
     }
 
     /// Advice where an operator of another language stands.
