@@ -10,7 +10,7 @@ use kinematics::{JointPositions, RobotModel};
 use nalgebra::Vector3;
 
 use super::super::declare::{Builtin, Category, Parameter, ParameterType};
-use super::{HintText, numbers};
+use super::{HintText, number, numbers};
 
 /// Asking for up to this many times what a joint can do is usual: the controller cuts it.
 const SPEED_FACTOR: f64 = 2.0;
@@ -107,8 +107,19 @@ impl ArmLimits {
                 self.out_of_reach(&what, &six(items)?)
             }
             (ParameterType::Number(_), _) => {
-                let given = numbers(std::slice::from_ref(value))?;
-                self.too_much(&what, parameter, *given.first()?)
+                self.too_much(&what, parameter.name, parameter.unit, number(value)?)
+            }
+            // Speeds of the joints, or of the TCP in its directions and about its axes.
+            (ParameterType::Numbers(6), ArgumentLiteral::List(items)) => {
+                let units = match parameter.unit {
+                    "rad/s" => ["rad/s"; 6],
+                    "m/s, rad/s" => ["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"],
+                    _ => return None,
+                };
+                let mut speeds = items.iter().zip(units);
+                speeds.find_map(|(item, unit)| {
+                    self.too_much(&what, parameter.name, unit, number(item)?)
+                })
             }
             _ => None,
         }
@@ -121,8 +132,8 @@ impl ArmLimits {
             .fold(0.0, f64::max)
     }
 
-    fn too_much(&self, what: &str, parameter: &Parameter, given: f64) -> Option<HintText> {
-        let (most, unit, help) = match (parameter.name, parameter.unit) {
+    fn too_much(&self, what: &str, name: &str, unit: &str, given: f64) -> Option<HintText> {
+        let (most, unit, help) = match (name, unit) {
             (_, "rad/s") => {
                 let joints = self.largest(|model| model.limits().speed.max_abs());
                 (SPEED_FACTOR * joints, "rad/s", RADIANS)
@@ -136,7 +147,7 @@ impl ArmLimits {
             ("r", "m") => (RADIUS_MAX, "m", METRES),
             _ => return None,
         };
-        (given > most).then(|| {
+        (given.abs() > most).then(|| {
             let text = format!("{what} is {given} {unit}, far beyond what the arm can do");
             ("far-beyond", text, help)
         })
@@ -234,6 +245,10 @@ mod tests {
             ("movel([0.4, 0, 0.3, 3.14, 0, 0], v=250)", "far-beyond"),
             ("movel([0.4, 0, 0.3, 3.14, 0, 0], a=1200)", "far-beyond"),
             ("movel([0.4, 0, 0.3, 3.14, 0, 0], r=50)", "far-beyond"),
+            ("speedj([0, 60, 0, 0, 0, 0], 10, 1)", "far-beyond"),
+            ("speedj([0, -60, 0, 0, 0, 0], 10, 1)", "far-beyond"),
+            ("speedl([0, 0, -250, 0, 0, 0], 1, 1)", "far-beyond"),
+            ("speedl([0, 0, 0, 0, 0, 90], 1, 1)", "far-beyond"),
             ("movel([3.4, 0, 0.3, 3.14, 0, 0])", "out-of-reach"),
             (
                 "fast = 250\nmovel([0.4, 0, 0.3, 3.14, 0, 0], v=fast)",
@@ -247,6 +262,8 @@ mod tests {
             "movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=8, v=3.9, r=0.1)",
             "movel([1.9, 0, 0.3, 3.14, 0, 0], a=10, v=2)",
             "ok = get_inverse_kin_has_solution([3.4, 0, 0.3, 3.14, 0, 0])",
+            "speedj([0, 3, 0, 0, -3, 0], 10, 1)",
+            "speedl([0.25, 0, -0.25, 0, 0, 1], 1, 1)",
             "fast = 1\nif get_standard_digital_in(0):\n  fast = 250\nmovel([0.4, 0, 0.3, 3.14, 0, 0], v=fast)",
         ] {
             assert_eq!(codes(text), [""; 0], "{text}");

@@ -141,7 +141,7 @@ fn about_joints(
             format!("{what} takes joint positions, {name}() returns a pose"),
             POSE_FOR_JOINTS,
         )),
-        ArgumentLiteral::List(items) => degrees(&what, &numbers(items)?),
+        ArgumentLiteral::List(items) => degrees(&what, &numbers_or_zero(items)),
         _ => None,
     }
 }
@@ -159,7 +159,7 @@ fn about_pose(
             JOINTS_FOR_POSE,
         )),
         ArgumentLiteral::List(items) => {
-            let numbers = numbers(items)?;
+            let numbers = numbers_or_zero(items);
             let (position, rotation) = numbers.split_at(numbers.len().min(3));
             millimetres(&what, position).or_else(|| degrees(&what, rotation))
         }
@@ -259,13 +259,24 @@ pub(super) fn warn_swapped_target(
     }
 }
 
-fn numbers(items: &[ArgumentLiteral<'_>]) -> Option<Vec<f64>> {
-    let number = |item: &ArgumentLiteral<'_>| match item {
+fn number(item: &ArgumentLiteral<'_>) -> Option<f64> {
+    match item {
         ArgumentLiteral::Integer(number) => Some(*number as f64),
         ArgumentLiteral::Number(number) => Some(*number),
         _ => None,
-    };
+    }
+}
+
+fn numbers(items: &[ArgumentLiteral<'_>]) -> Option<Vec<f64>> {
     items.iter().map(number).collect()
+}
+
+/// The numbers of a list with 0, which is never too much, for what is known at run time only.
+fn numbers_or_zero(items: &[ArgumentLiteral<'_>]) -> Vec<f64> {
+    items
+        .iter()
+        .map(|item| number(item).unwrap_or(0.0))
+        .collect()
 }
 
 #[cfg(test)]
@@ -287,6 +298,12 @@ mod tests {
         );
         assert_eq!(codes("movel([400, 0, 300, 3.14, 0, 0])"), ["millimetres"]);
         assert_eq!(codes("movel([0.4, 0, 0.3, 180, 0, 0])"), ["degrees"]);
+        assert_eq!(codes("movej([d2r(10), -90, 90, -90, -90, 0])"), ["degrees"]);
+        assert_eq!(
+            codes("h = 0.3\nmovel([400, 0, h, 3.14, 0, 0])"),
+            ["millimetres"]
+        );
+        assert_eq!(codes("movej([d2r(10), d2r(-90), 1, 0, 0, 0])"), [""; 0]);
         assert_eq!(codes("movej(get_actual_tcp_pose())"), ["pose-for-joints"]);
         assert_eq!(
             codes("movel(get_actual_joint_positions())"),
