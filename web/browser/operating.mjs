@@ -24,6 +24,8 @@ const painted = (page, name) => page.id(name).first().evaluate((element) => new 
 }));
 const same = (a, b) => ["x", "y", "width", "height"].every((side) => Math.abs(a[side] - b[side]) < 0.6);
 const lights = (page, name) => page.id(name).evaluate((element) => getComputedStyle(element).color);
+/** What moves the arm by hand. */
+const BY_HAND = ["jog-j1-plus", "jog-x-minus", "freedrive", "move-to", "home"];
 /** The things that a hand is at. */
 const HANDLES = ["stop", "run", "pause", "take-control", "power-off"];
 async function places(page) {
@@ -183,10 +185,47 @@ export const scenarios = {
     check(await page.id("brake-release").isDisabled() && await page.id("power-on").isDisabled() && await page.id("unlock").isDisabled(), "what is done already");
     await page.id("power-off").click();
     await mode(page, "robot-mode", "POWER_OFF");
-    for (const name of ["run", "play", "step"]) await until(() => page.id(name).isDisabled(), `${name} without power to be off`);
+    for (const name of ["run", "play", "step", ...BY_HAND]) await until(() => page.id(name).isDisabled(), `${name} without power to be off`);
     await page.id("power-on").click();
     await mode(page, "robot-mode", "IDLE");
-    for (const name of ["run", "play", "step"]) check(await page.id(name).isDisabled(), `${name} with engaged brakes`);
+    for (const name of ["run", "play", "step", ...BY_HAND]) check(await page.id(name).isDisabled(), `${name} with engaged brakes`);
+    await page.id("brake-release").click();
+    for (const name of ["run", "play", "step", ...BY_HAND]) await until(() => page.id(name).isEnabled(), `${name} with released brakes`);
+    await edit(page, CRASH);
+    await page.id("run").click();
+    await page.id("alarm-unlock").waitFor();
+    for (const name of ["run", "play", "step", ...BY_HAND]) await until(() => page.id(name).isDisabled(), `${name} in a stop to be off`);
+  },
+  async "the plot has data whatever its length becomes, and no time under it is cut off"({ page, server }) {
+    await until(async () => (await server.state()).time > 10.5, "more than the plot has from live frames", 20_000);
+    await page.context().route(/history\?from/, async (route) => {
+      await sleep(3000);
+      await route.continue();
+    });
+    await page.id("window").selectOption("60");
+    const found = await page.evaluate(() => new Promise((done) => {
+      const begin = performance.now();
+      const found = { least: Infinity, edge: 0, frames: 0 };
+      const look = () => {
+        const canvas = document.querySelector("#plot canvas");
+        const { width, height } = canvas;
+        const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+        let coloured = 0;
+        for (let at = 0; at < data.length; at += 4) {
+          const [r, g, b] = data.subarray(at, at + 3);
+          if (data[at + 3] > 100 && Math.max(r, g, b) - Math.min(r, g, b) > 60) coloured += 1;
+        }
+        for (let y = height - Math.round(20 * globalThis.devicePixelRatio); y < height; y += 1) found.edge = Math.max(found.edge, data[(y * width + width - 1) * 4 + 3]);
+        if (performance.now() - begin > 300) found.least = Math.min(found.least, coloured);
+        found.frames += 1;
+        if (performance.now() - begin > 6000) done(found);
+        else setTimeout(look, 40);
+      };
+      look();
+    }));
+    check(found.frames > 20, `only ${found.frames} looks`);
+    check(found.least > 100, `at a moment the plot had ${found.least} points of colour`);
+    check(found.edge === 0, `a time is cut off at the right edge (${found.edge})`);
   },
   async "one button runs, and goes on with what is paused"({ page }) {
     await take(page);

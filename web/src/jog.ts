@@ -335,10 +335,14 @@ export class Jog {
     fill(this.tcp, frame.actualPose);
   }
 
-  /** Buttons that are held stay on in a stop, which may come while one is: it must hear that it is let go. */
-  enable(mayHold: boolean, mayMove: boolean): void {
-    for (const button of this.buttons) button.disabled = !mayHold;
-    for (const id of ["freedrive", "push"]) byId<HTMLButtonElement>(id).disabled = !mayHold;
+  /** A button that is held stays on in a stop, which may come meanwhile: it must hear that it is let go. */
+  enable(mayOrder: boolean, mayJog: boolean, mayMove: boolean): void {
+    const freedrive = byId<HTMLButtonElement>("freedrive");
+    for (const button of [...this.buttons, freedrive]) {
+      const isHeld = button.classList.contains("held");
+      button.disabled = !mayJog && !(mayOrder && isHeld);
+    }
+    byId<HTMLButtonElement>("push").disabled = !mayOrder;
     // A move that is under way can be ended by its button.
     byId<HTMLButtonElement>("move-to").disabled = !mayMove && !this.isMoving;
     byId<HTMLButtonElement>("home").disabled = !mayMove;

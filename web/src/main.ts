@@ -285,7 +285,9 @@ function enable(): void {
   set("stop", isConnected && link.readOnly === null);
   set("dialog-stop", isConnected && link.readOnly === null);
   if (slider.disabled === may) slider.disabled = !may;
-  jog.enable(may && isStopped, may && isStopped && isReady);
+  // Out of a place where it must not be the arm is led by hand.
+  const mayJog = isReady || (robot === "RUNNING" && safety === "RECOVERY");
+  jog.enable(may && isStopped, may && isStopped && mayJog, may && isStopped && isReady);
   set("approach", may && isStopped && isReady && !programs.isEmpty);
   waypoints.enable(may && isStopped && isReady, mayEdit);
   points.enable(may);

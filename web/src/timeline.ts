@@ -45,6 +45,8 @@ const SAME_TIME = 1e-4;
 const SLIDER_STEP = 0.001;
 /** A click so near to the right edge of the plot means the present, px. */
 const EDGE_PX = 4;
+/** Half of the widest time under the plot, so that the one at the right edge is not cut off, px. */
+const LABEL_ROOM = 28;
 /** Where events are marked, above the data, px. */
 const MARK_ROOM = 12;
 export class TimeLine {
@@ -400,7 +402,7 @@ export class TimeLine {
         height: Math.max(host.clientHeight, 80),
         scales: { x: { time: false }, y: { range: (_: uPlot, min: number, max: number) => spread(min, max) } },
         legend: { show: false },
-        padding: [MARK_ROOM, 8, 0, 0],
+        padding: [MARK_ROOM, LABEL_ROOM, 0, 0],
         cursor: { drag: { x: true, y: false, setScale: false, dist: 6 }, points: { show: false } },
         axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, space: 17, label: plot.unit, labelSize: 14, labelFont: "12px system-ui" }],
         series: [{}, ...plot.names.map((label, k) => ({ label, stroke: getComputedStyle(legend[k] ?? host).color, width: 1.5, points: { show: false } }))],
@@ -496,7 +498,8 @@ export class TimeLine {
   private draw(): void {
     const plot = PLOTS[this.plotted];
     if (!plot || !this.plot) return;
-    const isRecent = this.isRecent();
+    // A longer span is asked for once a second: until it comes for the first time, what came while the page was open is shown.
+    const isRecent = this.isRecent() || (this.isLive && !this.zoom && this.past.length === 0);
     let frames = isRecent ? this.recent : this.past;
     const [from, to] = isRecent || this.zoom ? this.wanted() : this.span;
     if (isRecent) frames = frames.slice(indexAt(frames, from));
