@@ -264,7 +264,7 @@ fn a_program_is_run_recorded_and_looked_at() {
     let find = json!({"recording": "out/run.mcap", "condition": "actual_q[0] > 0.2"});
     let found = client.told("replay_find", find);
     assert!(
-        found.contains("program line 2") && found.contains("found: 1 times"),
+        found.contains("program line 2") && found.contains("found: 1 time"),
         "{found}"
     );
     let plot = client.call("replay_plot", json!({"recording": "out/run.mcap"}));

@@ -68,7 +68,7 @@ class Assistant(unittest.IsolatedAsyncioTestCase):
             state = told(await session.call_tool("replay_at", {"recording": "run.mcap", "time": 0.3}))
             self.assertIn("line 2", state)
             when = told(await session.call_tool("replay_find", {"recording": "run.mcap", "condition": "actual_q[0] > 0.25"}))
-            self.assertIn("found: 1 times", when)
+            self.assertIn("found: 1 time", when)
             plot = await session.call_tool("replay_plot", {"recording": "run.mcap"})
             image = next(part for part in plot.content if part.type == "image")
             png = base64.b64decode(image.data)

@@ -20,9 +20,13 @@ pub(super) fn print(
         || true,
         |stretch| tell(stretch, out).map(|()| true),
     )?;
+    let times = match told.stretches {
+        1 => "time",
+        _ => "times",
+    };
     writeln!(
         out,
-        "found: {} times, {} of {} cycles",
+        "found: {} {times}, {} of {} cycles",
         told.stretches, told.found, told.cycles
     )?;
     Ok(())
