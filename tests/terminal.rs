@@ -153,6 +153,80 @@ fn the_debugger_is_used_at_the_terminal_in_both_directions() {
     insta::assert_snapshot!(text(&output.stdout));
 }
 
+/// Lines that have Chinese letters and, outside quotes, a row of English words.
+fn mixed(told: &str) -> Vec<&str> {
+    let is_chinese = |letter: char| ('\u{4e00}'..='\u{9fff}').contains(&letter);
+    let is_word = |word: &&str| word.len() > 1 && word.bytes().all(|b| b.is_ascii_lowercase());
+    let is_mixed = |line: &&str| {
+        let outside: String = line.split('"').step_by(2).collect();
+        let words: Vec<bool> = outside
+            .split_whitespace()
+            .map(|word| is_word(&word))
+            .collect();
+        line.contains(is_chinese) && words.windows(3).any(|row| row == [true; 3])
+    };
+    told.lines().filter(is_mixed).collect()
+}
+
+#[test]
+fn the_debugger_the_sender_and_the_list_of_functions_speak_one_language() {
+    assert_eq!(
+        mixed("停在第 2 个周期: the end of the program").len(),
+        1,
+        "the measure"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let zh = ["--language", "zh"];
+    std::fs::write(folder.path().join("sum.script"), SUM).unwrap();
+    let orders = "break 999\nbrek 3\nfrob\nuntil nothing == 2\nuntil\ngoto soon\ndelete 7\nprint\n\
+                  list x\nbreak when norm(tcp_force[0:3]) > 20\ncontinue\nback\nquit\n";
+    let output = typed(
+        folder.path(),
+        &[&["debug"][..], &zh, &["sum.script"]].concat(),
+        orders,
+    );
+    let told = text(&output.stdout);
+    for part in [
+        "该处及其后没有语句",
+        "是否想写 break",
+        "没有命令 \"frob\"",
+        "无法读取条件",
+        "程序的结尾",
+        "1: 当 norm",
+    ] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    assert!(
+        !told.contains("there is") && !told.contains(" takes "),
+        "{told}"
+    );
+    assert_eq!(mixed(&told), [""; 0]);
+
+    std::fs::write(folder.path().join("bad.script"), "def p(:\n").unwrap();
+    let nobody = ["--robot", "127.0.0.1", "--primary-port", "1"];
+    for (file, part) in [
+        ("bad.script", "bad.script 无法编译；没有发送任何内容"),
+        ("sum.script", "无法连接机器人 127.0.0.1:1：连接被拒绝"),
+    ] {
+        let output = eliteserver_in(
+            folder.path(),
+            &[&["send"][..], &zh, &nobody, &[file]].concat(),
+        );
+        assert_eq!(output.status.code(), Some(2));
+        assert!(said(&output).contains(part), "{}", said(&output));
+        assert_eq!(mixed(&said(&output)), [""; 0]);
+    }
+    let output = eliteserver_in(folder.path(), &["builtins", "--language", "zh"]);
+    assert!(text(&output.stdout).contains("来自控制器输出"));
+    assert!(!text(&output.stdout).contains("not from the manual"));
+    let output = run_script(folder.path(), "popup(\"empty?\", blocking=False)\n", &zh);
+    assert!(
+        said(&output).contains("弹窗 \"Popup\"：empty?"),
+        "{}",
+        said(&output)
+    );
+}
+
 #[test]
 fn the_debugger_says_why_it_does_not_start() {
     let folder = tempfile::tempdir().unwrap();

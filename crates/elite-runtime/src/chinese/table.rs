@@ -166,6 +166,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "pause(): nobody is there to resume the program, so it goes on",
         "pause()：没有人可以恢复程序，因此继续执行",
     ),
+    ("popup \"{}\": {}", "弹窗 \"{0}\"：{1}"),
     (
         "powerdown(): the arm is switched off",
         "powerdown()：手臂断电",

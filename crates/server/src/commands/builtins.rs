@@ -194,8 +194,14 @@ fn table(builtins: &[&Builtin], language: Language) -> String {
     for b in builtins {
         // What has no section tells its source at the end.
         let (section, source) = match b.section {
-            FROM_OUTPUT => ("-", format!(" ({FROM_OUTPUT})")),
-            section => (section, String::new()),
+            FROM_OUTPUT => (
+                "-",
+                language.pick(
+                    " (from controller output, not from the manual)",
+                    "（来自控制器输出，手册中没有）",
+                ),
+            ),
+            section => (section, ""),
         };
         // Writing to a String cannot fail.
         let _ = writeln!(

@@ -10,6 +10,7 @@ use tokio::time::timeout;
 use wire::primary::Message;
 
 use crate::cli::RemoteRobotArgs;
+use crate::language;
 use crate::logging;
 
 /// States come ten times a second: without one for so long there are none.
@@ -41,9 +42,9 @@ pub(super) async fn ask_consent(
 ) -> Result<(), ConsentError> {
     let must_ask = !args.yes && !address.is_this_machine().await && io::stdin().is_terminal();
     if must_ask {
-        logging::say(&format!(
+        logging::say(&language::told(&format!(
             "{what} the robot at {address}? It may move. [y/N]"
-        ));
+        )));
         let mut answer = String::new();
         io::stdin().read_line(&mut answer)?;
         if !matches!(answer.trim(), "y" | "Y" | "yes") {

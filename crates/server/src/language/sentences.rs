@@ -66,19 +66,34 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("--ros2: {}", "--ros2：{0~}"),
     ("--set {}: {}", "--set {0}：{1~}"),
     (
+        "--set: the file is a secondary program, which has no globals of its own",
+        "--set：该文件是次级程序，没有自己的全局变量",
+    ),
+    (
         "--units is for tables (.csv): G-code and drawings say their unit themselves",
         "--units 用于表格（.csv）：G 代码和图纸自带单位",
     ),
     ("1 to {} Hz are allowed", "允许 1 到 {0} Hz"),
+    (
+        ":log takes how many lines, as :log 100",
+        ":log 后面是行数，如 :log 100",
+    ),
+    (":{} takes nothing behind it", ":{0} 后面不能有内容"),
     ("Everything has a counterpart.", "全部都有对应。"),
     (
         "NAME=VALUE is needed, as speed=0.25",
         "需要 NAME=VALUE，如 speed=0.25",
     ),
+    ("Open a shell on", "打开交互会话，连接"),
     ("POLYLINE is a mesh: left out", "POLYLINE 是网格：已略去"),
     (
         "POLYLINE lies in a tilted plane: left out",
         "POLYLINE 位于倾斜平面内：已略去",
+    ),
+    ("Send {} to", "把 {0} 发送到"),
+    (
+        "Statements are carried out at once. :help lists the shell's own orders, :quit ends.",
+        "语句立即执行。:help 列出本程序的命令，:quit 退出。",
     ),
     (
         "TimeoutError: no simulated time passed for {} s: the program computes without waiting",
@@ -155,6 +170,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "a belt that carries has pose, size and direction, a turntable center and radius",
         "运送工件的皮带有 pose、size 和 direction，转台有 center 和 radius",
     ),
+    ("a block has at most {} KiB", "一个块最多 {0} KiB"),
     ("a box needs x, y, z", "长方体需要 x、y、z"),
     (
         "a bus is needed: \"tool\", \"masterboard\" or \"tcp:PORT\"",
@@ -224,6 +240,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "a gripper with protocol has no points",
         "带 protocol 的夹爪没有输入输出点",
+    ),
+    (
+        "a line of more than 64 KiB is no statement",
+        "超过 64 KiB 的一行不是语句",
     ),
     (
         "a linear one has axis and stroke",
@@ -296,6 +316,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "程序正在运行；请先停止它，或让它运行到结束",
     ),
     (
+        "a program runs on the robot at {}; the shell would take its place. Stop it first",
+        "机器人 {0} 上正在运行程序，交互会话会取代它。请先停止该程序",
+    ),
+    (
         "a radius of {} m: allowed is more than 0",
         "半径为 {0} m：必须大于 0",
     ),
@@ -340,6 +364,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "a text of 1 to {} characters in one line is needed",
         "需要一行 1 到 {0} 个字符的文本",
+    ),
+    (
+        "a text over several lines cannot stand in a block: the port takes one line",
+        "多行文本不能放在块中：端口只接收一行",
+    ),
+    (
+        "a text that is not checked is sent as it is; leave --no-check out",
+        "不检查的文本按原样发送；请去掉 --no-check",
     ),
     (
         "a text, a number or a list of them is needed",
@@ -507,9 +539,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("an output is needed", "需要一个输出"),
     ("at most {} of them are simulated", "最多仿真 {0} 个"),
+    ("at {}:{}:{}", "位于 {0}:{1}:{2}"),
     (
         "blocks and brackets lie more than {} deep",
         "块和括号嵌套超过 {0} 层",
+    ),
+    (
+        "break takes a line, the name of a function, or 'when' and a condition of the arm",
+        "break 后面是行号、函数名，或 'when' 和机械臂的条件",
     ),
     (
         "cannot create the recording {}: {}",
@@ -546,6 +583,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "cannot start the recorder's thread: {}",
         "无法启动记录线程：{0}",
     ),
+    ("cannot start: {}", "无法启动：{0~}"),
     ("cannot use the model {}: {}", "无法使用型号 {0}：{1~}"),
     ("cannot write the bag: {}", "无法写入 bag：{0~}"),
     (
@@ -571,11 +609,21 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "cycle time {} s before, {} s after: {} % shorter (simulated runs: {})",
         "节拍由 {0} s 变为 {1} s：缩短 {2} %（仿真运行 {3} 次）",
     ),
+    (
+        "delete takes the number that break shows",
+        "delete 后面是 break 显示的编号",
+    ),
+    ("discarded: {}", "已丢弃：{0}"),
+    ("drop the statements that wait", "丢弃等待中的语句"),
     ("either at or when is needed", "需要 at 或 when 之一"),
     ("either every or when is needed", "需要 every 或 when 之一"),
     (
         "either mass or density is needed",
         "需要 mass 或 density 之一",
+    ),
+    (
+        "end, once everything before is done (Ctrl-D as well)",
+        "前面的语句都完成后退出（也可按 Ctrl-D）",
     ),
     (
         "every obstacle needs a name of its own",
@@ -606,6 +654,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("goal_in_collision: {}", "终点碰撞：{0~}"),
     (
+        "goto takes a cycle or a time: goto 541, goto 2.1 s",
+        "goto 后面是周期或时间：goto 541，goto 2.1 s",
+    ),
+    (
         "gripper {} has this number on the bus already",
         "夹爪 {0} 已在此总线上使用该号码",
     ),
@@ -615,8 +667,16 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "home 使关节 {0} 位于 {1} rad，允许 {2} 到 {3} rad",
     ),
     (
+        "how the robot is, and which statement it is at",
+        "机器人的状态，以及执行到哪条语句",
+    ),
+    (
         "indices of triangles must have a bufferView and nothing sparse",
         "三角形的索引必须有 bufferView，且不得有 sparse",
+    ),
+    (
+        "interpreter mode of the robot at {}",
+        "机器人 {0} 的解释器模式",
     ),
     (
         "it goes with a surface: pose and size of a belt, radius of a turntable",
@@ -736,6 +796,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "它的元素 {0} 引用点 {1}；只有 {2} 个点",
     ),
     ("its matrix is no finite one", "它的矩阵含有非有限的数"),
+    ("its program may go on", "其程序可能仍在运行"),
     (
         "its schemas and channels have more than {} bytes together",
         "其结构定义和通道共超过 {0} 字节",
@@ -791,6 +852,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "link {} of the arm stands in obstacle {} at the start; the two never touch",
         "机械臂的连杆 {0} 在开始时位于障碍物 {1} 之内；两者永不接触",
     ),
+    ("list takes the number of a line", "list 后面是行号"),
     (
         "message {} of {} cannot be decoded: {}",
         "无法解码 {1} 的第 {0} 条消息：{2~}",
@@ -826,12 +888,24 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "绘制的图元超过 {0} 个，即允许的上限",
     ),
     (
+        "names are the columns of --csv /cycle, line, program, command and the names of modes; functions are norm, and part, held, count, fallen of a cell with parts",
+        "可用的名称有 --csv /cycle 的各列、line、program、command 和各模式的名称；函数有 norm，以及带工件单元的 part、held、count、fallen",
+    ),
+    (
         "names: {} is called {}, and nothing of the cell is connected to it",
         "names：{0} 名为 {1}，而单元中没有任何东西与它相连",
     ),
     (
         "no base pose in the area reaches all points with {} mm to spare; from the best one these are not reached: {}",
         "区域内没有基座位姿能以 {0} mm 的间隙到达所有点；最好的位姿到达不了的点：{1}",
+    ),
+    (
+        "no connection to the robot at {}: no answer within {} s",
+        "无法连接机器人 {0}：{1} s 内没有应答",
+    ),
+    (
+        "no connection to the robot at {}: {}",
+        "无法连接机器人 {0}：{1~}",
     ),
     (
         "no joint positions bring the TCP to {}: it is out of the arm's reach; with another base pose or a longer tool (--tcp) it may not be",
@@ -845,6 +919,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "no joint positions reach the goal",
         "没有关节位置能到达终点",
     ),
+    ("no more lines can be read: {}", "无法继续读取输入：{0~}"),
     ("no path was found", "没有找到路径"),
     ("no path was found in {} tries", "{0} 次尝试中没有找到路径"),
     (
@@ -864,7 +939,9 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "no simulated time passed for {} s: the program computes without waiting; it was stopped{}",
         "{0} s 内没有仿真时间经过：程序只计算不等待；已停止{1~}",
     ),
+    ("no statement begins here or below", "该处及其后没有语句"),
     ("no_path: {}", "没有路径：{0~}"),
+    ("nobody can be asked: {}", "无法询问任何人：{0~}"),
     (
         "nobody plays {}:{}, and --allow net=played reaches no other machine",
         "没有测试扮演 {0}:{1}，而 --allow net=played 不连接其他机器",
@@ -874,6 +951,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "没有可加快之处：节拍为 {0} s（仿真运行 {1} 次）",
     ),
     ("nothing stands in the cell", "单元中没有任何东西"),
+    ("nothing was sent", "没有发送任何内容"),
     ("numbers above 0 are needed", "需要大于 0 的数"),
     ("numbers of at least 0 are needed", "需要不小于 0 的数"),
     (
@@ -886,10 +964,13 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("one value is needed", "需要一个值"),
     ("out_of_reach: {}", "不可达：{0~}"),
+    ("press Enter", "请按回车键"),
+    ("print takes an expression", "print 后面是表达式"),
     (
         "program {} cannot be repeated from cycle {} on: {}, which is not in the recording",
         "程序 {0} 从第 {1} 周期起不能重复：{2~}，而记录中没有它",
     ),
+    ("protective stop", "保护性停止"),
     (
         "recording stopped, the robot goes on: {}",
         "记录已停止，机器人继续运行：{0~}",
@@ -898,6 +979,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "ros2 is started by 'eliteserver serve --ros2', with a socket as its standard input ({})",
         "ros2 由 'eliteserver serve --ros2' 启动，标准输入为套接字（{0~}）",
     ),
+    ("sent {} to the robot at {}", "已把 {0} 发送到机器人 {1}"),
     (
         "six joint positions in rad are needed, as in 0,-1.57,1.57,-1.57,-1.57,0, or a pose of the TCP in m and rad, all of them up to 1000, as in 'p[0.4,0.1,0.3,3.14,0,0]'",
         "需要六个关节位置（rad），如 0,-1.57,1.57,-1.57,-1.57,0，或 TCP 的位姿（m 和 rad），如 'p[0.4,0.1,0.3,3.14,0,0]'；都不超过 1000",
@@ -908,6 +990,19 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("something comes nearer than {} mm", "有物体距离小于 {0} mm"),
     ("start_in_collision: {}", "起点碰撞：{0~}"),
+    (
+        "statements: {} was carried out last, {} accepted last, {} wait",
+        "语句：最后执行 {0}，最后接收 {1}，等待 {2} 条",
+    ),
+    (
+        "stop the movej or movel that the arm does",
+        "停止机械臂正在执行的 movej 或 movel",
+    ),
+    (
+        "stopping the program on the robot",
+        "正在停止机器人上的程序",
+    ),
+    ("that line is too long", "该行太长"),
     (
         "the ROS 2 domain is {}, allowed are 0 to 232 (--ros-domain, else ROS_DOMAIN_ID)",
         "ROS 2 域为 {0}，允许 0 到 232（--ros-domain，否则 ROS_DOMAIN_ID）",
@@ -985,6 +1080,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "bag {0} 的消息保存在 {1} 中；只读取 MCAP：可用 ros2 bag convert 转换其他 bag",
     ),
     ("the bag {}: {}", "bag {0}：{1~}"),
+    ("the beginning", "程序开头"),
     (
         "the buffers are longer than {} bytes together, the most that is allowed",
         "各缓冲区合计超过 {0} 字节，即允许的上限",
@@ -1019,6 +1115,17 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the compression {} of a chunk is not known; zstd and lz4 are",
         "块的压缩方式 {0} 未知；可用 zstd 和 lz4",
     ),
+    ("the condition cannot be read:", "无法读取条件："),
+    (
+        "the connection for statements to the robot at {} broke: {}",
+        "与机器人 {0} 的语句连接中断：{1~}",
+    ),
+    (
+        "the connection to the robot at {} broke: {}",
+        "与机器人 {0} 的连接中断：{1~}",
+    ),
+    ("the data breakpoint is {}: {}", "数据断点 {0}：{1~}"),
+    ("the debugger has ended", "调试器已结束"),
     (
         "the drawing names no unit: millimetres are assumed",
         "图纸没有给出单位：按毫米处理",
@@ -1069,6 +1176,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the knots of a spline are not in order",
         "样条曲线的节点没有按顺序排列",
+    ),
+    (
+        "the last reports of the robot: errors, alarms; :log 100 for more",
+        "机器人最近的报告：错误、报警；:log 100 显示更多",
     ),
     (
         "the measurements do not tell the unknowns {}",
@@ -1127,23 +1238,37 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "程序现状无法加快：{0~}",
     ),
     (
+        "the program cannot be put into a function, as controllers take it: {}",
+        "程序无法放入控制器要求的函数中：{0~}",
+    ),
+    (
         "the program does not compile{}: {}",
         "程序不能编译{0~}：{1~}",
     ),
     ("the program ended", "程序已结束"),
     ("the program failed{}: {}", "程序失败{0~}：{1~}"),
+    ("the program goes on", "程序继续运行"),
     (
         "the program had not ended after {} s of simulated time{}; --timeout gives it longer, and one that repeats itself for ever needs a bound on its repetitions",
         "仿真时间 {0} s 后程序仍未结束{1~}；--timeout 可给更长时间，而无限重复的程序需要限定重复次数",
+    ),
+    (
+        "the program on the robot has ended; a new one begins, with none of its variables",
+        "机器人上的程序已结束；将启动新程序，原有变量不再存在",
     ),
     (
         "the program runs into something as it is: {} and {} are {} mm inside each other in line {}, at {} s",
         "程序现状会发生碰撞：{0~}与{1~}重叠 {2} mm，在第 {3} 行，{4} s 时",
     ),
     (
+        "the program that enters interpreter mode failed: {}",
+        "进入解释器模式的程序失败：{0~}",
+    ),
+    (
         "the program waits{} for something from outside that does not come; set inputs at their times in the cell file ([[input]]), or give it values with --set",
         "程序{0~}在等待不会到来的外部信号；请在单元文件中按时间设置输入（[[input]]），或用 --set 给出值",
     ),
+    ("the program was stopped", "程序已停止"),
     (
         "the program was stopped and has not ended within {} s",
         "程序被停止，但在 {0} s 内没有结束",
@@ -1212,8 +1337,52 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "机器人 `{0}` 存在，但其尺寸和质量没有公开，因此不能仿真；内置的有 {1}",
     ),
     (
+        "the robot at {} does not answer on its port for statements: {} s",
+        "机器人 {0} 的语句端口没有应答：{1} s",
+    ),
+    (
+        "the robot at {} has closed the connection",
+        "机器人 {0} 已关闭连接",
+    ),
+    (
+        "the robot at {} has closed the connection for statements",
+        "机器人 {0} 已关闭语句连接",
+    ),
+    (
+        "the robot at {} has not answered the statement, and none waits there",
+        "机器人 {0} 没有回应该语句，那里也没有等待的语句",
+    ),
+    (
+        "the robot at {} has not begun the program that enters interpreter mode",
+        "机器人 {0} 没有启动进入解释器模式的程序",
+    ),
+    (
+        "the robot at {} says nothing any more: no state for {} s",
+        "机器人 {0} 不再发送数据：{1} s 没有状态",
+    ),
+    (
+        "the robot at {} takes no statement: {} s",
+        "机器人 {0} 不接收语句：{1} s",
+    ),
+    (
+        "the robot at {} takes nothing: {} s",
+        "机器人 {0} 不接收数据：{1} s",
+    ),
+    (
         "the robot model {} cannot be read: {}",
         "无法读取机器人型号 {0}：{1~}",
+    ),
+    (
+        "the robot still runs its program 3 s after it was told to stop",
+        "发出停止命令 3 s 后，机器人仍在运行程序",
+    ),
+    (
+        "the robot's name {} has no address",
+        "机器人名称 {0} 没有地址",
+    ),
+    (
+        "the robot's name {} is not known: {}",
+        "不认识机器人名称 {0}：{1~}",
     ),
     (
         "the schema of {} cannot be used: {}",
@@ -1235,6 +1404,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the shape of a finger is needed: {} for a box",
         "需要手指的形状：箱体用 {0}",
     ),
+    ("the shell was ended", "交互会话已结束"),
     (
         "the size of the tool's {} is {}, every number must be finite and positive",
         "工具的 {0} 尺寸为 {1}，每个数都必须是有限的正数",
@@ -1315,6 +1485,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "there is no --cell: the path only keeps the arm from itself",
         "没有 --cell：路径只避免机械臂碰到自身",
     ),
+    ("there is no :{}; there are {}", "没有 :{0}；可用的有 {1}"),
     (
         "there is no built-in robot model `{}`; built in are {}, a path of a URDF file works as well",
         "没有内置的机器人型号 `{0}`；内置的有 {1}，也可以给出 URDF 文件的路径",
@@ -1327,6 +1498,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "there is no move (G0 to G3) in it",
         "其中没有运动（G0 到 G3）",
+    ),
+    (
+        "there is no order {}; did you mean {}?",
+        "没有命令 {0}；是否想写 {1}？",
+    ),
+    (
+        "there is no order {}; help lists the orders",
+        "没有命令 {0}；help 列出所有命令",
     ),
     (
         "there is no plant {}; allowed are {}, {} and {}",
@@ -1342,11 +1521,16 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "there is no script (*.script) below {}",
         "{0} 之内没有脚本（*.script）",
     ),
+    ("there is no such place", "没有这个位置"),
     (
         "there is no topic {} in the recording; it has {}",
         "记录中没有主题 {0}；有 {1}",
     ),
     ("there is no {} \"{}\"", "没有 {0} \"{1}\""),
+    (
+        "there is no {}; break lists what there is",
+        "没有 {0}；break 列出已有的停止条件",
+    ),
     (
         "there is nothing called {} in the cell that could be held; there is nothing",
         "单元中没有名为 {0} 的可夹持物体；单元中没有可夹持的物体",
@@ -1377,6 +1561,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "这是多文件记录的第 {0} 部分；只有第一部分可以重新运行",
     ),
     ("this kind needs one", "这一类需要给出它"),
+    ("this list", "本列表"),
     ("this pair asks for {} already", "这一对已用于 {0}"),
     ("three finite numbers", "三个有限的数"),
     (
@@ -1391,6 +1576,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "two revolute joints, `{}` and `{}`, move on the same link `{}`: the arm must not branch",
         "两个旋转关节 `{0}` 和 `{1}` 都连在连杆 `{2}` 上：机械臂不能分叉",
     ),
+    (
+        "until takes a line or a condition of the arm",
+        "until 后面是行号或机械臂的条件",
+    ),
+    (
+        "variables of this session, or :vars NAME NAME",
+        "本次会话的变量，或 :vars NAME NAME",
+    ),
     ("warning: {}", "警告：{0~}"),
     (
         "what came to its programs from outside is not in the recording: it was made by an earlier version",
@@ -1400,6 +1593,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "what stands before = is no name of a variable",
         "= 之前的不是变量名",
+    ),
+    (
+        "what {} sends is not the stream of port 30001: {}",
+        "{0} 发送的不是 30001 端口的数据流：{1~}",
+    ),
+    (
+        "what {} sends is not the stream of port 30020: {}",
+        "{0} 发送的不是 30020 端口的数据流：{1}",
     ),
     (
         "where it may, the cell file says so: [[touch]], a = {}, b = {}",
@@ -1467,6 +1668,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0~}转动不足（0.2 rad），无法判断摩擦",
     ),
     (
+        "{} does not compile; nothing was sent",
+        "{0} 无法编译；没有发送任何内容",
+    ),
+    (
         "{} does not say how the controller was started, so there are no frames to write",
         "{0} 没有说明控制器是如何启动的，因此没有可写的坐标系",
     ),
@@ -1517,6 +1722,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("{} is called so already", "{0} 已用此名称"),
     ("{} is damaged: {}", "{0} 已损坏：{1~}"),
+    (
+        "{} is in local mode: it takes no programs from outside. Switch it to remote control first",
+        "{0} 处于本地模式，不接收外部程序。请先切换到远程控制",
+    ),
     (
         "{} is larger than the {} MiB allowed",
         "{0} 超过允许的 {1} MiB",
@@ -1599,7 +1808,12 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0} 用于 ROS 2 节点，而节点没有启用：请同时给出 --ros2",
     ),
     ("{} takes a number", "{0} 取一个数"),
+    ("{} takes nothing behind it", "{0} 后面不能有内容"),
     ("{} takes true or false", "{0} 取 true 或 false"),
+    (
+        "{} the robot at {}? It may move. [y/N]",
+        "{0~}机器人 {1}？它可能会运动。[y/N]",
+    ),
     (
         "{} touches {} on the last {} mm, on every line to the target",
         "在通往终点的每条直线上，{0~}在最后 {2} mm 与{1~}相碰",
@@ -1670,6 +1884,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("{}: model = {}: {}", "{0}：model = {1}：{2~}"),
     (
+        "{}: not told; robots tell globals only, and --set NAME=VALUE makes one",
+        "{0}：未知；机器人只报告全局变量，用 --set NAME=VALUE 可以创建",
+    ),
+    (
         "{}: one of triangles {} and {} is inside out: both run along the edge from {} to {} m in the same direction; corners must be counterclockwise seen from outside",
         "{0~}：三角形 {1} 和 {2} 中有一个里外颠倒：两者沿从 {3} 到 {4} m 的边方向相同；从外面看，顶点必须按逆时针排列",
     ),
@@ -1724,6 +1942,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{}: {} has {} triangles and {} cm³, its convex pieces ({}) keep within {} mm",
         "{0}：{1} 有 {2} 个三角形、{3} cm³，其凸块（{4} 个）偏差在 {5} mm 以内",
     ),
+    ("{}; the program may go on", "{0~}；程序可能仍在运行"),
     ("| line | name | what |", "| 行 | 名称 | 说明 |"),
     ("| {} | `{}` | {} |", "| {0} | `{1}` | {2~} |"),
 ];

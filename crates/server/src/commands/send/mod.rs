@@ -92,10 +92,10 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<CommandSta
     // Until its stream is seen it may be anything that listens.
     robot.next().await?;
     robot.send(&outgoing.text).await?;
-    logging::say(&format!(
+    logging::say(&language::told(&format!(
         "sent {} to the robot at {address}",
         EscapedText(file.name())
-    ));
+    )));
     if args.no_wait || outgoing.is_secondary {
         return Ok(CommandStatus::Success);
     }
@@ -124,9 +124,9 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<CommandSta
     match ended {
         Ok(status) => Ok(status),
         Err(error) => {
-            followed
-                .screen
-                .line(&format!("eliteserver: {error}; the program may go on"));
+            followed.screen.line(&language::told(&format!(
+                "eliteserver: {error}; the program may go on"
+            )));
             Ok(NOT_SENT)
         }
     }
@@ -205,8 +205,12 @@ impl FollowedProgram {
             for news in follower.handle_message(&message, sent.elapsed()) {
                 match news {
                     ProgramEvent::Began => {}
-                    ProgramEvent::Paused => self.screen.line("the program is paused"),
-                    ProgramEvent::Resumed => self.screen.line("the program goes on"),
+                    ProgramEvent::Paused => {
+                        self.screen.line(&language::told("the program is paused"))
+                    }
+                    ProgramEvent::Resumed => {
+                        self.screen.line(&language::told("the program goes on"))
+                    }
                     ProgramEvent::Exception(exception) => self.tell(&exception),
                     ProgramEvent::Finished(outcome) => {
                         while let Ok(line) = timeout(LAST_LINES, self.printed.next()).await {
@@ -231,14 +235,18 @@ impl FollowedProgram {
         };
         let node = self.nodes.at(line);
         let node = node.map_or_else(String::new, |node| format!(", {}", EscapedText(node)));
-        format!(", line {line}{node}")
+        match language::is_chinese() {
+            true => format!("，第 {line} 行{node}"),
+            false => format!(", line {line}{node}"),
+        }
     }
 
     /// Ctrl-C: the robot is stopped first.
     async fn stop(&mut self, robot: &mut PrimaryClient) -> Result<CommandStatus, PrimaryError> {
-        self.screen.line("stopping the program on the robot");
+        self.screen
+            .line(&language::told("stopping the program on the robot"));
         let sentence = robot_consent::stop(robot).await?;
-        self.screen.line(sentence);
+        self.screen.line(&language::told(sentence));
         self.screen.end();
         Ok(FAILED)
     }
@@ -249,12 +257,15 @@ impl FollowedProgram {
                 let place = self.outgoing.place_of_error(*line, *column, text);
                 let name = EscapedText(self.file.name());
                 let text = self.outgoing.in_file(text, self.file.name());
+                // Controllers that know no other language tell their errors in English.
+                let text = language::report(&text);
                 for part in text.lines().filter(|part| !part.trim().is_empty()) {
                     self.screen.line(&EscapedLines(part).to_string());
                 }
                 let Some((line, column)) = place else { return };
                 // A controller's text may say nothing of the place, or of lines that the file does not have.
-                self.screen.line(&format!("  at {name}:{line}:{column}"));
+                self.screen
+                    .line(&language::told(&format!("  at {name}:{line}:{column}")));
                 if line <= self.file.line_count() {
                     let text = self.file.line_text(line);
                     self.screen

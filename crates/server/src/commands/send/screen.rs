@@ -6,6 +6,7 @@ use std::time::Duration;
 use wire::primary::State;
 
 use super::rtsi_progress::RtsiProgress;
+use crate::language::{is_wide, pick};
 use crate::logging;
 use crate::ports::escape::EscapedLines;
 
@@ -65,20 +66,27 @@ impl ProgressLine {
             return;
         }
         let doing = match (mode.is_task_running, mode.is_task_paused) {
-            (true, true) => "paused",
-            (true, false) => "running",
-            (false, _) => "standing",
+            (true, true) => pick("paused", "已暂停"),
+            (true, false) => pick("running", "运行中"),
+            (false, _) => pick("standing", "静止"),
         };
         let stopped = match (mode.is_protective_stopped, mode.is_emergency_stopped) {
-            (_, true) => ", EMERGENCY STOP",
-            (true, _) => ", protective stop",
+            (_, true) => pick(", EMERGENCY STOP", "，紧急停止"),
+            (true, _) => pick(", protective stop", "，保护性停止"),
             _ => "",
         };
         let speed = speed.map_or_else(String::new, |speed| format!(", TCP {speed:.3} m/s"));
         let seconds = moment.as_secs_f64();
         let shown = format!("{doing}{stopped}, {seconds:.1} s{speed}{place}");
         // A line that wraps is not wiped.
-        let shown: String = shown.chars().take(COLUMNS - 1).collect();
+        let mut columns = 0;
+        let shown: String = shown
+            .chars()
+            .take_while(|letter| {
+                columns += 1 + usize::from(is_wide(*letter));
+                columns < COLUMNS
+            })
+            .collect();
         let mut error = std::io::stderr().lock();
         // Whoever closed the terminal does not read it.
         let _ = write!(error, "\r\x1b[K{shown}").and_then(|()| error.flush());

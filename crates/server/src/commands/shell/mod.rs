@@ -27,6 +27,7 @@ use crate::command::{CommandResult, CommandStatus};
 use crate::commands::line_input::{CompletionNames, InputLine, LineCommands, LineSource};
 use crate::commands::program_output::{self, ProgramOutput};
 use crate::commands::robot_consent;
+use crate::language::told;
 use crate::logging;
 use crate::shutdown::Shutdown;
 
@@ -102,7 +103,9 @@ fn open_shell(args: &ShellArgs) -> Result<CommandStatus, ShellError> {
     if lines.is_terminal() {
         // Before the first prompt.
         logging::flush_within(SAID);
-        show("Statements are carried out at once. :help lists the shell's own orders, :quit ends.");
+        show(&told(
+            "Statements are carried out at once. :help lists the shell's own orders, :quit ends.",
+        ));
     }
     let mut shell = Shell {
         link: SessionThread::start(session, runtime, shutdown, lines.is_terminal())?,
@@ -141,7 +144,9 @@ async fn opened(
     }
     let stop = shutdown.token().clone();
     let session = ShellSession::open(&address, &statements, dashboard, body, printed, stop).await?;
-    logging::say(&format!("interpreter mode of the robot at {address}"));
+    logging::say(&told(&format!(
+        "interpreter mode of the robot at {address}"
+    )));
     if !session.shows_output() {
         logging::say(program_output::elsewhere());
     }
@@ -170,10 +175,10 @@ impl SessionThread {
                     Err(error @ SessionError::Stopped(_)) => (FAILED, error),
                     Err(error) => (NO_CONNECTION, error),
                 };
-                logging::say(&format!("eliteserver: {error}"));
+                logging::say(&told(&format!("eliteserver: {error}")));
                 // Whoever waits for a line of a pipe is not told in any other way; a terminal is to be left in order.
                 match is_terminal {
-                    true => logging::say("press Enter"),
+                    true => logging::say(&told("press Enter")),
                     false => shutdown.begin(status),
                 }
                 status
@@ -318,7 +323,7 @@ impl Shell {
             "quit" => return self.quit().map(Some),
             "help" => {
                 for (order, what) in ORDERS {
-                    show(&format!("  :{order:6} {what}"));
+                    show(&format!("  :{order:6} {}", told(what)));
                 }
                 return Ok(None);
             }
@@ -335,8 +340,8 @@ impl Shell {
     fn complain(&mut self, sentence: &str) {
         self.has_failed = true;
         match self.is_terminal {
-            true => show(&format!("  {sentence}")),
-            false => logging::say(&format!("eliteserver: {sentence}")),
+            true => show(&told(&format!("  {sentence}"))),
+            false => logging::say(&told(&format!("eliteserver: {sentence}"))),
         }
     }
 

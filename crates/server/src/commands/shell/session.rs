@@ -25,6 +25,7 @@ use super::shown_value;
 use crate::commands::line_input::Notifier;
 use crate::commands::program_output::ProgramOutput;
 use crate::commands::robot_consent;
+use crate::language;
 use crate::logging;
 use crate::ports::escape::{EscapedLines, EscapedText};
 
@@ -237,9 +238,9 @@ impl ShellSession {
                 for (name, value) in names.iter().zip(values) {
                     match value {
                         Some(value) => show(&format!("  {name} = {}", EscapedText(&value))),
-                        None => show(&format!(
+                        None => show(&language::told(&format!(
                             "  {name}: not told; robots tell globals only, and --set NAME=VALUE makes one"
-                        )),
+                        ))),
                     }
                 }
             }
@@ -306,9 +307,9 @@ impl ShellSession {
     async fn statement(&mut self, text: &str) -> Result<SessionReply, SessionError> {
         // In a pipe what follows an error is not for a program that knows nothing of what was before it.
         if self.is_over() && self.voice.is_some() {
-            show(
+            show(&language::told(
                 "  the program on the robot has ended; a new one begins, with none of its variables",
-            );
+            ));
             self.enter().await?;
         }
         while let Some(reply) = self.interpreter.try_next().await? {
@@ -383,7 +384,8 @@ impl ShellSession {
                 let about = shown_value::in_reply(about, text);
                 let reason = about.strip_suffix(text.trim()).unwrap_or(&about);
                 let reason = reason.trim_end().trim_end_matches(':').trim_end();
-                show(&format!("  discarded: {}", EscapedText(reason)));
+                let reason = format!("  discarded: {}", EscapedText(reason));
+                show(&language::told(&reason));
             }
             Reply::Discard { about } => {
                 let about = shown_value::in_reply(about, text);
@@ -436,9 +438,9 @@ impl ShellSession {
             show(&line);
         }
         let [executed, accepted, waiting] = counts;
-        show(&format!(
+        show(&language::told(&format!(
             "  statements: {executed} was carried out last, {accepted} accepted last, {waiting} wait"
-        ));
+        )));
         Ok(())
     }
 
@@ -461,7 +463,13 @@ impl ShellSession {
     fn report(&mut self, told: &RobotException) {
         let since = self.begun.elapsed().as_secs_f64();
         let (is_failure, text) = match &told.exception {
-            Exception::Script { text, .. } => (!text.starts_with("[SEC]"), text.trim().to_owned()),
+            Exception::Script { text, .. } => {
+                let told = shown_value::in_report(text.trim(), NAME);
+                (
+                    !text.starts_with("[SEC]"),
+                    language::report(&told).into_owned(),
+                )
+            }
             Exception::Robot {
                 code,
                 sub_code,
@@ -539,7 +547,7 @@ impl ShellSession {
         if self.is_over() {
             return Ok(SessionError::Stopped("the shell was ended"));
         }
-        logging::say("stopping the program on the robot");
+        logging::say(&language::told("stopping the program on the robot"));
         Ok(SessionError::Stopped(
             robot_consent::stop(&mut self.primary).await?,
         ))

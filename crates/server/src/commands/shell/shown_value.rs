@@ -54,9 +54,83 @@ pub(super) fn in_reply(about: &str, text: &str) -> String {
     about.replace(&format!("{BEFORE}{text}{AFTER}"), text)
 }
 
+/// The report of an error as it concerns what was typed: without the calls of the program `own` that holds the mode, and
+/// without what was put around a statement.
+pub(super) fn in_report(report: &str, own: &str) -> String {
+    let own = format!("{own}, line ");
+    let mut lines: Vec<String> = Vec::new();
+    let mut in_own = false;
+    let mut is_shifted = false;
+    for line in report.lines() {
+        let depth = line.len() - line.trim_start().len();
+        let is_place = depth == 2 && line.contains(", line ");
+        in_own = match is_place {
+            true => line.trim_start().starts_with(&own),
+            false => in_own && depth > 2,
+        };
+        if in_own {
+            continue;
+        }
+        let marks = line.trim();
+        if is_shifted && !marks.is_empty() && marks.bytes().all(|byte| byte == b'^') {
+            let begin = depth.saturating_sub(BEFORE.len()).max(4);
+            lines.push(format!("{}{marks}", " ".repeat(begin)));
+            is_shifted = false;
+            continue;
+        }
+        is_shifted = false;
+        match typed(line.trim_start()) {
+            Some(text) => {
+                if let Some(place) = lines.last_mut() {
+                    *place = without_shift(place);
+                }
+                lines.push(format!("{}{text}", " ".repeat(depth)));
+                is_shifted = true;
+            }
+            None => lines.push(line.to_owned()),
+        }
+    }
+    lines.join("\n")
+}
+
+/// `statement, line 1, column 7, in <module>` with the column in what was typed.
+fn without_shift(place: &str) -> String {
+    let moved = place.split_once(", column ").and_then(|(before, after)| {
+        let (column, behind) = after.split_once(',')?;
+        let column = column.parse::<usize>().ok()?;
+        let column = column.saturating_sub(BEFORE.len()).max(1);
+        Some(format!("{before}, column {column},{behind}"))
+    });
+    moved.unwrap_or_else(|| place.to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn reports_are_about_what_was_typed() {
+        let report = "Traceback (most recent call last):\n\
+            \u{20} eliteserver_shell, line 7, column 2, in eliteserver_shell\n\
+            \u{20}   interpreter_mode(clearQueueOnEnter=False, clearOnEnd=True)\n\
+            \u{20}   ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^\n\
+            \u{20} statement, line 1, column 11, in <module>\n\
+            \u{20}   _show(1 + moveJ([0]))\n\
+            \u{20}             ^^^^^\n\
+            \u{20} help: did you mean 'movej'\n\
+            NameError: name 'moveJ' is not defined";
+        let told = "Traceback (most recent call last):\n\
+            \u{20} statement, line 1, column 5, in <module>\n\
+            \u{20}   1 + moveJ([0])\n\
+            \u{20}       ^^^^^\n\
+            \u{20} help: did you mean 'movej'\n\
+            NameError: name 'moveJ' is not defined";
+        assert_eq!(in_report(report, "eliteserver_shell"), told);
+        let other = "Traceback (most recent call last):\n  statement, line 1, column 1, in <module>\n    f()\n    ^^^\n\
+            ValueError: no";
+        assert_eq!(in_report(other, "eliteserver_shell"), other);
+        assert_eq!(in_report("", "eliteserver_shell"), "");
+    }
 
     #[test]
     fn expressions_are_shown_and_statements_are_not() {

@@ -18,7 +18,7 @@ use super::launch::LaunchRequest;
 use crate::cli::DebugArgs;
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::line_input::{CompletionNames, InputLine, LineCommands, LineSource};
-use crate::language;
+use crate::language::{self, told};
 use crate::ports::escape::EscapedLine;
 use engine::{DebugEngine, EngineEvent};
 use orders::{ORDERS, Order, Stop, WORDS, parse};
@@ -119,11 +119,11 @@ impl Console {
                 InputLine::Text(text) => text,
                 InputLine::Interrupt => continue,
                 InputLine::TooLong => {
-                    show("  that line is too long");
+                    show(&told("  that line is too long"));
                     continue;
                 }
                 InputLine::Broken(error) => {
-                    show(&format!("  no more lines can be read: {error}"));
+                    show(&told(&format!("  no more lines can be read: {error}")));
                     return self.leave();
                 }
                 InputLine::End => return self.leave(),
@@ -135,7 +135,7 @@ impl Console {
                 Ok(Order::Nothing) if self.is_terminal => self.last.clone(),
                 Ok(order) => order,
                 Err(error) => {
-                    show(&format!("  {error}"));
+                    show(&format!("  {}", told_error(&error)));
                     continue;
                 }
             };
@@ -147,7 +147,7 @@ impl Console {
                 _ => Order::Nothing,
             };
             if let Err(error) = self.carry_out(order) {
-                show(&format!("  {error}"));
+                show(&format!("  {}", told_error(&error)));
             }
             if self.phase == Phase::Running {
                 // The engine has gone.
@@ -353,8 +353,8 @@ impl Console {
                 let reason = match (text("reason"), text("description")) {
                     ("step" | "goto", "") => String::new(),
                     (reason, "") => format!(": {}", reason_text(reason)),
-                    ("pause", what) => format!(": {what}"),
-                    (reason, what) => format!(": {}: {what}", reason_text(reason)),
+                    ("pause", what) => format!(": {}", told(what)),
+                    (reason, what) => format!(": {}: {}", reason_text(reason), told(what)),
                 };
                 self.frame = None;
                 if let Ok(step) = self.evaluate("get_steptime()", "hover") {
@@ -367,7 +367,7 @@ impl Console {
                 }
                 // The sentence of a stop has been said as output.
                 if !text("text").is_empty() && text("description") != "protective stop" {
-                    show(text("text"));
+                    show(&language::report(text("text")));
                 }
             }
             "exited" => {
@@ -506,7 +506,10 @@ fn described(stop: &Stop) -> String {
             false => with(format!("line {line}"), condition),
         },
         Stop::Function(name, condition) => with(format!("{name}()"), condition),
-        Stop::Arm(condition) => format!("when {condition}"),
+        Stop::Arm(condition) => match language::is_chinese() {
+            true => format!("当 {condition}"),
+            false => format!("when {condition}"),
+        },
     }
 }
 
@@ -532,6 +535,17 @@ fn without_nulls(breakpoints: Vec<Json>) -> Vec<Json> {
         breakpoint
     });
     cleaned.collect()
+}
+
+/// What is wrong with an order. Between the first and the last of several lines is a finding with the text that it is about.
+fn told_error(error: &str) -> String {
+    let last = error.lines().count().saturating_sub(1);
+    let lines = error.lines().enumerate().map(|(index, line)| match index {
+        0 => told(line),
+        index if index == last => told(line),
+        _ => language::report(line),
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// A line of the answer. Whoever reads may have seen enough.
