@@ -1135,6 +1135,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "缺少 MCAP 文件首尾的八个字节",
     ),
     ("the end of the file", "文件末尾"),
+    ("the end of the program", "程序的结尾"),
     ("the file cannot be read: {}", "无法读取文件：{0~}"),
     (
         "the file has more than {} triangles, the most that is allowed",
