@@ -18,7 +18,8 @@ use rapier3d_f64::dynamics::{
     SpringCoefficients,
 };
 use rapier3d_f64::geometry::{
-    ColliderBuilder, ColliderHandle, Group, InteractionGroups, InteractionTestMode, SharedShape,
+    ColliderBuilder, ColliderHandle, ContactPair, Group, InteractionGroups, InteractionTestMode,
+    SharedShape,
 };
 use rapier3d_f64::math::{Pose as EnginePose, Vector};
 use rapier3d_f64::pipeline::{CollisionPipeline, PhysicsPipeline, PhysicsWorld};
@@ -34,6 +35,10 @@ const CONTACT_DAMPING: f64 = 10.0;
 /// Contacts are foreseen this far off, m. The engine's 20 mm make one heap of a pallet whose boxes have 5 mm between them: none of them
 /// sleeps while another is put down.
 const PREDICTION: f64 = 0.002;
+/// The engine's unit of length, m. All that it multiplies by this is given in m here, so only one thing depends on it: how far beyond a body
+/// the box reaches by which the engine finds pairs, a twenty-fifth of it. With a unit of 1 m all boxes of a pallet are pairs of their
+/// neighbours, and a box that a gripper lets go wakes its pairs.
+const UNIT: f64 = 0.02;
 /// Between bodies that come towards each other fast enough contacts are foreseen up to this distance, m.
 const SOFT_CCD: f64 = 0.05;
 /// A body slower than this may be left out of the step, m/s.
@@ -105,10 +110,13 @@ impl Engine {
         parameters.static_contact_softness =
             SpringCoefficients::new(2.0 * CONTACT_FREQUENCY, CONTACT_DAMPING);
         parameters.friction_model = FrictionModel::Simplified;
-        parameters.normalized_allowed_linear_error = 1e-4;
         parameters.num_internal_stabilization_iterations = SOLVER_PASSES;
-        parameters.normalized_prediction_distance = PREDICTION;
-        parameters.normalized_contact_recycle_distance = 2e-4;
+        parameters.length_unit = UNIT;
+        parameters.normalized_allowed_linear_error = 1e-4 / UNIT;
+        parameters.normalized_max_corrective_velocity /= UNIT;
+        parameters.normalized_max_linear_velocity /= UNIT;
+        parameters.normalized_prediction_distance = PREDICTION / UNIT;
+        parameters.normalized_contact_recycle_distance = 2e-4 / UNIT;
         Self {
             physics,
             materials,
@@ -153,10 +161,15 @@ impl Engine {
             .ccd_enabled(true)
             .soft_ccd_prediction(SOFT_CCD)
             .build();
-        body.activation_mut().normalized_linear_threshold =
-            if self.sleeping { SLEEP_SPEED } else { -1.0 };
-        body.activation_mut().angular_threshold = if self.sleeping { SLEEP_SPEED } else { -1.0 };
-        body.activation_mut().time_until_sleep = SLEEP_TIME;
+        let activation = body.activation_mut();
+        (
+            activation.normalized_linear_threshold,
+            activation.angular_threshold,
+        ) = match self.sleeping {
+            true => (SLEEP_SPEED / UNIT, SLEEP_SPEED),
+            false => (-1.0, -1.0),
+        };
+        activation.time_until_sleep = SLEEP_TIME;
         self.physics.insert_body(body)
     }
 
@@ -307,6 +320,9 @@ impl Engine {
         let mut near = Vec::new();
         for collider in b.colliders() {
             for pair in self.physics.contact_pairs_with(*collider) {
+                if !is_nearer(pair, PREDICTION) {
+                    continue;
+                }
                 let other = if pair.collider1 == *collider {
                     pair.collider2
                 } else {
@@ -324,11 +340,7 @@ impl Engine {
     pub(crate) fn near(&self, collider: ColliderHandle, distance: f64) -> Vec<Owner> {
         let mut owners = Vec::new();
         for pair in self.physics.contact_pairs_with(collider) {
-            let points = pair
-                .manifolds()
-                .iter()
-                .flat_map(|manifold| &manifold.points);
-            if points.map(|point| point.dist).fold(f64::INFINITY, f64::min) < distance {
+            if is_nearer(pair, distance) {
                 let other = if pair.collider1 == collider {
                     pair.collider2
                 } else {
@@ -385,6 +397,15 @@ impl Engine {
         }
         touches
     }
+}
+
+/// Whether two colliders were nearer to each other than a distance when the engine last looked.
+fn is_nearer(pair: &ContactPair, distance: f64) -> bool {
+    let mut points = pair
+        .manifolds()
+        .iter()
+        .flat_map(|manifold| &manifold.points);
+    points.any(|point| point.dist < distance)
 }
 
 /// What something that touches a collider does to it.
