@@ -71,6 +71,7 @@
 
 mod actuator;
 mod arm;
+mod calm;
 mod check;
 mod check_entry;
 mod conveyor;
