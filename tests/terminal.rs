@@ -192,7 +192,7 @@ fn the_debugger_the_sender_and_the_list_of_functions_speak_one_language() {
         "没有命令 \"frob\"",
         "无法读取条件",
         "程序的结尾",
-        "1: 当 norm",
+        "2: 当 norm",
     ] {
         assert!(told.contains(part), "{part}: {told}");
     }

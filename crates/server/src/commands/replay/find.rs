@@ -6,7 +6,11 @@ use controller::search::{MatchInterval, search};
 use recorder::Recording;
 
 use super::ReplayError;
+use super::summary::row;
 use crate::ports::escape::EscapedLine;
+
+/// Decimals of positions: a tenth of a millimetre, or of a milliradian.
+const DIGITS: usize = 4;
 
 /// Prints every stretch of time in which the condition holds.
 pub(super) fn print(
@@ -45,12 +49,11 @@ fn tell(stretch: &MatchInterval, out: &mut impl Write) -> Result<(), ReplayError
         write!(out, ", {}", EscapedLine(&doing.command))?;
     }
     writeln!(out)?;
-    writeln!(out, "  TCP {} m, rad", row(&stretch.first.actual_tcp_pose))?;
-    writeln!(out, "  joints {} rad", row(&stretch.first.actual_q))?;
+    writeln!(
+        out,
+        "  TCP {} m, rad",
+        row(&stretch.first.actual_tcp_pose, DIGITS)
+    )?;
+    writeln!(out, "  joints {} rad", row(&stretch.first.actual_q, DIGITS))?;
     Ok(())
-}
-
-fn row(values: &[f64]) -> String {
-    let values: Vec<String> = values.iter().map(|x| format!("{x:.4}")).collect();
-    values.join(" ")
 }

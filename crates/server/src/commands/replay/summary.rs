@@ -170,7 +170,27 @@ fn bracketed(text: &str) -> String {
     }
 }
 
-fn row(values: &[f64], digits: usize) -> String {
-    let values: Vec<String> = values.iter().map(|x| format!("{x:.digits$}")).collect();
-    values.join(" ")
+/// Numbers with blanks between them. What rounds to zero has no sign, which would be that of an error of rounding.
+pub(super) fn row(values: &[f64], digits: usize) -> String {
+    let values = values.iter().map(|number| {
+        let text = format!("{number:.digits$}");
+        match text.strip_prefix('-') {
+            Some(zero) if zero.bytes().all(|byte| matches!(byte, b'0' | b'.')) => zero.to_owned(),
+            _ => text,
+        }
+    });
+    values.collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::row;
+
+    #[test]
+    fn what_rounds_to_zero_has_no_sign() {
+        assert_eq!(
+            row(&[-0.00004, -0.0, 0.0, -0.00006, -1.5], 4),
+            "0.0000 0.0000 0.0000 -0.0001 -1.5000"
+        );
+    }
 }
