@@ -8,6 +8,7 @@ use recorder::{CustomTopic, CustomTopicId, ReadError, RecorderHandle, Recording}
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 use world::{ConveyorState, DetectorState, GripperState};
 use world::{WorldDescription, WorldState};
 
@@ -216,12 +217,11 @@ impl WorldChanges {
         };
         let known = before.map_or(&[][..], |before| &before.parts);
         for (index, part) in state.parts.iter().enumerate() {
-            // Parts stand in the order of making, so an old one is at its place or before it.
-            let old = known[..known.len().min(index + 1)]
-                .iter()
-                .rev()
-                .chain(known);
-            let old = old.into_iter().find(|old| old.name == part.name);
+            // Parts stand in the order of making, so an old one is at its place or, where others were removed, behind it.
+            let at_its_place = known
+                .get(index)
+                .filter(|old| Arc::ptr_eq(&old.name, &part.name));
+            let old = at_its_place.or_else(|| known.iter().find(|old| old.name == part.name));
             if old != Some(part) {
                 message.parts.push(PartRow {
                     name: part.name.to_string(),
