@@ -81,7 +81,7 @@ impl ControlLoop {
         let encoder = usize::from(encoder);
         let mut tracking =
             ConveyorTracking::new(route, encoder, unit / ticks, start, tcp, self.step);
-        self.overlay_limits = self.limits.scaled(SHARE_ON_BELT);
+        self.limits.reset_overlay_share();
         if !matches!(self.generator, Generator::Hold) {
             tracking.wait();
         }
@@ -135,7 +135,7 @@ impl ControlLoop {
         let Some(per_way) = jacobian.solve(&twist.to_vector()) else {
             return Ok(None);
         };
-        let limits = &self.limits;
+        let limits = self.limits.in_force();
         let able = (0..6).fold(f64::INFINITY, |least, joint| {
             least.min(limits.acceleration[joint] / per_way[joint].abs())
         });
@@ -203,22 +203,17 @@ impl ControlLoop {
         if let Some(tracking) = &mut self.tracking {
             tracking.limit(budget.acceleration, budget.speed);
         }
-        [
-            self.overlay_limits.tcp_speed,
-            self.overlay_limits.elbow_speed,
-        ] = budget.left;
-        let kept = self.keeps_way.get_or_insert(budget.left);
+        self.limits.leave_under_belt(budget.left);
         if !matches!(self.generator, Generator::Path(_)) {
-            *kept = budget.left;
+            self.limits.keep_way_within(budget.left);
             if let Some(tracking) = &mut self.tracking {
                 tracking.end_early_motion();
             }
             return;
         }
-        let is_other = |(now, kept): (&f64, &f64)| (now - kept).abs() > OTHER_LIMITS * kept;
-        let is_due = self.out.cycle.is_multiple_of(CYCLES_APART);
-        if is_due && budget.left.iter().zip(kept.iter()).any(is_other) {
-            *kept = budget.left;
+        let is_other = self.limits.keeps_way_within_others(budget.left);
+        if is_other && self.out.cycle.is_multiple_of(CYCLES_APART) {
+            self.limits.keep_way_within(budget.left);
             self.queue.clear_speed_caps();
         }
     }
@@ -239,7 +234,7 @@ impl ControlLoop {
             }
             Generator::Hold | Generator::Online(_) | Generator::Stop(_) => true,
         };
-        let limits = &self.limits;
+        let limits = self.limits.in_force();
         let leaves = |joint: usize| {
             self.target.qdd[joint].abs() <= (1.0 - SHARE_OF_BELT) * limits.acceleration[joint]
                 && self.target.qd[joint].abs() <= (1.0 - SHARE_OF_BELT) * limits.speed[joint]
@@ -257,19 +252,20 @@ impl ControlLoop {
     /// The setpoint of the belt within the speed limits of TCP and elbow, also while the joints come to rest; a motion
     /// on the belt is slowed down when it comes near to what joints, TCP and elbow can do.
     pub(crate) fn slow_for_belt(&mut self, carried: &Setpoint) -> Result<(), StopReason> {
-        let able = self.limit_sets.able();
+        let able = self.limits.able();
         let soon = states(carried).map(|state| state.after(LOOK_AHEAD_TIME, 0.0));
         let mut used = (0..6).fold(0.0_f64, |most, joint| {
             let speed = carried.qd[joint].abs().max(soon[joint].speed.abs());
-            most.max(speed / self.limits.speed[joint])
+            most.max(speed / self.limits.in_force().speed[joint])
                 .max(carried.qdd[joint].abs() / able.acceleration[joint])
         });
         let arm = (&self.model, &self.flange_from_tcp);
-        if let Some(points) = PointSpeedLimits::new(arm.0, arm.1, &self.limits, &carried.q) {
+        if let Some(points) =
+            PointSpeedLimits::new(arm.0, arm.1, self.limits.in_force(), &carried.q)
+        {
             let axes = online_axes(able, self.step);
             let braking = points.max_speeds_while_braking(&states(carried), &axes, self.step);
-            let checked =
-                PointSpeedLimits::new(arm.0, arm.1, self.limit_sets.enforced(), &carried.q);
+            let checked = PointSpeedLimits::new(arm.0, arm.1, self.limits.enforced(), &carried.q);
             if let Some(reason) = checked.and_then(|points| points.exceeded(braking)) {
                 return Err(reason);
             }
@@ -287,7 +283,7 @@ impl ControlLoop {
         }
         // Who is still too fast for new limits comes down to them by those of the way ahead and of online modes; from
         // then on the joints must be able to brake as well.
-        let used = if self.limit_sets.is_slowing() && self.limit_utilization() > 1.0 {
+        let used = if self.limits.is_slowing() && self.limit_utilization() > 1.0 {
             0.0
         } else {
             used
@@ -311,7 +307,7 @@ impl ControlLoop {
             .is_some_and(ConveyorTracking::has_stopped);
         if has_stopped && is_braked && matches!(self.generator, Generator::Hold) {
             self.tracking = None;
-            self.overlay_limits = self.limits.scaled(SHARE_ON_BELT);
+            self.limits.reset_overlay_share();
             self.lag = None;
             self.commanded = Setpoint::standing(self.commanded.q);
             self.target = self.commanded;
@@ -399,8 +395,6 @@ const SHARE_OF_JOINT_SPEED: f64 = 0.8;
 const SHARE_OF_POINTS: f64 = 0.95;
 /// How far ahead the speeds of a motion on a belt are looked at, s.
 const LOOK_AHEAD_TIME: f64 = 0.08;
-/// Share by which limits have to change before the way ahead is looked at again.
-const OTHER_LIMITS: f64 = 0.05;
 /// The way ahead is looked at again in every so many cycles at most.
 const CYCLES_APART: u64 = 8;
 

@@ -12,8 +12,8 @@ use rtrb::Consumer;
 
 use crate::brake::StopMotion;
 use crate::collision::CollisionDetector;
-use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{SHARE_ON_BELT, fault};
+use crate::config::{ConfigError, CycleConfig};
+use crate::constants::fault;
 use crate::contact::ContactModel;
 use crate::external::ExternalWrenches;
 use crate::force_mode::ForceMode;
@@ -75,13 +75,7 @@ pub(crate) enum Generator {
 /// The controller of one arm.
 pub struct ControlLoop {
     pub(crate) model: RobotModel,
-    /// The limits in force.
-    pub(crate) limits: MotionLimits,
-    pub(crate) limit_sets: LimitSets,
-    /// What planned motions may use while a belt uses the rest.
-    pub(crate) overlay_limits: MotionLimits,
-    /// The speeds of TCP and elbow, m/s, that the way ahead is kept within because it was planned with others.
-    pub(crate) keeps_way: Option<[f64; 2]>,
+    pub(crate) limits: LimitSets,
     pub(crate) yields: Yields,
     pub(crate) step: f64,
     pub(crate) gravity: Vector3<f64>,
@@ -159,7 +153,7 @@ impl ControlLoop {
     /// [`ConfigError`] names what is wrong with the configuration or the border.
     pub fn new(config: CycleConfig, border: MotionEndpoint) -> Result<Self, ConfigError> {
         let limits = config.resolve()?;
-        let limit_sets = LimitSets::new(limits, config.resolve_reduced()?);
+        let reduced_limits = config.resolve_reduced()?;
         let io = IoSystem::new(&config.io, config.step_time, border.registers.clone());
         let ((commands, points), out) = Outbox::new(border)?;
         let machine = RobotStateMachine::new(config.robot_mode());
@@ -186,8 +180,6 @@ impl ControlLoop {
         let expected = dynamics.gravity_torques(&config.home);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
-            overlay_limits: limits.scaled(SHARE_ON_BELT),
-            keeps_way: None,
             yields: Yields::default(),
             micro_points: MicroPoints::new(points),
             deferred: None,
@@ -206,8 +198,7 @@ impl ControlLoop {
             surroundings: None,
             commanded: Setpoint::standing(config.home),
             history: PositionHistory::standing(config.home),
-            limits,
-            limit_sets,
+            limits: LimitSets::new(limits, reduced_limits),
             step: config.step_time,
             gravity: config.gravity,
             commands,
@@ -358,7 +349,7 @@ impl ControlLoop {
         let checked = wanted.and_then(|wanted| {
             if matches!(self.generator, Generator::Stop(_)) {
                 let braking =
-                    LimitedSetpoint::while_braking(wanted, &self.commanded, self.limit_sets.able());
+                    LimitedSetpoint::while_braking(wanted, &self.commanded, self.limits.able());
                 self.target_frames = self
                     .kinematics_cache
                     .at(&self.model, &braking.as_setpoint().q)
@@ -387,7 +378,7 @@ impl ControlLoop {
             };
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
-            let checked = self.limit_sets.enforced();
+            let checked = self.limits.enforced();
             let passed = check_setpoint(wanted, before, &frames, tcp, self.step, checked)?;
             self.check_planes(&wanted)?;
             self.check_links(&wanted)?;
@@ -403,7 +394,7 @@ impl ControlLoop {
             // A path that is lost is left where it is.
             let first = first.unwrap_or(Setpoint::standing(at));
             let braking =
-                LimitedSetpoint::while_braking(first, &self.commanded, self.limit_sets.able());
+                LimitedSetpoint::while_braking(first, &self.commanded, self.limits.able());
             self.target_frames = self
                 .kinematics_cache
                 .at(&self.model, &braking.as_setpoint().q)
@@ -469,15 +460,6 @@ impl ControlLoop {
             self.actual_frames = self.kinematics_cache.at(&self.model, &actual.q).frames;
         }
         self.actual = actual;
-    }
-
-    /// The limits that motions are planned with now.
-    pub(crate) fn planning_limits(&self) -> &MotionLimits {
-        if self.tracking.is_some() || self.path_offset.is_on() {
-            &self.overlay_limits
-        } else {
-            &self.limits
-        }
     }
 
     /// The speed fraction in effect: 0 while held.

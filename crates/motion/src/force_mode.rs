@@ -151,7 +151,7 @@ impl ControlLoop {
         let arm = OnlineContext::new(
             &self.model,
             &self.flange_from_tcp,
-            [self.limit_sets.enforced(); 2],
+            [self.limits.enforced(); 2],
             &self.dynamics,
             &self.commanded,
             felt,
@@ -169,7 +169,7 @@ impl ControlLoop {
             actual: &self.actual.q,
             sensed_wrench: felt,
             tuning: self.force.tuning,
-            tcp_speed: self.limits.tcp_speed,
+            tcp_speed: self.limits.in_force().tcp_speed,
             is_frozen: self.speed_fraction_in_effect() == 0.0,
             is_holding,
         };

@@ -122,7 +122,7 @@ impl ControlLoop {
             MotionPermission::Run(_) => {
                 return match &self.joint_hold {
                     Some(holding) if holding.is_slowdown => {
-                        let is_slowing = self.limit_sets.is_slowing();
+                        let is_slowing = self.limits.is_slowing();
                         if is_slowing && holding.brake.is_over() && !self.may_be_braked() {
                             self.hold(true);
                         } else if !is_slowing || holding.brake.is_over() {
@@ -185,7 +185,7 @@ impl ControlLoop {
             && self.motion_permission() == MotionPermission::Stop
             && self.tracking.is_none()
             && self.lag.is_none();
-        let able = self.limit_sets.able();
+        let able = self.limits.able();
         let brake = if slows_only {
             JointStopMotion::to_speed_share(
                 &self.commanded,
@@ -237,11 +237,11 @@ impl ControlLoop {
             && !self.has_no_planes()
             && self.plane_crossed_while_braking(&next).is_some()
         {
-            holding.brake = JointStopMotion::new(&self.commanded, self.limit_sets.able());
+            holding.brake = JointStopMotion::new(&self.commanded, self.limits.able());
             next = holding.brake.next(self.step);
         }
         self.joint_hold = Some(holding);
-        let able = self.limit_sets.able();
+        let able = self.limits.able();
         let passed = LimitedSetpoint::while_braking(next, &self.commanded, able);
         self.target_frames = self.model.forward(&passed.as_setpoint().q);
         Some(passed)
@@ -250,7 +250,7 @@ impl ControlLoop {
     /// An online mode goes on from where its joints have become slow enough.
     fn end_slowdown(&mut self) {
         self.joint_hold = None;
-        self.finish_transition();
+        self.limits.finish_transition();
         self.target = self.commanded;
         if let Generator::Online(mut online) = self.generator {
             online.resume_from(&self.online_arm(), &self.target);
@@ -319,7 +319,7 @@ impl ControlLoop {
         let Some(mut lag) = self.lag else {
             return *wanted;
         };
-        lag.advance(&online_axes(&self.limits, self.step), self.step);
+        lag.advance(&online_axes(self.limits.in_force(), self.step), self.step);
         self.lag = (!lag.is_over()).then_some(lag);
         lag.added_to(wanted)
     }

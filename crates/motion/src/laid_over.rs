@@ -64,7 +64,7 @@ impl ControlLoop {
         if self.tracking.is_none() && !self.path_offset.is_on() {
             return Ok(());
         }
-        let (able, checked) = (self.limit_sets.able(), self.limit_sets.enforced());
+        let (able, checked) = (self.limits.able(), self.limits.enforced());
         let is_within = is_within_rates(wanted, &self.commanded, self.step, able);
         if self.tracking.is_some() {
             if !(is_within && can_brake_within_limits(wanted, checked)) {

@@ -35,18 +35,28 @@ const SHARE_UNDER_OFFSETS: f64 = 0.7;
 /// Share of the joints' accelerations with which they are slowed down softly.
 const SOFT_SHARE: f64 = 0.3;
 
-/// The two sets of limits.
+/// Share by which limits have to change before the way ahead is looked at again.
+const OTHER_LIMITS: f64 = 0.05;
+
+/// The limits of the arm and those of reduced mode, and which of them count for what.
+///
+/// One of the two sets is in force; what motions may use beside a belt or an offset is always a part of that one. An
+/// arm slows down only to limits that are in force, and only then are others enforced.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LimitSets {
     normal: MotionLimits,
     reduced: MotionLimits,
     is_reduced: bool,
+    /// What planned motions may use while a belt or an offset uses the rest.
+    under_overlay: MotionLimits,
     transition: Option<ReducedModeTransition>,
     /// While the arm slows down for another tool: the limits in force without that of the TCP's speed.
     without_tcp: Option<MotionLimits>,
+    /// The speeds of TCP and elbow, m/s, that the way ahead is kept within because it was planned with others.
+    way_speeds: Option<[f64; 2]>,
 }
 
-/// An arm that is faster than reduced mode allows.
+/// An arm that is faster than the limits in force allow.
 #[derive(Clone, Copy, Debug)]
 struct ReducedModeTransition {
     /// Time until the arm must be slow enough, s.
@@ -55,21 +65,58 @@ struct ReducedModeTransition {
     time_within_limits: f64,
 }
 
+impl ReducedModeTransition {
+    /// The arm has `time_left` seconds.
+    const fn within(time_left: f64) -> Self {
+        Self {
+            time_left,
+            time_within_limits: 0.0,
+        }
+    }
+
+    /// Time passes in which the arm is slow enough or not; true when the slowing down is over.
+    fn advance(&mut self, is_slow: bool, step: f64) -> bool {
+        self.time_left -= step;
+        self.time_within_limits = if is_slow {
+            self.time_within_limits + step
+        } else {
+            0.0
+        };
+        self.time_left <= 0.0 || self.time_within_limits >= MIN_TIME_WITHIN_LIMITS
+    }
+}
+
 impl LimitSets {
     /// Outside of reduced mode.
-    pub(crate) const fn new(normal: MotionLimits, reduced: MotionLimits) -> Self {
+    pub(crate) fn new(normal: MotionLimits, reduced: MotionLimits) -> Self {
         Self {
             normal,
             reduced,
             is_reduced: false,
+            under_overlay: normal.scaled(SHARE_ON_BELT),
             transition: None,
             without_tcp: None,
+            way_speeds: None,
         }
     }
 
     /// What the arm can do, whatever mode it is in.
     pub(crate) const fn able(&self) -> &MotionLimits {
         &self.normal
+    }
+
+    /// What is planned or made cycle by cycle from now on keeps to these.
+    pub(crate) const fn in_force(&self) -> &MotionLimits {
+        if self.is_reduced {
+            &self.reduced
+        } else {
+            &self.normal
+        }
+    }
+
+    /// What of the limits in force a motion may use under a belt or an offset.
+    pub(crate) const fn under_overlay(&self) -> &MotionLimits {
+        &self.under_overlay
     }
 
     pub(crate) const fn is_reduced(&self) -> bool {
@@ -89,42 +136,73 @@ impl LimitSets {
             _ => &self.normal,
         }
     }
+
+    /// Reduced mode begins or ends.
+    fn set_reduced(&mut self, is_reduced: bool, time_to_slow_down: f64) {
+        self.is_reduced = is_reduced;
+        self.transition = is_reduced.then_some(ReducedModeTransition::within(time_to_slow_down));
+        self.without_tcp = None;
+        self.reset_overlay_share();
+    }
+
+    /// The arm has `time` seconds to come down to the limit of the TCP's speed, which another tool exceeds. One that
+    /// still comes down to reduced limits goes on doing so.
+    fn slow_tcp_down(&mut self, time: f64) {
+        if self.transition.is_none() || self.without_tcp.is_some() {
+            self.transition = Some(ReducedModeTransition::within(time));
+            self.without_tcp = Some(MotionLimits {
+                tcp_speed: f64::INFINITY,
+                ..*self.in_force()
+            });
+        }
+    }
+
+    /// The arm has come down to the limits in force.
+    pub(crate) fn finish_transition(&mut self) {
+        self.transition = None;
+        self.without_tcp = None;
+    }
+
+    /// Motions may use as much as they may before it is known what the belt uses.
+    pub(crate) fn reset_overlay_share(&mut self) {
+        self.under_overlay = self.in_force().scaled(SHARE_ON_BELT);
+    }
+
+    /// The belt leaves these speeds of TCP and elbow to motions, m/s.
+    pub(crate) const fn leave_under_belt(&mut self, [tcp, elbow]: [f64; 2]) {
+        self.under_overlay.tcp_speed = tcp;
+        self.under_overlay.elbow_speed = elbow;
+    }
+
+    /// From now on the way ahead is kept within these speeds of TCP and elbow, m/s.
+    pub(crate) const fn keep_way_within(&mut self, speeds: [f64; 2]) {
+        self.way_speeds = Some(speeds);
+    }
+
+    /// Whether the way ahead is kept within other speeds of TCP and elbow than these, m/s. One that was kept within
+    /// none is kept within these from now on.
+    pub(crate) fn keeps_way_within_others(&mut self, speeds: [f64; 2]) -> bool {
+        let kept = self.way_speeds.get_or_insert(speeds);
+        let is_other = |(now, kept): (&f64, &f64)| (now - kept).abs() > OTHER_LIMITS * kept;
+        speeds.iter().zip(kept.iter()).any(is_other)
+    }
 }
 
 impl ControlLoop {
     /// Takes reduced mode over, or leaves it, and looks how far the slowing down is.
     pub(crate) fn update_reduced_mode(&mut self) {
         let is_reduced = self.machine.is_reduced();
-        if is_reduced != self.limit_sets.is_reduced {
-            self.limit_sets.is_reduced = is_reduced;
-            let left = MAX_TRANSITION_TIME[usize::from(self.uses_soft_transition())];
-            let slow_for = 0.0;
-            self.limit_sets.transition = is_reduced.then_some(ReducedModeTransition {
-                time_left: left,
-                time_within_limits: slow_for,
-            });
-            self.limit_sets.without_tcp = None;
-            self.limits = if is_reduced {
-                self.limit_sets.reduced
-            } else {
-                self.limit_sets.normal
-            };
-            self.overlay_limits = self.limits.scaled(SHARE_ON_BELT);
+        if is_reduced != self.limits.is_reduced {
+            let time = MAX_TRANSITION_TIME[usize::from(self.uses_soft_transition())];
+            self.limits.set_reduced(is_reduced, time);
             self.keep_way_anew();
         }
-        let is_slow = self.limit_sets.transition.is_some()
-            && self.limit_utilization() <= 1.0
-            && self.may_be_braked();
-        if let Some(slowing) = &mut self.limit_sets.transition {
-            slowing.time_left -= self.step;
-            slowing.time_within_limits = if is_slow {
-                slowing.time_within_limits + self.step
-            } else {
-                0.0
-            };
-            if slowing.time_left <= 0.0 || slowing.time_within_limits >= MIN_TIME_WITHIN_LIMITS {
-                self.finish_transition();
-            }
+        let is_slow =
+            self.limits.is_slowing() && self.limit_utilization() <= 1.0 && self.may_be_braked();
+        if let Some(slowing) = &mut self.limits.transition
+            && slowing.advance(is_slow, self.step)
+        {
+            self.limits.finish_transition();
         }
     }
 
@@ -135,33 +213,47 @@ impl ControlLoop {
             return true;
         }
         let at = &self.commanded;
-        let points = PointSpeedLimits::new(&self.model, &self.flange_from_tcp, &self.limits, &at.q);
-        let axes = online_axes(self.limit_sets.able(), self.step);
+        let points = PointSpeedLimits::new(
+            &self.model,
+            &self.flange_from_tcp,
+            self.limits.in_force(),
+            &at.q,
+        );
+        let axes = online_axes(self.limits.able(), self.step);
         points.is_none_or(|points| points.is_safe(&states(at), &axes, self.step))
     }
 
     fn uses_soft_transition(&self) -> bool {
-        self.io.image.config.safety_hardness == 1 && self.limit_sets.without_tcp.is_none()
+        self.io.image.config.safety_hardness == 1 && self.limits.without_tcp.is_none()
     }
 
     /// The motion under way has to come down to the limits of reduced mode as hard as the arm can.
     pub(crate) fn needs_hard_transition(&self) -> bool {
-        self.limit_sets.transition.is_some() && !self.uses_soft_transition()
+        self.limits.is_slowing() && !self.uses_soft_transition()
+    }
+
+    /// The limits that motions are planned with now.
+    pub(crate) fn planning_limits(&self) -> &MotionLimits {
+        if self.tracking.is_some() || self.path_offset.is_on() {
+            self.limits.under_overlay()
+        } else {
+            self.limits.in_force()
+        }
     }
 
     /// The limits that online modes keep: what is laid over them has the rest.
     pub(crate) fn online_limits(&self) -> &MotionLimits {
         if self.tracking.is_some() || self.path_offset.is_on() {
-            &self.overlay_limits
+            self.limits.under_overlay()
         } else {
-            self.limit_sets.enforced()
+            self.limits.enforced()
         }
     }
 
     /// The way ahead is as fast as it was planned, until it has been looked at with the limits in force.
     pub(crate) fn keep_way_anew(&mut self) {
         self.queue.clear_speed_caps();
-        if self.keeps_way.is_some() {
+        if self.limits.way_speeds.is_some() {
             self.keep_way();
         }
     }
@@ -170,18 +262,19 @@ impl ControlLoop {
     /// others.
     pub(crate) fn keep_way(&mut self) {
         let limits = self.planning_limits();
-        self.keeps_way = Some([limits.tcp_speed, limits.elbow_speed]);
+        let speeds = [limits.tcp_speed, limits.elbow_speed];
+        self.limits.keep_way_within(speeds);
     }
 
     /// Keeps the way ahead of a planned motion within the limits in force, where it was planned with others.
     pub(crate) fn cap_path_speed(&mut self) {
         let Generator::Path(motion) = self.generator else {
             if self.pending_motion.is_none() {
-                self.keeps_way = None;
+                self.limits.way_speeds = None;
             }
             return;
         };
-        if !self.limit_sets.is_reduced && self.keeps_way.is_none() {
+        if !self.limits.is_reduced && self.limits.way_speeds.is_none() {
             return;
         }
         let ground = PathContext {
@@ -206,7 +299,7 @@ impl ControlLoop {
 
     /// An online mode by itself is too fast for reduced mode.
     pub(crate) fn needs_joint_slowdown(&self) -> bool {
-        self.limit_sets.transition.is_some()
+        self.limits.is_slowing()
             && matches!(self.generator, Generator::Online(_))
             && self.has_no_overlay()
             && (self.slow_share() < 1.0 || !self.may_be_braked())
@@ -214,7 +307,7 @@ impl ControlLoop {
 
     /// With what joints brake that need not stand.
     pub(crate) fn slowing_limits(&self) -> MotionLimits {
-        let able = *self.limit_sets.able();
+        let able = *self.limits.able();
         if !self.uses_soft_transition() {
             return able;
         }
@@ -226,29 +319,13 @@ impl ControlLoop {
         }
     }
 
-    /// The arm has come down to the limits in force.
-    pub(crate) fn finish_transition(&mut self) {
-        self.limit_sets.transition = None;
-        self.limit_sets.without_tcp = None;
-    }
-
     /// Another tool may be too fast for the limit of the TCP's speed where the one before was not: what is under way
     /// comes down to it, as hard as the arm can.
     pub(crate) fn slow_down_for_tool(&mut self) {
-        if self.limits.tcp_speed.is_infinite() || self.is_at_rest() {
+        if self.limits.in_force().tcp_speed.is_infinite() || self.is_at_rest() {
             return;
         }
-        // An arm that still comes down to reduced limits goes on doing so.
-        if self.limit_sets.transition.is_none() || self.limit_sets.without_tcp.is_some() {
-            self.limit_sets.transition = Some(ReducedModeTransition {
-                time_left: MAX_TRANSITION_TIME[0],
-                time_within_limits: 0.0,
-            });
-            self.limit_sets.without_tcp = Some(MotionLimits {
-                tcp_speed: f64::INFINITY,
-                ..self.limits
-            });
-        }
+        self.limits.slow_tcp_down(MAX_TRANSITION_TIME[0]);
         if matches!(self.generator, Generator::Path(_)) || self.pending_motion.is_some() {
             self.queue.clear_speed_caps();
             self.keep_way();
@@ -269,7 +346,7 @@ impl ControlLoop {
 
     /// The largest share of the limits in force that a joint, TCP or elbow use.
     pub(crate) fn limit_utilization(&self) -> f64 {
-        let (qd, limits) = (&self.commanded.qd, &self.limits);
+        let (qd, limits) = (&self.commanded.qd, self.limits.in_force());
         let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
         let tcp_speed = self.target_frames.twist(qd, tcp).linear.norm();
         let elbow = elbow_speed(&self.target_frames, qd) / limits.elbow_speed;
@@ -280,10 +357,10 @@ impl ControlLoop {
 
     /// Reduced mode may have narrower ranges than the arm.
     pub(crate) fn check_reduced_range(&self, q: &JointPositions) -> Result<(), Refusal> {
-        let limits = &self.limits;
+        let limits = self.limits.in_force();
         for (joint, number) in (0u8..6).enumerate() {
             let (min, max) = (limits.position_min[joint], limits.position_max[joint]);
-            if self.limit_sets.is_reduced && !(min..=max).contains(&q[joint]) {
+            if self.limits.is_reduced && !(min..=max).contains(&q[joint]) {
                 return Err(Refusal::JointLimit {
                     joint: number,
                     value: q[joint],

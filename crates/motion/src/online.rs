@@ -71,7 +71,7 @@ impl ControlLoop {
         OnlineContext::new(
             &self.model,
             &self.flange_from_tcp,
-            [self.online_limits(), self.limit_sets.enforced()],
+            [self.online_limits(), self.limits.enforced()],
             &self.dynamics,
             &self.target,
             self.sensed_wrench(),
@@ -134,8 +134,8 @@ impl ControlLoop {
         // Up to rounding a target may lie outside of its range.
         let inside = JointPositions(core::array::from_fn(|joint| {
             let (min, max) = (
-                self.limits.position_min[joint],
-                self.limits.position_max[joint],
+                self.limits.in_force().position_min[joint],
+                self.limits.in_force().position_max[joint],
             );
             kinematics::bounds::within(target[joint], min, max)
         }));

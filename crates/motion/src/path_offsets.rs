@@ -155,7 +155,7 @@ impl ControlLoop {
         let frames = &self.target_frames;
         let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
         let lu = frames.jacobian(tcp).lu();
-        let limits = &self.limits;
+        let limits = self.limits.in_force();
         let (axes, is_used) = self.path_offset.in_use(tool);
         // What is in use may all move at once, with the worst signs.
         let parts = is_used

@@ -121,7 +121,7 @@ impl ControlLoop {
 
     /// The first plane crossed while the joints brake one by one from a setpoint.
     pub(crate) fn plane_crossed_while_braking(&self, from: &Setpoint) -> Option<StopReason> {
-        let brake = JointStopMotion::new(from, self.limit_sets.able());
+        let brake = JointStopMotion::new(from, self.limits.able());
         (0..=BRAKE_PLACES).find_map(|place| {
             let share = f64::from(place) / f64::from(BRAKE_PLACES);
             self.plane_crossed_at(&brake.position_at(share))
@@ -161,7 +161,7 @@ impl ControlLoop {
 
     /// Nothing but the arm's own ranges bounds where targets may be.
     pub(crate) fn has_no_target_bounds(&self) -> bool {
-        self.has_no_planes() && !self.limit_sets.is_reduced()
+        self.has_no_planes() && !self.limits.is_reduced()
     }
 
     /// Nothing but the ranges of the joints bounds where the arm may be.

@@ -133,13 +133,13 @@ impl ControlLoop {
     /// A setpoint that would make links of the arm meet. Modes that make each one from the one before must be able to
     /// brake until then; a planned motion was looked at before, but for its blends.
     pub(crate) fn check_links(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
-        if self.limits.link_overlap == f64::INFINITY {
+        if self.limits.in_force().link_overlap == f64::INFINITY {
             return Ok(());
         }
         let is_planned = matches!(self.generator, Generator::Path(_)) && self.has_no_overlay();
         let mut found = self.find_overlap(&wanted.q, is_planned);
         if found.is_none() && !is_planned {
-            let brake = JointStopMotion::new(wanted, &self.limits);
+            let brake = JointStopMotion::new(wanted, self.limits.in_force());
             found = (1..=BRAKE_PLACES).find_map(|place| {
                 let share = f64::from(place) / f64::from(BRAKE_PLACES);
                 self.find_overlap(&brake.position_at(share), false)
@@ -155,7 +155,7 @@ impl ControlLoop {
         let frames = self.model.forward(&self.commanded.q);
         let now = self.model.collision().self_distance(&frames);
         let deep = now.map_or(0.0, |now| -now.distance);
-        let allowed = self.limits.link_overlap.max(deep + SLACK) + slack;
+        let allowed = self.limits.in_force().link_overlap.max(deep + SLACK) + slack;
         (found.depth > allowed).then_some(found)
     }
 }

@@ -46,7 +46,7 @@ impl ControlLoop {
         if !self.contact_stops {
             return;
         }
-        let limit = self.limits.tcp_force;
+        let limit = self.limits.in_force().tcp_force;
         if let Some(force) = self.sensor.exceeds(limit)
             && self.is_under_servo()
             && !self.is_hand_guided()

@@ -200,7 +200,7 @@ impl ControlLoop {
         }
         self.drop_motions_to_come();
         // A belt, an offset and force mode need their share of what the joints can do.
-        let brake = JointStopMotion::new(&self.target, &self.overlay_limits);
+        let brake = JointStopMotion::new(&self.target, self.limits.under_overlay());
         match &mut self.generator {
             Generator::Online(online) => {
                 online.is_stopping = true;
@@ -234,7 +234,7 @@ impl ControlLoop {
         self.generator = if is_setpoint_at_rest(&self.target) {
             Generator::Hold
         } else {
-            let brake = JointStopMotion::new(&self.target, self.limit_sets.able());
+            let brake = JointStopMotion::new(&self.target, self.limits.able());
             Generator::Online(ActiveOnlineMode::to_rest(OnlineMode::Brake(brake)))
         };
     }
@@ -251,7 +251,7 @@ impl ControlLoop {
 
     /// The joints of the arm brake one by one as fast as they can.
     fn shortest_joint_stop(&self) -> JointStopMotion {
-        JointStopMotion::new(&self.commanded, self.limit_sets.able())
+        JointStopMotion::new(&self.commanded, self.limits.able())
     }
 
     /// Whether a stop of a planned motion that shall be as short as it can be is made on its path: that takes hardly
@@ -298,7 +298,7 @@ impl ControlLoop {
 
     /// The setpoint of such a stop: the arm comes to rest whatever the limits of TCP and elbow.
     pub(crate) fn braked_joints(&mut self, wanted: Setpoint) -> LimitedSetpoint {
-        let able = self.limit_sets.able();
+        let able = self.limits.able();
         let passed = LimitedSetpoint::while_braking(wanted, &self.commanded, able);
         self.target = *passed.as_setpoint();
         self.target_frames = self.kinematics_cache.at(&self.model, &self.target.q).frames;
