@@ -77,7 +77,7 @@ impl ControlLoop {
             return Err(bad_value(name, ticks, "a finite number other than 0"));
         }
         let (start, _) = self.encoder(encoder)?.position();
-        let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
+        let tcp = self.tool.position(&self.target_frames);
         let encoder = usize::from(encoder);
         let mut tracking =
             ConveyorTracking::new(route, encoder, unit / ticks, start, tcp, self.step);
@@ -118,7 +118,12 @@ impl ControlLoop {
         };
         tracking.advance(belt, self.step);
         tracking
-            .superimpose(nominal, &self.commanded, &self.model, &self.flange_from_tcp)
+            .superimpose(
+                nominal,
+                &self.commanded,
+                &self.model,
+                self.tool.flange_from_tcp(),
+            )
             .ok_or(StopReason::ConveyorLost)
     }
 
@@ -129,7 +134,7 @@ impl ControlLoop {
         belt: (f64, f64),
     ) -> Result<Option<Budget>, StopReason> {
         let frames = &self.target_frames;
-        let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
+        let tcp = self.tool.position(frames);
         let twist = tracking.unit_twist(tcp);
         let jacobian = frames.jacobian(tcp).lu();
         let Some(per_way) = jacobian.solve(&twist.to_vector()) else {
@@ -259,7 +264,7 @@ impl ControlLoop {
             most.max(speed / self.limits.in_force().speed[joint])
                 .max(carried.qdd[joint].abs() / able.acceleration[joint])
         });
-        let arm = (&self.model, &self.flange_from_tcp);
+        let arm = (&self.model, self.tool.flange_from_tcp());
         if let Some(points) =
             PointSpeedLimits::new(arm.0, arm.1, self.limits.in_force(), &carried.q)
         {

@@ -5,9 +5,8 @@
 
 use kinematics::chain::Frames;
 use kinematics::safety::SafetyBounds;
-use kinematics::{Dynamics, JointPositions, Payload, Pose, RobotModel, RpyPose, Wrench};
+use kinematics::{JointPositions, RobotModel, Wrench};
 use motion_api::{Command, CommandId, MotionEndpoint, RobotMode, StopReason};
-use nalgebra::Vector3;
 use rtrb::Consumer;
 
 use crate::brake::StopMotion;
@@ -21,6 +20,7 @@ use crate::hold::{JointHold, MotionPermission};
 use crate::io::IoSystem;
 use crate::laid_over::Yields;
 use crate::limits_in_force::LimitSets;
+use crate::load_model::LoadModel;
 use crate::machine::RobotStateMachine;
 use crate::micro_points::MicroPoints;
 use crate::modes::ActiveOnlineMode;
@@ -43,6 +43,7 @@ use crate::setpoint::{
 };
 use crate::surroundings::Surroundings;
 use crate::thermal::Thermal;
+use crate::tool::Tool;
 use crate::upcoming::PendingMotion;
 use crate::waiting::RestCommands;
 use crate::zone_changes::ZoneChanges;
@@ -78,7 +79,6 @@ pub struct ControlLoop {
     pub(crate) limits: LimitSets,
     pub(crate) yields: Yields,
     pub(crate) step: f64,
-    pub(crate) gravity: Vector3<f64>,
 
     pub(crate) commands: Consumer<Command>,
     pub(crate) out: Outbox,
@@ -102,10 +102,8 @@ pub struct ControlLoop {
     pub(crate) speed_fraction: f64,
     pub(crate) io: IoSystem,
 
-    pub(crate) tcp: RpyPose,
-    pub(crate) flange_from_tcp: Pose,
-    pub(crate) payload: Payload,
-    pub(crate) dynamics: Dynamics,
+    pub(crate) tool: Tool,
+    pub(crate) load: LoadModel,
 
     /// What the generator asks for; the same as `commanded` unless a conveyor is tracked, path offsets count or force
     /// mode is on.
@@ -161,23 +159,23 @@ impl ControlLoop {
             .model
             .clone()
             .with_limits(limits.applied_to(config.model.limits()));
-        let dynamics = model.dynamics(&config.payload, config.gravity);
+        let load = LoadModel::new(&model, config.payload, config.gravity);
         let mut plant = Plant::new(
             config.plant,
             &model,
-            (&dynamics, config.truth),
-            &config.gravity,
+            (load.dynamics(), config.truth),
+            load.gravity(),
             &config.home,
         )?;
         let mut contacts = ContactModel::new(config.surroundings, &model, &config.home);
-        let flange_from_tcp = Pose::from_rpy(&config.tcp);
+        let tool = Tool::new(config.tcp);
         plant.set_tool_wrench(&ToolWrench {
-            flange_from_tcp,
+            flange_from_tcp: *tool.flange_from_tcp(),
             ..ToolWrench::default()
         });
-        let actual = plant.step_with_brakes(&dynamics, &mut contacts);
+        let actual = plant.step_with_brakes(load.dynamics(), &mut contacts);
         let actual_frames = model.forward(&actual.q);
-        let expected = dynamics.gravity_torques(&config.home);
+        let expected = load.dynamics().gravity_torques(&config.home);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
             yields: Yields::default(),
@@ -200,7 +198,6 @@ impl ControlLoop {
             history: PositionHistory::standing(config.home),
             limits: LimitSets::new(limits, reduced_limits),
             step: config.step_time,
-            gravity: config.gravity,
             commands,
             out,
             machine,
@@ -216,10 +213,8 @@ impl ControlLoop {
             lag: None,
             speed_fraction: 1.0,
             io,
-            tcp: config.tcp,
-            flange_from_tcp,
-            payload: config.payload,
-            dynamics,
+            tool,
+            load,
             target: Setpoint::standing(config.home),
             target_frames: model.forward(&config.home),
             plant,
@@ -376,7 +371,7 @@ impl ControlLoop {
             } else {
                 self.kinematics_cache.at(&self.model, &wanted.q).frames
             };
-            let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
+            let tcp = self.tool.position(&frames);
             let before = &self.commanded;
             let checked = self.limits.enforced();
             let passed = check_setpoint(wanted, before, &frames, tcp, self.step, checked)?;
@@ -407,7 +402,7 @@ impl ControlLoop {
     fn move_arm(&mut self, limited: &LimitedSetpoint) {
         if self.is_under_servo() {
             self.update_setpoint_dynamics(limited.as_setpoint());
-            let believed = (&self.dynamics, &self.setpoint_dynamics.torques);
+            let believed = (self.load.dynamics(), &self.setpoint_dynamics.torques);
             let actual =
                 self.plant
                     .step_to_target(limited, believed, &mut self.contacts, self.step);
@@ -428,7 +423,7 @@ impl ControlLoop {
         } else {
             let actual = self
                 .plant
-                .step_with_brakes(&self.dynamics, &mut self.contacts);
+                .step_with_brakes(self.load.dynamics(), &mut self.contacts);
             self.set_actual(actual);
             self.reset_target_to_actual();
             let standing = self.commanded;
@@ -442,10 +437,16 @@ impl ControlLoop {
         let posture = &self.kinematics_cache.at(&self.model, q).posture;
         // The ideal arm will be just there, and the collision observer asks.
         let (torques, bias) = if self.plant.is_ideal() {
-            let [torques, bias] = self.dynamics.inverse_dynamics_and_bias(posture, qd, qdd);
+            let [torques, bias] = self
+                .load
+                .dynamics()
+                .inverse_dynamics_and_bias(posture, qd, qdd);
             (torques, Some(bias))
         } else {
-            (self.dynamics.inverse_dynamics_at(posture, qd, qdd), None)
+            (
+                self.load.dynamics().inverse_dynamics_at(posture, qd, qdd),
+                None,
+            )
         };
         self.setpoint_dynamics = SetpointDynamics {
             of: *setpoint,

@@ -105,8 +105,10 @@ impl ControlLoop {
             self.rest_commands.add(id, RestCommand::Stop);
             return Completion::Deferred;
         }
-        let nominal = self.model.tcp_pose(&self.target.q, &self.flange_from_tcp);
-        let commanded = self.target_frames.base_from_flange * self.flange_from_tcp;
+        let nominal = self
+            .model
+            .tcp_pose(&self.target.q, self.tool.flange_from_tcp());
+        let commanded = self.tool.base_from_tcp(&self.target_frames);
         if let Some(pressing) = &mut self.force.active {
             pressing.begin_return(&nominal, &commanded);
         }
@@ -150,9 +152,9 @@ impl ControlLoop {
         let is_holding = matches!(self.generator, Generator::Hold);
         let arm = OnlineContext::new(
             &self.model,
-            &self.flange_from_tcp,
+            self.tool.flange_from_tcp(),
             [self.limits.enforced(); 2],
-            &self.dynamics,
+            self.load.dynamics(),
             &self.commanded,
             felt,
             self.step,

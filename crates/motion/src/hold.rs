@@ -273,7 +273,7 @@ impl ControlLoop {
         }
         if let Some(pressing) = &mut self.force.active {
             let poses = |[before, after]: [&JointPositions; 2]| -> [Pose; 2] {
-                [before, after].map(|q| self.model.tcp_pose(q, &self.flange_from_tcp))
+                [before, after].map(|q| self.model.tcp_pose(q, self.tool.flange_from_tcp()))
             };
             let [target, arm] = &holding.start_positions;
             pressing.resume_from(
@@ -299,7 +299,7 @@ impl ControlLoop {
     /// Where belt and offset want the arm when the motion underneath stands at `nominal`; the belt is taken up where it
     /// comes nearest to where the arm stands.
     fn overlay_setpoint_at_rest(&mut self, nominal: &Setpoint) -> Option<Setpoint> {
-        let (model, tool) = (&self.model, &self.flange_from_tcp);
+        let (model, tool) = (&self.model, self.tool.flange_from_tcp());
         if let Some(tracking) = &mut self.tracking {
             let [from, to] = [nominal, &self.commanded]
                 .map(|setpoint| model.tcp_pose(&setpoint.q, tool).translation);

@@ -3,7 +3,7 @@
 //! Owns the rule when a command is taken: while there is room for all its consequences, and at most a fixed number in a
 //! cycle. The costly part of a plan is not done here but once a cycle in `plan_on`.
 
-use kinematics::{JointPositions, Payload, Pose, RpyPose};
+use kinematics::{JointPositions, Payload, RpyPose};
 pub(crate) use motion_api::form::bad_value;
 use motion_api::{
     Command, CommandId, CommandKind, DigitalBank, IoChange, MachineCommand, MotionCommand,
@@ -14,9 +14,11 @@ use motion_api::{
 use crate::allowed::Admission;
 use crate::constants::{COMMANDS_PER_CYCLE, MOTION_COMMAND_WEIGHT};
 use crate::cycle::{ControlLoop, Generator};
+use crate::load_model::LoadModel;
 use crate::path::ArcOrientation;
 use crate::plan::{CartesianPlanner, MotionRequest, PlanningContext, plan_movej};
 use crate::stopping::StopCause;
+use crate::tool::Tool;
 use crate::upcoming::PlanState;
 use crate::waiting::RestCommand;
 
@@ -419,9 +421,9 @@ impl ControlLoop {
     pub(crate) fn arm(&self) -> PlanningContext<'_> {
         PlanningContext {
             model: &self.model,
-            flange_from_tcp: &self.flange_from_tcp,
+            flange_from_tcp: self.tool.flange_from_tcp(),
             limits: self.planning_limits(),
-            dynamics: &self.dynamics,
+            dynamics: self.load.dynamics(),
             planes: (!self.has_no_planes()).then(|| (&self.safety, self.plane_switches())),
         }
     }
@@ -444,8 +446,7 @@ impl ControlLoop {
 
     /// What moves the TCP by its velocity goes on with the new one; paths keep the one that they were planned with.
     fn set_tcp(&mut self, tcp: RpyPose) {
-        self.tcp = tcp;
-        self.flange_from_tcp = Pose::from_rpy(&tcp);
+        self.tool = Tool::new(tcp);
         self.slow_down_for_tool();
         if let Generator::Online(mut online) = self.generator {
             online.change_tcp(&self.online_arm(), &self.target);
@@ -463,10 +464,15 @@ impl ControlLoop {
     }
 
     fn set_payload(&mut self, payload: Payload) {
-        self.payload = payload;
-        self.dynamics = self.model.dynamics(&self.payload, self.gravity);
+        let gravity = *self.load.gravity();
+        self.set_load(LoadModel::new(&self.model, payload, gravity));
+    }
+
+    /// The plant has the gravity that the controller is told, and its payload unless another one is known to hang there.
+    pub(crate) fn set_load(&mut self, load: LoadModel) {
         self.plant
-            .set_controller_model(&self.dynamics, &self.gravity);
+            .set_controller_model(load.dynamics(), load.gravity());
+        self.load = load;
         self.collision.reset();
     }
 

@@ -215,7 +215,7 @@ impl ControlLoop {
         let at = &self.commanded;
         let points = PointSpeedLimits::new(
             &self.model,
-            &self.flange_from_tcp,
+            self.tool.flange_from_tcp(),
             self.limits.in_force(),
             &at.q,
         );
@@ -281,7 +281,7 @@ impl ControlLoop {
             model: &self.model,
             points: self.micro_points.points(),
         };
-        let (near, tool) = (&self.target.q, &self.flange_from_tcp);
+        let (near, tool) = (&self.target.q, self.tool.flange_from_tcp());
         let share = if self.path_offset.is_on() {
             SHARE_UNDER_OFFSETS
         } else {
@@ -347,7 +347,7 @@ impl ControlLoop {
     /// The largest share of the limits in force that a joint, TCP or elbow use.
     pub(crate) fn limit_utilization(&self) -> f64 {
         let (qd, limits) = (&self.commanded.qd, self.limits.in_force());
-        let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
+        let tcp = self.tool.position(&self.target_frames);
         let tcp_speed = self.target_frames.twist(qd, tcp).linear.norm();
         let elbow = elbow_speed(&self.target_frames, qd) / limits.elbow_speed;
         (0..6).fold(elbow.max(tcp_speed / limits.tcp_speed), |most, joint| {

@@ -131,7 +131,7 @@ impl ControlLoop {
     /// The way of the TCP through the points, exactly from where it is.
     fn line_of_poses(&self, points: &[PointValues], interval: f64) -> Result<MicroLine, Refusal> {
         let start = self.next_start();
-        let tool = self.flange_from_tcp;
+        let tool = *self.tool.flange_from_tcp();
         let here = self.model.tcp_pose(&start, &tool);
         let line =
             MicroLine::through_tcp_poses(points, interval, start, tool).ok_or_else(too_few)?;

@@ -16,6 +16,7 @@ use crate::constants::{MAX_DURATION, MIN_REQUESTED_RATE, ROTATION_LENGTH};
 use crate::cycle::{ControlLoop, Generator};
 use crate::external::{PUSHES_MAX, PortSensor, TimedWrench, WrenchFrame};
 use crate::intake::{CommandResult, Completion, bad_value};
+use crate::load_model::LoadModel;
 use crate::modes::freedrive::FreedriveMode;
 use crate::modes::joint_speed::JointSpeedMode;
 use crate::modes::servo::{GAIN_RANGE, LOOKAHEAD_RANGE, ServoMode};
@@ -70,9 +71,9 @@ impl ControlLoop {
     pub(crate) fn online_arm(&self) -> OnlineContext<'_> {
         OnlineContext::new(
             &self.model,
-            &self.flange_from_tcp,
+            self.tool.flange_from_tcp(),
             [self.online_limits(), self.limits.enforced()],
-            &self.dynamics,
+            self.load.dynamics(),
             &self.target,
             self.sensed_wrench(),
             self.step,
@@ -316,11 +317,8 @@ impl ControlLoop {
     }
 
     pub(crate) fn set_gravity(&mut self, gravity: [f64; 3]) -> CommandResult {
-        self.gravity = gravity.into();
-        self.dynamics = self.model.dynamics(&self.payload, self.gravity);
-        self.plant
-            .set_controller_model(&self.dynamics, &self.gravity);
-        self.collision.reset();
+        let payload = *self.load.payload();
+        self.set_load(LoadModel::new(&self.model, payload, gravity.into()));
         Ok(Completion::Immediate)
     }
 

@@ -36,7 +36,9 @@ impl ControlLoop {
             "a component of the offset",
             "a number of at most 10",
         )?;
-        let tool = self.model.tcp_pose(&self.target.q, &self.flange_from_tcp);
+        let tool = self
+            .model
+            .tcp_pose(&self.target.q, self.tool.flange_from_tcp());
         self.path_offset.set(offset, axes, &tool.rotation);
         Ok(Completion::Immediate)
     }
@@ -128,7 +130,7 @@ impl ControlLoop {
                 most_rotation: most[1],
             });
         }
-        let tool = self.model.tcp_pose(&nominal.q, &self.flange_from_tcp);
+        let tool = self.model.tcp_pose(&nominal.q, self.tool.flange_from_tcp());
         let frames = self.model.forward(&nominal.q);
         let velocity = frames.twist(&nominal.qd, tool.translation).linear;
         self.path_offset.follow(&velocity);
@@ -136,7 +138,7 @@ impl ControlLoop {
         let is_held = self.is_held();
         self.path_offset
             .advance(&tool.rotation, &room, is_held, self.step);
-        let arm = (&self.model, &self.flange_from_tcp);
+        let arm = (&self.model, self.tool.flange_from_tcp());
         let laid = self
             .path_offset
             .superimpose(nominal, &self.commanded, arm.0, arm.1)
@@ -153,7 +155,7 @@ impl ControlLoop {
         tcp_speed: f64,
     ) -> OffsetLimits {
         let frames = &self.target_frames;
-        let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
+        let tcp = self.tool.position(frames);
         let lu = frames.jacobian(tcp).lu();
         let limits = self.limits.in_force();
         let (axes, is_used) = self.path_offset.in_use(tool);

@@ -37,9 +37,9 @@ impl ControlLoop {
     pub(crate) fn check_target(&self, q: &JointPositions) -> Result<(), Refusal> {
         self.check_reduced_range(q)?;
         let switches = self.plane_switches();
-        let violation = self
-            .safety
-            .violation_at(&self.model, q, &self.flange_from_tcp, &switches);
+        let violation =
+            self.safety
+                .violation_at(&self.model, q, self.tool.flange_from_tcp(), &switches);
         match violation {
             Some(SafetyViolation::JointPosition {
                 joint,
@@ -70,7 +70,7 @@ impl ControlLoop {
         let near = self.next_start();
         match self
             .model
-            .inverse_nearest(&base_from_tcp, &self.flange_from_tcp, &near)
+            .inverse_nearest(&base_from_tcp, self.tool.flange_from_tcp(), &near)
         {
             Some(q) => self.check_target(&q),
             None => Ok(()),
@@ -135,7 +135,7 @@ impl ControlLoop {
         let violation = |q| {
             let frames = self.model.forward(q);
             self.safety
-                .plane_violation(&frames, &self.flange_from_tcp, &switches)
+                .plane_violation(&frames, self.tool.flange_from_tcp(), &switches)
         };
         let Some(SafetyViolation::Plane { plane, depth_m, .. }) = violation(q) else {
             return None;

@@ -12,7 +12,7 @@ pub(crate) fn robot_state(cycle: &mut ControlLoop, timing: CycleTiming) -> Robot
     let cycle = &*cycle;
     let (target, actual) = (&cycle.commanded, &cycle.actual);
     let target_frames = &cycle.target_frames;
-    let target_tcp = target_frames.base_from_flange * cycle.flange_from_tcp;
+    let target_tcp = cycle.tool.base_from_tcp(target_frames);
     let target_twist = target_frames.twist(&target.qd, target_tcp.translation);
     let target_tcp_pose = target_tcp.to_rpy();
     // An arm that is just where it should be is looked at once.
@@ -21,13 +21,14 @@ pub(crate) fn robot_state(cycle: &mut ControlLoop, timing: CycleTiming) -> Robot
         (target_tcp_pose, target_twist)
     } else {
         let frames = &cycle.actual_frames;
-        let tcp = frames.base_from_flange * cycle.flange_from_tcp;
+        let tcp = cycle.tool.base_from_tcp(frames);
         (tcp.to_rpy(), frames.twist(&actual.qd, tcp.translation))
     };
     let target_torque = match &cycle.setpoint_dynamics {
         expected if expected.of.bit_eq(target) => expected.torques,
         _ => cycle
-            .dynamics
+            .load
+            .dynamics()
             .inverse_dynamics(&target.q, &target.qd, &target.qdd),
     };
     let count = cycle.out.cycle;
@@ -36,7 +37,7 @@ pub(crate) fn robot_state(cycle: &mut ControlLoop, timing: CycleTiming) -> Robot
     } else {
         let pose = cycle
             .model
-            .tcp_pose(&cycle.target.q, &cycle.flange_from_tcp);
+            .tcp_pose(&cycle.target.q, cycle.tool.flange_from_tcp());
         (pose, pose.to_rpy())
     };
     RobotState {
@@ -57,8 +58,8 @@ pub(crate) fn robot_state(cycle: &mut ControlLoop, timing: CycleTiming) -> Robot
         tcp_force: cycle.sensor.compensated.to_array(),
         raw_wrench: cycle.sensor.raw.to_array(),
         elbow_position: cycle.actual_frames.elbow().into(),
-        tcp_offset: cycle.tcp,
-        payload: cycle.payload,
+        tcp_offset: cycle.tool.rpy(),
+        payload: *cycle.load.payload(),
         motion_mode: motion_mode(cycle),
         command_id: cycle.running_command(),
         target_speed_fraction: cycle.speed_fraction,
@@ -80,7 +81,7 @@ pub(crate) fn robot_state(cycle: &mut ControlLoop, timing: CycleTiming) -> Robot
         target_waypoint: cycle
             .waypoint
             .map_or(target_tcp_pose, |waypoint| waypoint.pose),
-        gravity: cycle.gravity.into(),
+        gravity: (*cycle.load.gravity()).into(),
         encoder_counts: core::array::from_fn(|k| cycle.encoders[k].counts()),
         encoder_ranges: core::array::from_fn(|k| cycle.encoders[k].range().number()),
         collision_detection: cycle.collision.is_enabled,
@@ -118,14 +119,17 @@ fn waypoint(cycle: &ControlLoop) -> Option<Waypoint> {
     }?;
     if let Some(known) = &cycle.waypoint
         && known.q.has_bits_of(&q)
-        && known.tcp == cycle.tcp
+        && known.tcp == cycle.tool.rpy()
     {
         return Some(*known);
     }
-    let pose = cycle.model.tcp_pose(&q, &cycle.flange_from_tcp).to_rpy();
+    let pose = cycle
+        .model
+        .tcp_pose(&q, cycle.tool.flange_from_tcp())
+        .to_rpy();
     Some(Waypoint {
         q,
-        tcp: cycle.tcp,
+        tcp: cycle.tool.rpy(),
         pose,
     })
 }

@@ -23,7 +23,7 @@ impl ControlLoop {
             self.sensor.restart();
             let actual = self
                 .plant
-                .step_with_brakes(&self.dynamics, &mut self.contacts);
+                .step_with_brakes(self.load.dynamics(), &mut self.contacts);
             self.set_actual(actual);
             self.enter_protective_stop(StopReason::Internal {
                 code: fault::PLANT_DIVERGED,
@@ -74,7 +74,7 @@ impl ControlLoop {
         }
         let effort = &self.model.limits().effort;
         let is_pressing = self.force.is_active();
-        let arm = (&self.actual_frames, &self.flange_from_tcp);
+        let arm = (&self.actual_frames, self.tool.flange_from_tcp());
         self.collision.detected_stop(effort, is_pressing, arm)
     }
 
@@ -82,9 +82,12 @@ impl ControlLoop {
     pub(crate) fn update_external_wrench(&mut self) {
         let base_from_flange = &self.actual_frames.base_from_flange;
         let time = self.out.cycle as f64 * self.step;
-        self.external_wrench =
-            self.external
-                .at(time, base_from_flange, &self.flange_from_tcp, &self.gravity);
+        self.external_wrench = self.external.at(
+            time,
+            base_from_flange,
+            self.tool.flange_from_tcp(),
+            self.load.gravity(),
+        );
         let mut link_torques = JointTorques::ZERO;
         if let Some(world) = &self.surroundings {
             self.external_wrench.force += world.tool_wrench().force;
@@ -93,7 +96,7 @@ impl ControlLoop {
         }
         self.plant.set_tool_wrench(&ToolWrench {
             wrench: self.external_wrench,
-            flange_from_tcp: self.flange_from_tcp,
+            flange_from_tcp: *self.tool.flange_from_tcp(),
             link_torques,
         });
     }
@@ -118,7 +121,7 @@ impl ControlLoop {
         }
         if self.is_under_servo() && self.actual.is_finite() {
             let frames = &self.actual_frames;
-            let tcp = frames.base_from_flange * self.flange_from_tcp;
+            let tcp = self.tool.base_from_tcp(frames);
             let at_tool = wrench_to_torques(&self.sensor.external_wrench, frames, &tcp);
             let model = self.mass_and_bias();
             self.collision
@@ -144,7 +147,7 @@ impl ControlLoop {
     fn mass_and_bias(&mut self) -> (Matrix6<f64>, JointTorques) {
         let ArmState { q, qd, .. } = &self.actual;
         let posture = &self.kinematics_cache.at(&self.model, q).posture;
-        let mass = self.dynamics.mass_matrix_at(posture);
+        let mass = self.load.dynamics().mass_matrix_at(posture);
         // An arm that is just where it should be has been looked at.
         let bias = match &self.setpoint_dynamics {
             SetpointDynamics {
@@ -152,7 +155,7 @@ impl ControlLoop {
                 bias: Some(bias),
                 ..
             } if of.q.has_bits_of(q) && of.qd.has_bits_of(qd) => *bias,
-            _ => self.dynamics.bias_torques_at(posture, qd),
+            _ => self.load.dynamics().bias_torques_at(posture, qd),
         };
         (mass, bias)
     }
@@ -173,10 +176,10 @@ impl ControlLoop {
         let environment = self.environment();
         self.sensor.measure(
             &environment,
-            &self.payload,
+            self.load.payload(),
             (&self.actual_frames, &self.actual.qd),
-            &self.flange_from_tcp,
-            &self.gravity,
+            self.tool.flange_from_tcp(),
+            self.load.gravity(),
             self.step,
         );
     }

@@ -78,7 +78,7 @@ impl ControlLoop {
         self.io
             .set_driven_inputs(&output.inputs, &world.driven_inputs);
         let frames = &self.actual_frames;
-        let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
+        let tcp = self.tool.position(frames);
         let lever = frames.base_from_flange.translation - tcp;
         world.tool_wrench = Wrench {
             force: output.tool_wrench.force,
@@ -121,7 +121,7 @@ impl ControlLoop {
             return;
         };
         let frames = &self.actual_frames;
-        let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
+        let tcp = self.tool.position(frames);
         let lever = tcp - frames.base_from_flange.translation;
         let mut held_contacts = [Wrench::default(); MAX_GRIPPERS];
         for (at_flange, at_tcp) in held_contacts.iter_mut().zip(self.contacts.held_forces()) {
