@@ -77,7 +77,7 @@ impl ControlLoop {
             return Err(bad_value(name, ticks, "a finite number other than 0"));
         }
         let (start, _) = self.encoder(encoder)?.position();
-        let tcp = self.tool.position(&self.target_frames);
+        let tcp = self.tool.position(self.commanded.frames());
         let encoder = usize::from(encoder);
         let mut tracking =
             ConveyorTracking::new(route, encoder, unit / ticks, start, tcp, self.step);
@@ -120,7 +120,7 @@ impl ControlLoop {
         tracking
             .superimpose(
                 nominal,
-                &self.commanded,
+                self.commanded.setpoint(),
                 &self.model,
                 self.tool.flange_from_tcp(),
             )
@@ -133,7 +133,7 @@ impl ControlLoop {
         tracking: &ConveyorTracking,
         belt: (f64, f64),
     ) -> Result<Option<Budget>, StopReason> {
-        let frames = &self.target_frames;
+        let frames = self.commanded.frames();
         let tcp = self.tool.position(frames);
         let twist = tracking.unit_twist(tcp);
         let jacobian = frames.jacobian(tcp).lu();
@@ -180,7 +180,7 @@ impl ControlLoop {
         let heading = tracking.heading(belt);
         let way = tracking.way_speed();
         let own = JointSpeeds(core::array::from_fn(|joint| {
-            self.commanded.qd[joint] - way * per_way[joint]
+            self.commanded.setpoint().qd[joint] - way * per_way[joint]
         }));
         let own_tcp = frames.twist(&own, tcp).linear;
         let tcp_room = beside(
@@ -305,7 +305,7 @@ impl ControlLoop {
     /// generator starts where the arm is.
     pub(crate) fn settle_tracking(&mut self) {
         let is_braked = (self.joint_hold.is_none() && self.lag.is_none())
-            || is_setpoint_at_rest(&self.commanded);
+            || is_setpoint_at_rest(self.commanded.setpoint());
         let has_stopped = self
             .tracking
             .as_ref()
@@ -314,8 +314,8 @@ impl ControlLoop {
             self.tracking = None;
             self.limits.reset_overlay_share();
             self.lag = None;
-            self.commanded = Setpoint::standing(self.commanded.q);
-            self.target = self.commanded;
+            self.commanded.stand();
+            self.target = *self.commanded.setpoint();
         }
     }
 

@@ -1,9 +1,9 @@
 //! One control period of the arm: commands in, one setpoint, one state and one cycle record out.
 //!
-//! Owns the order of the steps and the state they share. Knows no script, no socket and no clock: whoever calls
+//! Owns the order of the steps. What of the state must change together is in parts that own it: `tool`, `load_model`,
+//! `limits_in_force`, `commanded`, `plant::actual`. Knows no script, no socket and no clock: whoever calls
 //! [`ControlLoop::tick`] decides what time is. Allocates nothing, locks nothing, waits for nothing, logs nothing.
 
-use kinematics::chain::Frames;
 use kinematics::safety::SafetyBounds;
 use kinematics::{JointPositions, RobotModel, Wrench};
 use motion_api::{Command, CommandId, MotionEndpoint, RobotMode, StopReason};
@@ -11,6 +11,7 @@ use rtrb::Consumer;
 
 use crate::brake::StopMotion;
 use crate::collision::CollisionDetector;
+use crate::commanded::{CommandedSetpoint, PlacedSetpoint};
 use crate::config::{ConfigError, CycleConfig};
 use crate::constants::fault;
 use crate::contact::ContactModel;
@@ -31,7 +32,7 @@ use crate::modes::path_offset::PathOffset;
 use crate::outbox::Outbox;
 use crate::path::PathContext;
 use crate::plan::SegmentLimits;
-use crate::plant::{ArmState, Plant, ToolWrench};
+use crate::plant::{ActualArm, Plant, ToolWrench};
 use crate::queue::{MotionQueue, PathMotion};
 use crate::report::{Waypoint, robot_state};
 use crate::safety_inputs::SafetyInputs;
@@ -39,7 +40,7 @@ use crate::scalar::ProgressGoal;
 use crate::self_collision::SelfCollisionMonitor;
 use crate::sensor::ForceTorqueSensor;
 use crate::setpoint::{
-    KinematicsCache, LimitedSetpoint, PositionHistory, Setpoint, SetpointDynamics, check_setpoint,
+    KinematicsCache, LimitedSetpoint, Setpoint, SetpointDynamics, check_setpoint,
 };
 use crate::surroundings::Surroundings;
 use crate::thermal::Thermal;
@@ -109,18 +110,12 @@ pub struct ControlLoop {
     /// mode is on.
     pub(crate) target: Setpoint,
     /// What the arm gets.
-    pub(crate) commanded: Setpoint,
-    pub(crate) history: PositionHistory,
-    pub(crate) target_frames: Frames,
-    pub(crate) plant: Plant,
-    pub(crate) contacts: ContactModel,
-    pub(crate) actual: ArmState,
+    pub(crate) commanded: CommandedSetpoint,
+    pub(crate) actual: ActualArm,
     /// What the latest setpoint takes.
     pub(crate) setpoint_dynamics: SetpointDynamics,
     pub(crate) kinematics_cache: KinematicsCache,
     pub(crate) waypoint: Option<Waypoint>,
-    /// Where the joints are at `actual`; changed with it by [`ControlLoop::set_actual`].
-    pub(crate) actual_frames: Frames,
 
     /// The points of the next moveml, or of the one under way.
     pub(crate) micro_points: MicroPoints,
@@ -167,14 +162,13 @@ impl ControlLoop {
             load.gravity(),
             &config.home,
         )?;
-        let mut contacts = ContactModel::new(config.surroundings, &model, &config.home);
+        let contacts = ContactModel::new(config.surroundings, &model, &config.home);
         let tool = Tool::new(config.tcp);
         plant.set_tool_wrench(&ToolWrench {
             flange_from_tcp: *tool.flange_from_tcp(),
             ..ToolWrench::default()
         });
-        let actual = plant.step_with_brakes(load.dynamics(), &mut contacts);
-        let actual_frames = model.forward(&actual.q);
+        let actual = ActualArm::new(plant, contacts, load.dynamics(), &model);
         let expected = load.dynamics().gravity_torques(&config.home);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
@@ -194,8 +188,7 @@ impl ControlLoop {
             links: SelfCollisionMonitor::new(&model, limits.link_overlap),
             thermal: Thermal::new(is_powered),
             surroundings: None,
-            commanded: Setpoint::standing(config.home),
-            history: PositionHistory::standing(config.home),
+            commanded: CommandedSetpoint::standing(config.home, model.forward(&config.home)),
             limits: LimitSets::new(limits, reduced_limits),
             step: config.step_time,
             commands,
@@ -216,11 +209,7 @@ impl ControlLoop {
             tool,
             load,
             target: Setpoint::standing(config.home),
-            target_frames: model.forward(&config.home),
-            plant,
-            contacts,
             actual,
-            actual_frames,
             setpoint_dynamics: SetpointDynamics {
                 of: Setpoint::standing(config.home),
                 torques: expected,
@@ -251,8 +240,8 @@ impl ControlLoop {
         self.yields.advance(self.step);
         self.update_external_wrench();
         let wanted = self.generate();
-        let limited = self.check_or_brake(wanted);
-        self.move_arm(&limited);
+        let next = self.check_or_brake(wanted);
+        self.move_arm(&next);
         self.update_sensors();
         self.check_tracking();
         self.complete_finished_commands();
@@ -340,16 +329,10 @@ impl ControlLoop {
     }
 
     /// The setpoint that the arm gets: the wanted one, or the first of a protective stop.
-    fn check_or_brake(&mut self, wanted: Result<Setpoint, StopReason>) -> LimitedSetpoint {
+    fn check_or_brake(&mut self, wanted: Result<Setpoint, StopReason>) -> PlacedSetpoint {
         let checked = wanted.and_then(|wanted| {
             if matches!(self.generator, Generator::Stop(_)) {
-                let braking =
-                    LimitedSetpoint::while_braking(wanted, &self.commanded, self.limits.able());
-                self.target_frames = self
-                    .kinematics_cache
-                    .at(&self.model, &braking.as_setpoint().q)
-                    .frames;
-                return Ok(braking);
+                return Ok(self.while_braking(wanted));
             }
             let nominal = wanted;
             if let Some(held) = self.next_hold_setpoint() {
@@ -366,67 +349,56 @@ impl ControlLoop {
             if let Err(reason) = self.check_overlays(&wanted) {
                 return self.yield_to_limits(&nominal, reason);
             }
-            let frames = if wanted.q.has_bits_of(&self.commanded.q) {
-                self.target_frames
+            let before = self.commanded.setpoint();
+            let frames = if wanted.q.has_bits_of(&before.q) {
+                *self.commanded.frames()
             } else {
                 self.kinematics_cache.at(&self.model, &wanted.q).frames
             };
             let tcp = self.tool.position(&frames);
-            let before = &self.commanded;
             let checked = self.limits.enforced();
             let passed = check_setpoint(wanted, before, &frames, tcp, self.step, checked)?;
             self.check_planes(&wanted)?;
             self.check_links(&wanted)?;
-            self.target_frames = frames;
             self.target = nominal;
-            Ok(passed)
+            Ok(PlacedSetpoint::new(passed, frames))
         });
         checked.unwrap_or_else(|reason| {
             let mut brake = self.protective_stop(reason);
-            let at = self.commanded.q;
+            let at = self.commanded.setpoint().q;
             let first = brake.next_setpoint(self.step, &self.queue, &self.path_context(), &at);
             self.generator = Generator::Stop(brake);
             // A path that is lost is left where it is.
-            let first = first.unwrap_or(Setpoint::standing(at));
-            let braking =
-                LimitedSetpoint::while_braking(first, &self.commanded, self.limits.able());
-            self.target_frames = self
-                .kinematics_cache
-                .at(&self.model, &braking.as_setpoint().q)
-                .frames;
-            braking
+            self.while_braking(first.unwrap_or(Setpoint::standing(at)))
         })
     }
 
+    /// A setpoint of joints that come to rest whatever the limits.
+    pub(crate) fn while_braking(&mut self, wanted: Setpoint) -> PlacedSetpoint {
+        let (before, able) = (self.commanded.setpoint(), self.limits.able());
+        let braking = LimitedSetpoint::while_braking(wanted, before, able);
+        PlacedSetpoint::find(braking, &self.model, &mut self.kinematics_cache)
+    }
+
     /// Moves the plant by one step.
-    fn move_arm(&mut self, limited: &LimitedSetpoint) {
+    fn move_arm(&mut self, next: &PlacedSetpoint) {
         if self.is_under_servo() {
-            self.update_setpoint_dynamics(limited.as_setpoint());
+            self.update_setpoint_dynamics(next.as_setpoint());
             let believed = (self.load.dynamics(), &self.setpoint_dynamics.torques);
-            let actual =
-                self.plant
-                    .step_to_target(limited, believed, &mut self.contacts, self.step);
-            self.commanded = *limited.as_setpoint();
-            self.history.add(self.commanded.q);
-            if actual.q.has_bits_of(&self.commanded.q) {
-                // The limiter has looked where that is.
-                (self.actual, self.actual_frames) = (actual, self.target_frames);
-            } else {
-                self.set_actual(actual);
-            }
+            let links = (&self.model, &mut self.kinematics_cache);
+            self.actual.step_to_target(next, believed, self.step, links);
+            self.commanded.advance(next);
             // Joints that are braked beside a path come back to it afterwards.
             let is_beside_path =
                 self.joint_hold.is_some() && matches!(self.generator, Generator::Path(_));
             if self.has_no_overlay() && !is_beside_path {
-                self.target = self.commanded;
+                self.target = *self.commanded.setpoint();
             }
         } else {
-            let actual = self
-                .plant
-                .step_with_brakes(self.load.dynamics(), &mut self.contacts);
-            self.set_actual(actual);
+            let links = (&self.model, &mut self.kinematics_cache);
+            self.actual.step_with_brakes(self.load.dynamics(), links);
             self.reset_target_to_actual();
-            let standing = self.commanded;
+            let standing = *self.commanded.setpoint();
             self.update_setpoint_dynamics(&standing);
         }
     }
@@ -436,7 +408,7 @@ impl ControlLoop {
         let Setpoint { q, qd, qdd } = setpoint;
         let posture = &self.kinematics_cache.at(&self.model, q).posture;
         // The ideal arm will be just there, and the collision observer asks.
-        let (torques, bias) = if self.plant.is_ideal() {
+        let (torques, bias) = if self.actual.plant.is_ideal() {
             let [torques, bias] = self
                 .load
                 .dynamics()
@@ -455,14 +427,6 @@ impl ControlLoop {
         };
     }
 
-    /// Takes over where the arm is.
-    pub(crate) fn set_actual(&mut self, actual: ArmState) {
-        if !actual.q.has_bits_of(&self.actual.q) {
-            self.actual_frames = self.kinematics_cache.at(&self.model, &actual.q).frames;
-        }
-        self.actual = actual;
-    }
-
     /// The speed fraction in effect: 0 while held.
     pub(crate) fn speed_fraction_in_effect(&self) -> f64 {
         self.motion_permission().fraction()
@@ -477,16 +441,15 @@ impl ControlLoop {
 
     /// The target becomes the place where the arm is.
     pub(crate) fn reset_target_to_actual(&mut self) {
-        self.target = Setpoint::standing(self.actual.q);
-        self.commanded = self.target;
-        self.history = PositionHistory::standing(self.actual.q);
+        let q = self.actual.state().q;
+        self.target = Setpoint::standing(q);
+        self.commanded = CommandedSetpoint::standing(q, *self.actual.frames());
         self.tracking = None;
         self.joint_hold = None;
         self.lag = None;
         self.path_offset.end();
         self.force.active = None;
-        self.plant.retarget(&self.target.q);
-        self.target_frames = self.actual_frames;
+        self.actual.plant.retarget(&self.target.q);
     }
 
     /// The motion command under way, or the next one. One that ended by entering its blend zone is none, though the arm

@@ -29,7 +29,10 @@ impl ControlLoop {
                 self.complete_path_commands();
             }
             Generator::Stop(brake)
-                if brake.has_settled(&self.queue, self.actual.qd.max_abs() < RESTING_SPEED) =>
+                if brake.has_settled(
+                    &self.queue,
+                    self.actual.state().qd.max_abs() < RESTING_SPEED,
+                ) =>
             {
                 // The arm may have been held up: from now on it is wanted where it stands, and the brakes hold it
                 // there.
@@ -55,7 +58,7 @@ impl ControlLoop {
     /// A motion that waits for the arm to stand is about to move it: whoever waits for the stop before need not wait
     /// for that.
     fn end_stops_before_the_next_motion(&mut self) {
-        let is_braked = self.joint_hold.is_none() && is_setpoint_at_rest(&self.commanded);
+        let is_braked = self.joint_hold.is_none() && is_setpoint_at_rest(self.commanded.setpoint());
         if is_braked && self.deferred.is_some() && matches!(self.generator, Generator::Hold) {
             while let Some(id) = self.rest_commands.take(|kind| kind == RestCommand::Stop) {
                 self.out.report_end(id, Outcome::Done);
@@ -115,7 +118,7 @@ impl ControlLoop {
     /// True when no setpoint moves: nothing to do, or held on the path.
     pub fn is_standing(&self) -> bool {
         if self.joint_hold.is_some() {
-            return is_setpoint_at_rest(&self.commanded) && self.is_base_motion_at_rest();
+            return is_setpoint_at_rest(self.commanded.setpoint()) && self.is_base_motion_at_rest();
         }
         if self.lag.is_some() {
             return false;
@@ -132,7 +135,10 @@ impl ControlLoop {
             return false;
         }
         // While it is held force mode comes to rest as well; otherwise it moves the arm all the time.
-        if self.force.is_active() && self.is_held() && !is_setpoint_at_rest(&self.commanded) {
+        if self.force.is_active()
+            && self.is_held()
+            && !is_setpoint_at_rest(self.commanded.setpoint())
+        {
             return false;
         }
         self.is_base_motion_at_rest()
@@ -140,7 +146,7 @@ impl ControlLoop {
 
     /// True when the arm stands, and nothing that is laid over motions moves it either.
     pub(crate) fn is_at_rest(&self) -> bool {
-        self.is_standing() && is_setpoint_at_rest(&self.commanded)
+        self.is_standing() && is_setpoint_at_rest(self.commanded.setpoint())
     }
 
     fn is_base_motion_at_rest(&self) -> bool {

@@ -108,7 +108,7 @@ impl ControlLoop {
         let nominal = self
             .model
             .tcp_pose(&self.target.q, self.tool.flange_from_tcp());
-        let commanded = self.tool.base_from_tcp(&self.target_frames);
+        let commanded = self.tool.base_from_tcp(self.commanded.frames());
         if let Some(pressing) = &mut self.force.active {
             pressing.begin_return(&nominal, &commanded);
         }
@@ -119,7 +119,7 @@ impl ControlLoop {
     fn finish_force_mode(&mut self) {
         self.force.active = None;
         self.lag = None;
-        self.target = self.commanded;
+        self.target = *self.commanded.setpoint();
         if is_setpoint_at_rest(&self.target) {
             return;
         }
@@ -155,7 +155,7 @@ impl ControlLoop {
             self.tool.flange_from_tcp(),
             [self.limits.enforced(); 2],
             self.load.dynamics(),
-            &self.commanded,
+            self.commanded.setpoint(),
             felt,
             self.step,
             (self.speed_fraction_in_effect(), self.is_held()),
@@ -163,12 +163,12 @@ impl ControlLoop {
         );
         let view = ForceModeInput {
             arm: &arm,
-            commanded: &self.commanded,
-            commanded_frames: &self.target_frames,
-            history: &self.history,
+            commanded: self.commanded.setpoint(),
+            commanded_frames: self.commanded.frames(),
+            history: self.commanded.history(),
             nominal_before: &self.target,
             nominal,
-            actual: &self.actual.q,
+            actual: &self.actual.state().q,
             sensed_wrench: felt,
             tuning: self.force.tuning,
             tcp_speed: self.limits.in_force().tcp_speed,
@@ -184,7 +184,7 @@ impl ControlLoop {
 
     /// Ends force mode once the tool is back or the motion is over. At rest the motion underneath begins at the arm.
     pub(crate) fn settle_force_mode(&mut self) {
-        if self.joint_hold.is_some() && !is_setpoint_at_rest(&self.commanded) {
+        if self.joint_hold.is_some() && !is_setpoint_at_rest(self.commanded.setpoint()) {
             return;
         }
         let Some(pressing) = &self.force.active else {
@@ -192,10 +192,10 @@ impl ControlLoop {
         };
         if pressing.has_returned() {
             self.force.active = None;
-            self.lag = JointLag::between(&self.commanded, &self.target, self.step, false);
+            self.lag = JointLag::between(self.commanded.setpoint(), &self.target, self.step, false);
         } else if self.is_holding() {
             if pressing.stage == ForceModePhase::On {
-                self.target = Setpoint::standing(self.commanded.q);
+                self.target = Setpoint::standing(self.commanded.setpoint().q);
             } else {
                 self.finish_force_mode();
             }

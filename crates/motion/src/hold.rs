@@ -25,6 +25,7 @@ use kinematics::{JointPositions, Pose};
 use motion_api::StopReason;
 
 use crate::brake::JointStopMotion;
+use crate::commanded::PlacedSetpoint;
 use crate::config::MotionLimits;
 use crate::constants::{PAUSE_OF_STREAMS, SLOWEST_FRACTION};
 use crate::cycle::{ControlLoop, Generator};
@@ -32,7 +33,7 @@ use crate::modes::conveyor::ConveyorTracking;
 use crate::modes::lag::JointLag;
 use crate::modes::{is_setpoint_at_rest, online_axes};
 use crate::queue::HardStop;
-use crate::setpoint::{LimitedSetpoint, Setpoint};
+use crate::setpoint::Setpoint;
 
 /// What the arm may do in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +172,7 @@ impl ControlLoop {
             Generator::Path(motion) => self.queue.is_standing(motion),
             _ => true,
         };
-        path_stands && is_setpoint_at_rest(&self.commanded)
+        path_stands && is_setpoint_at_rest(self.commanded.setpoint())
     }
 
     /// A stream or a hand leads the arm: these have no acceleration of their own to come to rest with.
@@ -188,7 +189,7 @@ impl ControlLoop {
         let able = self.limits.able();
         let brake = if slows_only {
             JointStopMotion::to_speed_share(
-                &self.commanded,
+                self.commanded.setpoint(),
                 self.braked_share(),
                 &self.slowing_limits(),
             )
@@ -198,14 +199,14 @@ impl ControlLoop {
                 acceleration,
                 ..*able
             };
-            let gentle = JointStopMotion::new(&self.commanded, &limits);
+            let gentle = JointStopMotion::new(self.commanded.setpoint(), &limits);
             if gentle.stays_within(able) {
                 gentle
             } else {
-                JointStopMotion::new(&self.commanded, able)
+                JointStopMotion::new(self.commanded.setpoint(), able)
             }
         } else {
-            JointStopMotion::new(&self.commanded, able)
+            JointStopMotion::new(self.commanded.setpoint(), able)
         };
         let speed_on_path = match &self.generator {
             Generator::Path(motion) => motion.committed_speed(),
@@ -216,7 +217,7 @@ impl ControlLoop {
             brake,
             is_slowdown: slows_only,
             is_gentle,
-            start_positions: [self.target.q, self.commanded.q],
+            start_positions: [self.target.q, self.commanded.setpoint().q],
         });
         if let Some(tracking) = &mut self.tracking {
             tracking.halt();
@@ -229,7 +230,7 @@ impl ControlLoop {
     }
 
     /// The next setpoint of joints that are being braked; `None` while modes decide.
-    pub(crate) fn next_hold_setpoint(&mut self) -> Option<LimitedSetpoint> {
+    pub(crate) fn next_hold_setpoint(&mut self) -> Option<PlacedSetpoint> {
         let mut holding = self.joint_hold?;
         let mut next = holding.brake.next(self.step);
         // Softly is not how to come to a safety plane.
@@ -237,21 +238,18 @@ impl ControlLoop {
             && !self.has_no_planes()
             && self.plane_crossed_while_braking(&next).is_some()
         {
-            holding.brake = JointStopMotion::new(&self.commanded, self.limits.able());
+            holding.brake = JointStopMotion::new(self.commanded.setpoint(), self.limits.able());
             next = holding.brake.next(self.step);
         }
         self.joint_hold = Some(holding);
-        let able = self.limits.able();
-        let passed = LimitedSetpoint::while_braking(next, &self.commanded, able);
-        self.target_frames = self.model.forward(&passed.as_setpoint().q);
-        Some(passed)
+        Some(self.while_braking(next))
     }
 
     /// An online mode goes on from where its joints have become slow enough.
     fn end_slowdown(&mut self) {
         self.joint_hold = None;
         self.limits.finish_transition();
-        self.target = self.commanded;
+        self.target = *self.commanded.setpoint();
         if let Generator::Online(mut online) = self.generator {
             online.resume_from(&self.online_arm(), &self.target);
             self.generator = Generator::Online(online);
@@ -278,7 +276,7 @@ impl ControlLoop {
             let [target, arm] = &holding.start_positions;
             pressing.resume_from(
                 &poses([target, &nominal.q]),
-                &poses([arm, &self.commanded.q]),
+                &poses([arm, &self.commanded.setpoint().q]),
             );
             return Ok(());
         }
@@ -288,7 +286,7 @@ impl ControlLoop {
             StopReason::PathOffsetLost
         };
         let wanted = self.overlay_setpoint_at_rest(&nominal).ok_or(lost)?;
-        let lag = JointLag::between(&self.commanded, &wanted, self.step, true);
+        let lag = JointLag::between(self.commanded.setpoint(), &wanted, self.step, true);
         if lag.is_some_and(|lag| lag.largest() > MAX_LAG) {
             return Err(lost);
         }
@@ -301,15 +299,15 @@ impl ControlLoop {
     fn overlay_setpoint_at_rest(&mut self, nominal: &Setpoint) -> Option<Setpoint> {
         let (model, tool) = (&self.model, self.tool.flange_from_tcp());
         if let Some(tracking) = &mut self.tracking {
-            let [from, to] = [nominal, &self.commanded]
+            let [from, to] = [nominal, self.commanded.setpoint()]
                 .map(|setpoint| model.tcp_pose(&setpoint.q, tool).translation);
             tracking.resync(&from, &to);
-            return tracking.superimpose(nominal, &self.commanded, model, tool);
+            return tracking.superimpose(nominal, self.commanded.setpoint(), model, tool);
         }
         if self.path_offset.is_on() {
             return self
                 .path_offset
-                .superimpose(nominal, &self.commanded, model, tool);
+                .superimpose(nominal, self.commanded.setpoint(), model, tool);
         }
         Some(*nominal)
     }

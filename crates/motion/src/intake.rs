@@ -470,7 +470,8 @@ impl ControlLoop {
 
     /// The plant has the gravity that the controller is told, and its payload unless another one is known to hang there.
     pub(crate) fn set_load(&mut self, load: LoadModel) {
-        self.plant
+        self.actual
+            .plant
             .set_controller_model(load.dynamics(), load.gravity());
         self.load = load;
         self.collision.reset();

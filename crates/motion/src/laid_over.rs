@@ -8,13 +8,14 @@
 use kinematics::elementary::{cube, square};
 use motion_api::StopReason;
 
+use crate::commanded::PlacedSetpoint;
 use crate::config::MotionLimits;
 use crate::constants::LIMIT_SLACK;
 use crate::cycle::ControlLoop;
 use crate::modes::axis::AxisLimits;
 use crate::modes::conveyor::ConveyorTracking;
 use crate::modes::{is_setpoint_at_rest, states};
-use crate::setpoint::{LimitedSetpoint, Setpoint};
+use crate::setpoint::Setpoint;
 
 /// Most times in a row that the joints are braked because what is laid over a motion asks for too much.
 const YIELDS_MAX: u8 = 8;
@@ -65,7 +66,7 @@ impl ControlLoop {
             return Ok(());
         }
         let (able, checked) = (self.limits.able(), self.limits.enforced());
-        let is_within = is_within_rates(wanted, &self.commanded, self.step, able);
+        let is_within = is_within_rates(wanted, self.commanded.setpoint(), self.step, able);
         if self.tracking.is_some() {
             if !(is_within && can_brake_within_limits(wanted, checked)) {
                 return Err(StopReason::ConveyorLost);
@@ -88,7 +89,7 @@ impl ControlLoop {
         &mut self,
         nominal: &Setpoint,
         reason: StopReason,
-    ) -> Result<LimitedSetpoint, StopReason> {
+    ) -> Result<PlacedSetpoint, StopReason> {
         let moves = !is_setpoint_at_rest(nominal) || !self.path_offset.is_standing();
         let is_leaving = self
             .tracking

@@ -39,6 +39,7 @@ mod allowed;
 mod belt;
 pub mod brake;
 pub mod collision;
+mod commanded;
 pub mod config;
 mod config_error;
 pub mod constants;

@@ -212,7 +212,7 @@ impl ControlLoop {
         if self.tracking.is_none() && !matches!(self.generator, Generator::Online(_)) {
             return true;
         }
-        let at = &self.commanded;
+        let at = self.commanded.setpoint();
         let points = PointSpeedLimits::new(
             &self.model,
             self.tool.flange_from_tcp(),
@@ -346,10 +346,10 @@ impl ControlLoop {
 
     /// The largest share of the limits in force that a joint, TCP or elbow use.
     pub(crate) fn limit_utilization(&self) -> f64 {
-        let (qd, limits) = (&self.commanded.qd, self.limits.in_force());
-        let tcp = self.tool.position(&self.target_frames);
-        let tcp_speed = self.target_frames.twist(qd, tcp).linear.norm();
-        let elbow = elbow_speed(&self.target_frames, qd) / limits.elbow_speed;
+        let (qd, limits) = (&self.commanded.setpoint().qd, self.limits.in_force());
+        let tcp = self.tool.position(self.commanded.frames());
+        let tcp_speed = self.commanded.frames().twist(qd, tcp).linear.norm();
+        let elbow = elbow_speed(self.commanded.frames(), qd) / limits.elbow_speed;
         (0..6).fold(elbow.max(tcp_speed / limits.tcp_speed), |most, joint| {
             most.max(qd[joint].abs() / limits.speed[joint])
         })

@@ -91,7 +91,7 @@ impl ControlLoop {
     fn leave_path_offset(&mut self, acceleration: f64) {
         self.path_offset.end();
         self.lag = None;
-        self.target = self.commanded;
+        self.target = *self.commanded.setpoint();
         self.generator = Generator::Hold;
         if is_setpoint_at_rest(&self.target) {
             return;
@@ -111,7 +111,7 @@ impl ControlLoop {
 
     /// Ends offsets that a stop has brought to rest once nothing moves underneath.
     pub(crate) fn settle_path_offset(&mut self) {
-        let is_braked = self.joint_hold.is_none() || is_setpoint_at_rest(&self.commanded);
+        let is_braked = self.joint_hold.is_none() || is_setpoint_at_rest(self.commanded.setpoint());
         if self.path_offset.has_stopped() && self.is_holding() && is_braked {
             self.leave_path_offset(STOP_ACCELERATION);
         }
@@ -141,7 +141,7 @@ impl ControlLoop {
         let arm = (&self.model, self.tool.flange_from_tcp());
         let laid = self
             .path_offset
-            .superimpose(nominal, &self.commanded, arm.0, arm.1)
+            .superimpose(nominal, self.commanded.setpoint(), arm.0, arm.1)
             .ok_or(StopReason::PathOffsetLost)?;
         Ok(laid)
     }
@@ -154,7 +154,7 @@ impl ControlLoop {
         tool: &Rotation3<f64>,
         tcp_speed: f64,
     ) -> OffsetLimits {
-        let frames = &self.target_frames;
+        let frames = self.commanded.frames();
         let tcp = self.tool.position(frames);
         let lu = frames.jacobian(tcp).lu();
         let limits = self.limits.in_force();

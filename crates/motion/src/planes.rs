@@ -116,7 +116,10 @@ impl ControlLoop {
 
     /// Whether a planned motion must halt on its path because its joints, braking one by one, would cross a plane.
     pub(crate) fn must_halt_on_path(&self) -> bool {
-        self.has_no_overlay() && self.plane_crossed_while_braking(&self.commanded).is_some()
+        self.has_no_overlay()
+            && self
+                .plane_crossed_while_braking(self.commanded.setpoint())
+                .is_some()
     }
 
     /// The first plane crossed while the joints brake one by one from a setpoint.
@@ -140,7 +143,8 @@ impl ControlLoop {
         let Some(SafetyViolation::Plane { plane, depth_m, .. }) = violation(q) else {
             return None;
         };
-        if let Some(SafetyViolation::Plane { depth_m: now, .. }) = violation(&self.commanded.q)
+        if let Some(SafetyViolation::Plane { depth_m: now, .. }) =
+            violation(&self.commanded.setpoint().q)
             && depth_m <= now + DEPTH_SLACK
         {
             return None;

@@ -10,8 +10,8 @@ use crate::queue::QueuedSegment;
 pub(crate) fn robot_state(cycle: &mut ControlLoop, timing: CycleTiming) -> RobotState {
     cycle.waypoint = waypoint(cycle);
     let cycle = &*cycle;
-    let (target, actual) = (&cycle.commanded, &cycle.actual);
-    let target_frames = &cycle.target_frames;
+    let (target, actual) = (cycle.commanded.setpoint(), cycle.actual.state());
+    let target_frames = cycle.commanded.frames();
     let target_tcp = cycle.tool.base_from_tcp(target_frames);
     let target_twist = target_frames.twist(&target.qd, target_tcp.translation);
     let target_tcp_pose = target_tcp.to_rpy();
@@ -20,7 +20,7 @@ pub(crate) fn robot_state(cycle: &mut ControlLoop, timing: CycleTiming) -> Robot
     let (actual_tcp_pose, actual_twist) = if is_there {
         (target_tcp_pose, target_twist)
     } else {
-        let frames = &cycle.actual_frames;
+        let frames = cycle.actual.frames();
         let tcp = cycle.tool.base_from_tcp(frames);
         (tcp.to_rpy(), frames.twist(&actual.qd, tcp.translation))
     };
@@ -57,7 +57,7 @@ pub(crate) fn robot_state(cycle: &mut ControlLoop, timing: CycleTiming) -> Robot
         actual_tcp_speed: actual_twist.to_array(),
         tcp_force: cycle.sensor.compensated.to_array(),
         raw_wrench: cycle.sensor.raw.to_array(),
-        elbow_position: cycle.actual_frames.elbow().into(),
+        elbow_position: cycle.actual.frames().elbow().into(),
         tcp_offset: cycle.tool.rpy(),
         payload: *cycle.load.payload(),
         motion_mode: motion_mode(cycle),

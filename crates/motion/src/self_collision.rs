@@ -152,7 +152,7 @@ impl ControlLoop {
     fn find_overlap(&mut self, q: &JointPositions, is_planned: bool) -> Option<LinkOverlap> {
         let found = self.links.check(q, &self.model)?;
         let slack = if is_planned { BETWEEN_PLACES } else { 0.0 };
-        let frames = self.model.forward(&self.commanded.q);
+        let frames = self.model.forward(&self.commanded.setpoint().q);
         let now = self.model.collision().self_distance(&frames);
         let deep = now.map_or(0.0, |now| -now.distance);
         let allowed = self.limits.in_force().link_overlap.max(deep + SLACK) + slack;

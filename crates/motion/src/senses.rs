@@ -18,13 +18,11 @@ use crate::setpoint::SetpointDynamics;
 impl ControlLoop {
     /// Does the arm follow?
     pub(crate) fn check_tracking(&mut self) {
-        if !self.actual.is_finite() {
-            self.plant.reset(&self.commanded.q);
+        if !self.actual.state().is_finite() {
+            let links = (&self.model, &mut self.kinematics_cache);
+            self.actual
+                .restart_at(&self.commanded.setpoint().q, self.load.dynamics(), links);
             self.sensor.restart();
-            let actual = self
-                .plant
-                .step_with_brakes(self.load.dynamics(), &mut self.contacts);
-            self.set_actual(actual);
             self.enter_protective_stop(StopReason::Internal {
                 code: fault::PLANT_DIVERGED,
             });
@@ -33,7 +31,7 @@ impl ControlLoop {
             return;
         }
         for (joint, number) in (0u8..6).enumerate() {
-            let error = (self.actual.q[joint] - self.commanded.q[joint]).abs();
+            let error = (self.actual.state().q[joint] - self.commanded.setpoint().q[joint]).abs();
             if error > TRACKING_LIMIT {
                 self.enter_protective_stop(StopReason::TrackingError {
                     joint: number,
@@ -74,13 +72,13 @@ impl ControlLoop {
         }
         let effort = &self.model.limits().effort;
         let is_pressing = self.force.is_active();
-        let arm = (&self.actual_frames, self.tool.flange_from_tcp());
+        let arm = (self.actual.frames(), self.tool.flange_from_tcp());
         self.collision.detected_stop(effort, is_pressing, arm)
     }
 
     /// The wrench on the tool in this cycle, and the plant's share of it.
     pub(crate) fn update_external_wrench(&mut self) {
-        let base_from_flange = &self.actual_frames.base_from_flange;
+        let base_from_flange = &self.actual.frames().base_from_flange;
         let time = self.out.cycle as f64 * self.step;
         self.external_wrench = self.external.at(
             time,
@@ -94,7 +92,7 @@ impl ControlLoop {
             self.external_wrench.moment += world.tool_wrench().moment;
             link_torques = *world.link_torques();
         }
-        self.plant.set_tool_wrench(&ToolWrench {
+        self.actual.plant.set_tool_wrench(&ToolWrench {
             wrench: self.external_wrench,
             flange_from_tcp: *self.tool.flange_from_tcp(),
             link_torques,
@@ -119,13 +117,13 @@ impl ControlLoop {
                 .and_then(|world| world.encoder_ticks[number]);
             encoder.sample(time, self.io.image.digital_in.into(), ticks);
         }
-        if self.is_under_servo() && self.actual.is_finite() {
-            let frames = &self.actual_frames;
+        if self.is_under_servo() && self.actual.state().is_finite() {
+            let frames = self.actual.frames();
             let tcp = self.tool.base_from_tcp(frames);
             let at_tool = wrench_to_torques(&self.sensor.external_wrench, frames, &tcp);
             let model = self.mass_and_bias();
             self.collision
-                .observe(&self.actual, &at_tool, model, self.step);
+                .observe(self.actual.state(), &at_tool, model, self.step);
             if self.force.is_active() {
                 self.collision.accept_sensed_contact();
             }
@@ -135,7 +133,7 @@ impl ControlLoop {
         }
         let is_powered = self.machine.robot_mode() != RobotMode::PowerOff;
         let torque = if self.is_under_servo() {
-            self.actual.torque
+            self.actual.state().torque
         } else {
             JointTorques::ZERO
         };
@@ -145,7 +143,7 @@ impl ControlLoop {
 
     /// Mass matrix and bias torques where the arm is, by the controller's model.
     fn mass_and_bias(&mut self) -> (Matrix6<f64>, JointTorques) {
-        let ArmState { q, qd, .. } = &self.actual;
+        let ArmState { q, qd, .. } = self.actual.state();
         let posture = &self.kinematics_cache.at(&self.model, q).posture;
         let mass = self.load.dynamics().mass_matrix_at(posture);
         // An arm that is just where it should be has been looked at.
@@ -162,7 +160,7 @@ impl ControlLoop {
 
     /// What hand, loads and obstacles did to the tool: base axes, about the TCP.
     fn environment(&self) -> Wrench {
-        let contact = &self.actual.contact;
+        let contact = &self.actual.state().contact;
         Wrench {
             force: self.external_wrench.force + contact.force,
             moment: self.external_wrench.moment + contact.moment,
@@ -170,14 +168,14 @@ impl ControlLoop {
     }
 
     pub(crate) fn measure_force(&mut self) {
-        if !self.actual.is_finite() {
+        if !self.actual.state().is_finite() {
             return;
         }
         let environment = self.environment();
         self.sensor.measure(
             &environment,
             self.load.payload(),
-            (&self.actual_frames, &self.actual.qd),
+            (self.actual.frames(), &self.actual.state().qd),
             self.tool.flange_from_tcp(),
             self.load.gravity(),
             self.step,

@@ -44,34 +44,6 @@ impl Setpoint {
     }
 }
 
-/// Positions that the joints were given in the last three cycles, newest first, whoever made the setpoints.
-///
-/// The accelerations of two setpoints say how the speed changed between them only if both mean the same by it: one
-/// generator gives the acceleration at the end of a cycle, another the mean over it. Positions mean one thing only.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PositionHistory([JointPositions; 3]);
-
-impl PositionHistory {
-    /// The joints have stood at `q`.
-    pub(crate) const fn standing(q: JointPositions) -> Self {
-        Self([q; 3])
-    }
-
-    /// The joints were given `q` in this cycle.
-    pub(crate) const fn add(&mut self, q: JointPositions) {
-        let [last, before, _] = self.0;
-        self.0 = [q, last, before];
-    }
-
-    /// The smallest and the largest next position of a joint at which the third difference of its positions is no
-    /// larger than `most`, rad.
-    pub(crate) fn next_within(&self, joint: usize, most: f64) -> (f64, f64) {
-        let [last, before, first] = self.0.map(|q| q[joint]);
-        let even = 3.0 * (last - before) + first;
-        (even - most, even + most)
-    }
-}
-
 /// What a setpoint takes by the controller's model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SetpointDynamics {

@@ -25,12 +25,13 @@
 use motion_api::{CommandId, Outcome, StopReason};
 
 use crate::brake::{JointStopMotion, StopMotion};
+use crate::commanded::PlacedSetpoint;
 use crate::constants::STOP_ON_PATH;
 use crate::cycle::{ControlLoop, Generator};
 use crate::machine::RobotStateMachine;
 use crate::modes::{ActiveOnlineMode, OnlineMode, is_setpoint_at_rest};
 use crate::queue::{HardStop, PathMotion};
-use crate::setpoint::{LimitedSetpoint, Setpoint};
+use crate::setpoint::Setpoint;
 
 /// The reason for which the arm comes to rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,7 +140,7 @@ impl ControlLoop {
         self.tracking = None;
         self.path_offset.end();
         self.force.active = None;
-        self.target = self.commanded;
+        self.target = *self.commanded.setpoint();
     }
 
     /// Ends the commands of every motion under way or to come.
@@ -251,7 +252,7 @@ impl ControlLoop {
 
     /// The joints of the arm brake one by one as fast as they can.
     fn shortest_joint_stop(&self) -> JointStopMotion {
-        JointStopMotion::new(&self.commanded, self.limits.able())
+        JointStopMotion::new(self.commanded.setpoint(), self.limits.able())
     }
 
     /// Whether a stop of a planned motion that shall be as short as it can be is made on its path: that takes hardly
@@ -297,11 +298,9 @@ impl ControlLoop {
     }
 
     /// The setpoint of such a stop: the arm comes to rest whatever the limits of TCP and elbow.
-    pub(crate) fn braked_joints(&mut self, wanted: Setpoint) -> LimitedSetpoint {
-        let able = self.limits.able();
-        let passed = LimitedSetpoint::while_braking(wanted, &self.commanded, able);
+    pub(crate) fn braked_joints(&mut self, wanted: Setpoint) -> PlacedSetpoint {
+        let passed = self.while_braking(wanted);
         self.target = *passed.as_setpoint();
-        self.target_frames = self.kinematics_cache.at(&self.model, &self.target.q).frames;
         passed
     }
 }

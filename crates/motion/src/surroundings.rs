@@ -77,7 +77,7 @@ impl ControlLoop {
         self.io.set_impaired_inputs(&output.stuck, &output.open);
         self.io
             .set_driven_inputs(&output.inputs, &world.driven_inputs);
-        let frames = &self.actual_frames;
+        let frames = self.actual.frames();
         let tcp = self.tool.position(frames);
         let lever = frames.base_from_flange.translation - tcp;
         world.tool_wrench = Wrench {
@@ -104,12 +104,12 @@ impl ControlLoop {
             world.encoder_ticks[k] = world.ticks_per_unit[k].map(|ticks| ticks * expected);
             world.travel_before[k] = travel;
         }
-        self.contacts.set_held_parts(&output.held_parts);
+        self.actual.contacts.set_held_parts(&output.held_parts);
         if output.held_body != world.held_body {
             world.held_body = output.held_body;
             if let Some(own) = &world.own_payload {
                 let payload = Payload::from_body(&own.body().joined_with(&output.held_body));
-                self.plant.set_actual_payload(&payload);
+                self.actual.plant.set_actual_payload(&payload);
                 self.sensor.set_actual_payload(payload);
             }
         }
@@ -120,11 +120,14 @@ impl ControlLoop {
         let Some(world) = &mut self.surroundings else {
             return;
         };
-        let frames = &self.actual_frames;
+        let frames = self.actual.frames();
         let tcp = self.tool.position(frames);
         let lever = tcp - frames.base_from_flange.translation;
         let mut held_contacts = [Wrench::default(); MAX_GRIPPERS];
-        for (at_flange, at_tcp) in held_contacts.iter_mut().zip(self.contacts.held_forces()) {
+        for (at_flange, at_tcp) in held_contacts
+            .iter_mut()
+            .zip(self.actual.contacts.held_forces())
+        {
             at_flange.force = at_tcp.force;
             at_flange.moment = at_tcp.moment + lever.cross(&at_tcp.force);
         }

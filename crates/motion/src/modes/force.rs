@@ -20,8 +20,9 @@ use nalgebra::{Matrix6, Rotation3, Vector3, Vector6};
 
 use super::axis::AxisLimits;
 use super::{OnlineContext, setpoint, states};
+use crate::commanded::PositionHistory;
 use crate::scalar::ScalarState;
-use crate::setpoint::{PositionHistory, Setpoint};
+use crate::setpoint::Setpoint;
 
 /// Speed of the way back over the lag, 1/s.
 const CATCH_UP: f64 = 25.0;

@@ -3,6 +3,7 @@
 //! Owns the difference between target and actual, and what is true of the arm though the controller does not know it
 //! (`real_arm`). The rigid-body engine and its types stay inside this folder.
 
+mod actual;
 mod ideal;
 mod rapier;
 mod real_arm;
@@ -18,6 +19,7 @@ use crate::collision::wrench_to_torques;
 use crate::config::{ConfigError, PlantKind};
 use crate::contact::ContactModel;
 use crate::setpoint::LimitedSetpoint;
+pub(crate) use actual::ActualArm;
 pub use ideal::IdealPlant;
 use real_arm::PlantDynamics;
 pub use real_arm::{Drivetrain, PlantParameters};
