@@ -216,8 +216,12 @@ impl ControlLoop {
             }
             return;
         }
-        let is_other = self.limits.keeps_way_within_others(budget.left);
-        if is_other && self.out.cycle.is_multiple_of(CYCLES_APART) {
+        let Some(kept) = self.limits.way_speeds() else {
+            return self.limits.keep_way_within(budget.left);
+        };
+        let is_other = |(now, kept): (&f64, &f64)| (now - kept).abs() > OTHER_LIMITS * kept;
+        let is_due = self.out.cycle.is_multiple_of(CYCLES_APART);
+        if is_due && budget.left.iter().zip(&kept).any(is_other) {
             self.limits.keep_way_within(budget.left);
             self.queue.clear_speed_caps();
         }
@@ -400,6 +404,8 @@ const SHARE_OF_JOINT_SPEED: f64 = 0.8;
 const SHARE_OF_POINTS: f64 = 0.95;
 /// How far ahead the speeds of a motion on a belt are looked at, s.
 const LOOK_AHEAD_TIME: f64 = 0.08;
+/// Share by which limits have to change before the way ahead is looked at again.
+const OTHER_LIMITS: f64 = 0.05;
 /// The way ahead is looked at again in every so many cycles at most.
 const CYCLES_APART: u64 = 8;
 

@@ -35,9 +35,6 @@ const SHARE_UNDER_OFFSETS: f64 = 0.7;
 /// Share of the joints' accelerations with which they are slowed down softly.
 const SOFT_SHARE: f64 = 0.3;
 
-/// Share by which limits have to change before the way ahead is looked at again.
-const OTHER_LIMITS: f64 = 0.05;
-
 /// The limits of the arm and those of reduced mode, and which of them count for what.
 ///
 /// One of the two sets is in force; what motions may use beside a belt or an offset is always a part of that one. An
@@ -179,12 +176,9 @@ impl LimitSets {
         self.way_speeds = Some(speeds);
     }
 
-    /// Whether the way ahead is kept within other speeds of TCP and elbow than these, m/s. One that was kept within
-    /// none is kept within these from now on.
-    pub(crate) fn keeps_way_within_others(&mut self, speeds: [f64; 2]) -> bool {
-        let kept = self.way_speeds.get_or_insert(speeds);
-        let is_other = |(now, kept): (&f64, &f64)| (now - kept).abs() > OTHER_LIMITS * kept;
-        speeds.iter().zip(kept.iter()).any(is_other)
+    /// The speeds of TCP and elbow that the way ahead is kept within, m/s, where it was planned with others.
+    pub(crate) const fn way_speeds(&self) -> Option<[f64; 2]> {
+        self.way_speeds
     }
 }
 
