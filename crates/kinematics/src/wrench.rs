@@ -21,6 +21,11 @@ impl Twist {
         }
     }
 
+    /// Whether all six numbers are zero.
+    pub fn is_zero(&self) -> bool {
+        self.to_array() == [0.0; 6]
+    }
+
     /// `[vx, vy, vz, wx, wy, wz]`.
     pub fn to_array(self) -> [f64; 6] {
         let (l, a) = (self.linear, self.angular);

@@ -303,6 +303,10 @@ impl World {
             let Some(part) = self.parts.bodies.get(&number) else {
                 continue;
             };
+            // What sleeps has been looked at where it fell asleep.
+            if self.engine.is_asleep(part.body) {
+                continue;
+            }
             let center = self.parts.center(&self.engine, part);
             let sink = self
                 .sinks
@@ -376,10 +380,10 @@ impl World {
         }
         for (old, part) in state.parts.iter_mut().zip(bodies.values()) {
             // What sleeps stays as it was when it fell asleep, and that has been seen when it is at rest.
-            if !engine.is_asleep(part.body)
-                || old.velocity != engine.velocity(part.body)
-                || old.held_by != part.gripper
-            {
+            let is_seen = old.held_by == part.gripper
+                && engine.is_asleep(part.body)
+                && old.velocity.is_zero();
+            if !is_seen {
                 *old = part_state(engine, part);
             }
         }
