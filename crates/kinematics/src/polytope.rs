@@ -1,7 +1,8 @@
-//! Convex bodies with flat faces, as contact and distances need them: planes to stand on, edges and corners to touch with.
+//! Convex bodies with flat faces, as contact and distances need them: planes to stand on, edges and corners to touch
+//! with.
 //!
-//! Owns the exact signed distance of a point. Everything is computed when the body is made; questions allocate nothing. Where such bodies come
-//! from is no business of this module: pieces of meshes are cut elsewhere.
+//! Owns the exact signed distance of a point. Everything is computed when the body is made; questions allocate nothing.
+//! Where such bodies come from is no business of this module: pieces of meshes are cut elsewhere.
 
 use nalgebra::Vector3;
 

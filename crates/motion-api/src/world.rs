@@ -1,8 +1,10 @@
-//! The border between the control cycle and the world around the arm: what each gives to the other, and the rings between them.
+//! The border between the control cycle and the world around the arm: what each gives to the other, and the rings
+//! between them.
 //!
-//! The cycle gives the arm at its end and all outputs ([`WorldInput`]), the world gives inputs, wrenches and what the grippers hold
-//! ([`WorldOutput`]). Neither waits for the other. Points are named by [`IoPoint`]; whether an input or an output is meant follows from the
-//! field it stands in. Digital points, boolean registers and analog points cross; integer and float registers do not.
+//! The cycle gives the arm at its end and all outputs ([`WorldInput`]), the world gives inputs, wrenches and what the
+//! grippers hold ([`WorldOutput`]). Neither waits for the other. Points are named by [`IoPoint`]; whether an input or
+//! an output is meant follows from the field it stands in. Digital points, boolean registers and analog points cross;
+//! integer and float registers do not.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -126,7 +128,8 @@ pub struct WorldInput {
     pub base_from_flange: Pose,
     /// All outputs.
     pub outputs: PointLevels,
-    /// What obstacles do to the part in each gripper, as the arm's contact law finds it: about the origin of the flange, base axes.
+    /// What obstacles do to the part in each gripper, as the arm's contact law finds it: about the origin of the
+    /// flange, base axes.
     pub held_contacts: [Wrench; MAX_GRIPPERS],
 }
 
@@ -141,8 +144,8 @@ pub struct WorldOutput {
     pub stuck: PointSet,
     /// Inputs that are false or 0, whoever drives them.
     pub open: PointSet,
-    /// What parts and moved obstacles do to tool, grippers and held parts, and what still bears a part that is being lifted: about the
-    /// origin of the flange, base axes.
+    /// What parts and moved obstacles do to tool, grippers and held parts, and what still bears a part that is being
+    /// lifted: about the origin of the flange, base axes.
     pub tool_wrench: Wrench,
     /// What they do to the links: about the origin of each joint frame, base axes.
     pub link_wrenches: [Wrench; DOF],
@@ -161,8 +164,8 @@ pub struct HeldPart {
     pub template: u16,
     /// Where it is in the flange frame.
     pub flange_from_part: Pose,
-    /// How far, and in which direction, the part can be pushed back before the gripper bears on it: from the part, flange frame, m. A cup
-    /// that sealed from a distance has that distance left.
+    /// How far, and in which direction, the part can be pushed back before the gripper bears on it: from the part,
+    /// flange frame, m. A cup that sealed from a distance has that distance left.
     pub play: [f64; 3],
 }
 
@@ -197,7 +200,8 @@ pub struct WorldPort {
 }
 
 impl WorldPort {
-    /// The newest result, for the cycle of this number; counted as late where the world has not come to the cycle before.
+    /// The newest result, for the cycle of this number; counted as late where the world has not come to the cycle
+    /// before.
     pub fn receive(&mut self, cycle: u64) -> &WorldOutput {
         while let Ok(next) = self.from_world.pop() {
             self.latest = next;

@@ -198,10 +198,10 @@ pub const LEAD_TIME: f64 = 0.016;
 /// through no more of it in the time that a command takes that is sent when the zone is entered.
 pub const DUE_SHARE: f64 = 0.3;
 
-/// A zone in which the arm cannot both enter at full speed and be slow enough for any corner: at this share of the zone it
-/// has to be slow enough, so that the path is left before the rest of the zone is too short for a curve. The later this is,
-/// the nearer to the zone act the statements that wait for it, and the more sharp corners end in a stop at the waypoint
-/// (of 806 random corners 9 at a share of 0, 15 at 0.6, 28 at 0.75).
+/// A zone in which the arm cannot both enter at full speed and be slow enough for any corner: at this share of the zone
+/// it has to be slow enough, so that the path is left before the rest of the zone is too short for a curve. The later
+/// this is, the nearer to the zone act the statements that wait for it, and the more sharp corners end in a stop at the
+/// waypoint (of 806 random corners 9 at a share of 0, 15 at 0.6, 28 at 0.75).
 pub const SLOW_SHARE: f64 = 0.6;
 
 /// Where an arm that enters a zone at full speed is slow again while it is not known what follows: behind this share of

@@ -468,7 +468,8 @@ impl ControlLoop {
         self.set_load(LoadModel::new(&self.model, payload, gravity));
     }
 
-    /// The plant has the gravity that the controller is told, and its payload unless another one is known to hang there.
+    /// The plant has the gravity that the controller is told, and its payload unless another one is known to hang
+    /// there.
     pub(crate) fn set_load(&mut self, load: LoadModel) {
         self.actual
             .plant

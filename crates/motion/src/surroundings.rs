@@ -1,8 +1,8 @@
-//! The control cycle's side of the world around the arm: what the world gives is put in force when a cycle begins, and the arm goes to the
-//! world when it ends.
+//! The control cycle's side of the world around the arm: what the world gives is put in force when a cycle begins, and
+//! the arm goes to the world when it ends.
 //!
-//! Inputs that the world drives, faults of inputs, what pushes tool and links, what the grippers hold, the way of the belts. A cycle without a
-//! world does none of it.
+//! Inputs that the world drives, faults of inputs, what pushes tool and links, what the grippers hold, the way of the
+//! belts. A cycle without a world does none of it.
 
 use kinematics::{JointTorques, Payload, RigidBody, Wrench};
 use motion_api::{MAX_GRIPPERS, PointSet, WorldInput, WorldOutput, WorldPort};

@@ -68,7 +68,8 @@ fn beside(states: &[RobotState], list: &[JointPositions]) -> f64 {
     })
 }
 
-/// The best agreement with the list in time, over the cycles by which it may have begun later, or its second sample first.
+/// The best agreement with the list in time, over the cycles by which it may have begun later, or its second sample
+/// first.
 fn late(states: &[RobotState], list: &[JointPositions]) -> f64 {
     (0..5).fold(f64::MAX, |least, shift: usize| {
         let most = states

@@ -1,8 +1,8 @@
 //! Distances between an arm and its cell, and joint paths that keep them.
 //!
-//! Owns the collision scene (links, tool and held parts against obstacles and against each other, with names), the least
-//! distance along a driven path, and the planner. Knows no program, no time, no physics and no file: who runs programs
-//! verifies what comes out of here by running it. The same input and seed give the same bits on every machine.
+//! Owns the collision scene (links, tool and held parts against obstacles and against each other, with names), the
+//! least distance along a driven path, and the planner. Knows no program, no time, no physics and no file: who runs
+//! programs verifies what comes out of here by running it. The same input and seed give the same bits on every machine.
 //!
 //! ```
 //! use kinematics::{JointPositions, Pose, RobotModel};

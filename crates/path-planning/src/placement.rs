@@ -13,8 +13,8 @@ const TURNS: u32 = 16;
 const STARTS: usize = 12;
 /// Improving ends at steps of this length, m and a tenth of it rad.
 const FINEST_STEP: f64 = 5e-4;
-/// Directions in which better places are looked for: where joints take turns at being nearest to their ends, only a narrow cone of
-/// directions leads up.
+/// Directions in which better places are looked for: where joints take turns at being nearest to their ends, only a
+/// narrow cone of directions leads up.
 const DIRECTIONS: [u32; 2] = [8, 64];
 /// Joint margins nearer to each other than this are equal, rad: then the quicker one is better.
 const SAME_MARGIN: f64 = 1e-6;
@@ -112,8 +112,8 @@ impl<'a> PlacementCheck<'a> {
         }
     }
 
-    /// What holds with the base there: a placement, or the numbers of points that are not reached, from 0 and in order. No more
-    /// than `failing_max` of them are looked for.
+    /// What holds with the base there: a placement, or the numbers of points that are not reached, from 0 and in order.
+    /// No more than `failing_max` of them are looked for.
     ///
     /// # Errors
     /// The points that fail.

@@ -160,8 +160,8 @@ impl Solid {
         }
     }
 
-    /// The distance between the surfaces of two solids, m; negative where they overlap, by how far one of them has to be
-    /// moved until they only touch.
+    /// The distance between the surfaces of two solids, m; negative where they overlap, by how far one of them has to
+    /// be moved until they only touch.
     pub(crate) fn distance(&self, other: &Self) -> f64 {
         let both = self.radius + other.radius;
         match (&self.core, &other.core) {
@@ -290,8 +290,8 @@ impl Solid {
         }
     }
 
-    /// How far the cores overlap at most, m: along the normals of all faces and pairs of edges, which is exact for boxes
-    /// and segments.
+    /// How far the cores overlap at most, m: along the normals of all faces and pairs of edges, which is exact for
+    /// boxes and segments.
     fn overlap_along_axes(&self, other: &Self) -> f64 {
         let (of_first, of_second) = (self.core.axes(), other.core.axes());
         let mut least = self.overlap_along(other, other.centre - self.centre);
@@ -571,8 +571,9 @@ mod tests {
             let distance = a.distance(&b);
             prop_assert!((distance - b.distance(&a)).abs() < 4e-5 || distance < 0.0, "{} {}", distance, b.distance(&a));
             let gap = gap_by_directions(&a, &b);
-            // No direction shows more than the distance. Apart, the best one shows it, which the search of this test comes near to; depths are those of a direction
-            // by how they are found, and there the search of this test may end in a worse one.
+            // No direction shows more than the distance. Apart, the best one shows it, which the search of this test
+            // comes near to; depths are those of a direction by how they are found, and there the search of this test
+            // may end in a worse one.
             prop_assert!(gap <= distance + 2e-5, "{} {}", gap, distance);
             prop_assert!(distance < 0.0 || distance - gap < 5e-3, "{} {}\n{:?}\n{:?}", gap, distance, a, b);
             prop_assert!(a.least_distance(&b) <= distance + 2e-5);

@@ -98,7 +98,8 @@ fn what_failed_before_changes_no_placement() {
 
 #[test]
 fn a_ridge_between_two_joints_is_climbed() {
-    // At the best places two joints are as near to their ends as each other: from beside them only directions within some 30 degrees lead up.
+    // At the best places two joints are as near to their ends as each other: from beside them only directions within
+    // some 30 degrees lead up.
     let arm = RobotModel::built_in("cs66").unwrap();
     let scene = CollisionScene::new(arm, None, Pose::from_translation(0.0, 0.0, 0.12));
     let pose = |xyz, rpy| Pose::from_rpy(&RpyPose { xyz, rpy });

@@ -1,6 +1,7 @@
 //! What a cell costs: palletising with a belt, cups and 60 boxes; 10 parts that lie still; a copy of the state.
 //!
-//! `cargo bench -p world --profile dev` (or the release profile). Prints multiples of real time by processor time of one thread.
+//! `cargo bench -p world --profile dev` (or the release profile). Prints multiples of real time by processor time of
+//! one thread.
 #![allow(
     clippy::expect_used,
     reason = "a bench that cannot go on should say where"

@@ -1,7 +1,7 @@
 //! Cylinders and rotary drives that move obstacles between two ends, with a force that has a limit.
 //!
-//! What moves is a free body on a joint of the engine, driven by the joint's motor: it pushes parts and is stopped by the arm with at most
-//! its force, and nothing has to be measured for that. Gravity does not act on it.
+//! What moves is a free body on a joint of the engine, driven by the joint's motor: it pushes parts and is stopped by
+//! the arm with at most its force, and nothing has to be measured for that. Gravity does not act on it.
 
 use crate::description::{Actuator as Plan, Travel, WorldDescription};
 use crate::engine::{Engine, MOVED, Material, vector};

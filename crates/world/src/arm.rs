@@ -37,7 +37,8 @@ impl FlangeMotion {
         velocity(&later, &earlier, self.period)
     }
 
-    /// Rotation speed at the end of this cycle, its rate of change, and the acceleration of a frame fixed to the flange, base axes.
+    /// Rotation speed at the end of this cycle, its rate of change, and the acceleration of a frame fixed to the
+    /// flange, base axes.
     pub(crate) fn acceleration(&self, flange_from_body: &Pose) -> (Twist, Vector3<f64>) {
         let [now, before, earlier] = self.poses.map(|p| p * *flange_from_body);
         let (v1, v0) = (

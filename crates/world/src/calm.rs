@@ -1,7 +1,8 @@
 //! Whether nothing can hit anything in the coming step: then few passes of the solver do.
 //!
-//! The solver begins each step with the forces of the last one. Where bodies lie, or ride on a belt, these are right already, and further
-//! passes change nothing. They are for what the forces of the last step do not know: hits, pushes, and bodies that speed up or slow down.
+//! The solver begins each step with the forces of the last one. Where bodies lie, or ride on a belt, these are right
+//! already, and further passes change nothing. They are for what the forces of the last step do not know: hits, pushes,
+//! and bodies that speed up or slow down.
 
 use crate::engine::PREDICTION;
 use rapier3d_f64::dynamics::{RigidBody, RigidBodyHandle};
@@ -10,15 +11,16 @@ use rapier3d_f64::math::Vector;
 use rapier3d_f64::parry::query;
 use rapier3d_f64::pipeline::PhysicsWorld;
 
-/// A body whose velocity has changed by less than this in the last step is carried by steady forces, m/s; the same for the speed that its
-/// rotation gives to a point 0.1 m away.
+/// A body whose velocity has changed by less than this in the last step is carried by steady forces, m/s; the same for
+/// the speed that its rotation gives to a point 0.1 m away.
 const STEADY: f64 = 1e-3;
 /// Rotation speed that stands for a speed, rad/s for each m/s.
 const TURNING: f64 = 10.0;
 /// Bodies that touch and come towards each other by less than this do not hit each other, m/s.
 const APPROACH: f64 = 5e-3;
-/// The share of the distance up to which contacts are found that two bodies without one may come nearer in a step without being looked at.
-/// The contacts known here are those at the beginning of the last step: two steps must leave a gap, also if the arm speeds up.
+/// The share of the distance up to which contacts are found that two bodies without one may come nearer in a step
+/// without being looked at. The contacts known here are those at the beginning of the last step: two steps must leave a
+/// gap, also if the arm speeds up.
 const SHARE: f64 = 0.4;
 /// A gap that is this many times the way of a step is not closed in one.
 const STEPS: f64 = 2.0;

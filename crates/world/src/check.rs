@@ -1,4 +1,5 @@
-//! Whether a description is one of a possible cell: ranges, names, points. Geometry (overlaps) is found when the world is built.
+//! Whether a description is one of a possible cell: ranges, names, points. Geometry (overlaps) is found when the world
+//! is built.
 
 use crate::check_entry::{Entry, Register};
 use crate::description::*;

@@ -1,8 +1,9 @@
 //! Whether suction cups can bear a wrench together.
 //!
-//! Each sealed cup bears a pull along its axis of up to F, a push of any size (by its rim), a shear of up to µF and a moment of up to F·r
-//! about any axis. Any distribution within these limits counts. Most grips are proved by one distribution in closed form, the least-squares
-//! one; the others go to a second-order cone program that finds how much of the wrench can be borne.
+//! Each sealed cup bears a pull along its axis of up to F, a push of any size (by its rim), a shear of up to µF and a
+//! moment of up to F·r about any axis. Any distribution within these limits counts. Most grips are proved by one
+//! distribution in closed form, the least-squares one; the others go to a second-order cone program that finds how much
+//! of the wrench can be borne.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -81,7 +82,8 @@ fn limits(cup: &CupLimit) -> [f64; 6] {
     ]
 }
 
-/// The distribution with the smallest sum of squares, each component measured in its limit; true if it keeps all limits.
+/// The distribution with the smallest sum of squares, each component measured in its limit; true if it keeps all
+/// limits.
 fn is_borne_by_least_squares(cups: &[CupLimit], wrench: &Wrench) -> bool {
     let mut gram = Matrix6::zeros();
     for cup in cups {
@@ -103,7 +105,8 @@ fn is_borne_by_least_squares(cups: &[CupLimit], wrench: &Wrench) -> bool {
 
 /// The largest multiple of the wrench that the cups can give, up to [`FACTOR_MAX`]; 0 where the solver finds none.
 fn load_factor(cups: &[CupLimit], wrench: &Wrench) -> f64 {
-    // Unknowns: the factor, then six components a cup in units of its limits. All limits of a cup without pull are 0 but the push.
+    // Unknowns: the factor, then six components a cup in units of its limits. All limits of a cup without pull are 0
+    // but the push.
     let largest = cups
         .iter()
         .map(|c| c.pull)

@@ -1,7 +1,8 @@
 //! What there is in a cell, as plain data in SI units.
 //!
-//! Each struct is one table of the cell file with its keys. Lengths are metres, angles radians, times seconds, poses are in the base frame
-//! of the arm unless the field says otherwise. Nothing here is checked: [`World::new`](crate::World::new) does that.
+//! Each struct is one table of the cell file with its keys. Lengths are metres, angles radians, times seconds, poses
+//! are in the base frame of the arm unless the field says otherwise. Nothing here is checked:
+//! [`World::new`](crate::World::new) does that.
 
 use std::sync::Arc;
 
@@ -264,7 +265,8 @@ impl Fingers {
         let axis = self.opening_direction();
         let closed = self.finger.1;
         let mirror = Matrix3::identity() - axis * axis.transpose() * 2.0;
-        // A mirrored frame is left-handed. Turned through its origin it is right-handed again, as the mirrored shape is.
+        // A mirrored frame is left-handed. Turned through its origin it is right-handed again, as the mirrored shape
+        // is.
         let rotation = Rotation3::from_matrix_unchecked(-(mirror * closed.rotation.matrix()));
         let other = Pose::new(rotation, mirror * closed.translation);
         let apart = axis * (width / 2.0);

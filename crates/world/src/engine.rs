@@ -2,12 +2,13 @@
 //!
 //! Owns every conversion between the engine's vectors (glam) and ours (nalgebra).
 //!
-//! The defaults of the engine let a stack of eight boxes of 50 mm sink by 15 mm. Here contacts are found once a step (a control cycle) and
-//! solved in substeps of a millisecond, with springs of 200 Hz (400 Hz against what stands still) instead of 30 Hz: the stack sinks by
+//! The defaults of the engine let a stack of eight boxes of 50 mm sink by 15 mm. Here contacts are found once a step (a
+//! control cycle) and solved in substeps of a millisecond, with springs of 200 Hz (400 Hz against what stands still)
+//! instead of 30 Hz: the stack sinks by
 //! 0.35 mm and creeps by 0.02 mm. The simplified friction model of the engine is exact on a slope; its Coulomb
-//! model loses 6 % of the friction there. One pass of the solver after the springs gives a box that is hit square on 12 % too much speed and a
-//! spin, because it goes through the corners one by one; eight passes leave 0.7 %. Steps in which nothing can be hit do with one
-//! ([`crate::calm`]).
+//! model loses 6 % of the friction there. One pass of the solver after the springs gives a box that is hit square on 12
+//! % too much speed and a spin, because it goes through the corners one by one; eight passes leave 0.7 %. Steps in
+//! which nothing can be hit do with one ([`crate::calm`]).
 
 use crate::calm::VelocitiesBefore;
 use crate::description::{BodyShape, Settings};
@@ -36,12 +37,12 @@ const SOLVER_PASSES: usize = 8;
 const CALM_PASSES: usize = 1;
 /// Damping ratio of contacts.
 const CONTACT_DAMPING: f64 = 10.0;
-/// Contacts are foreseen this far off, m. The engine's 20 mm make one heap of a pallet whose boxes have 5 mm between them: none of them
-/// sleeps while another is put down.
+/// Contacts are foreseen this far off, m. The engine's 20 mm make one heap of a pallet whose boxes have 5 mm between
+/// them: none of them sleeps while another is put down.
 pub(crate) const PREDICTION: f64 = 0.002;
-/// The engine's unit of length, m. All that it multiplies by this is given in m here, so only one thing depends on it: how far beyond a body
-/// the box reaches by which the engine finds pairs, a twenty-fifth of it. With a unit of 1 m all boxes of a pallet are pairs of their
-/// neighbours, and a box that a gripper lets go wakes its pairs.
+/// The engine's unit of length, m. All that it multiplies by this is given in m here, so only one thing depends on it:
+/// how far beyond a body the box reaches by which the engine finds pairs, a twenty-fifth of it. With a unit of 1 m all
+/// boxes of a pallet are pairs of their neighbours, and a box that a gripper lets go wakes its pairs.
 const UNIT: f64 = 0.02;
 /// Between bodies that come towards each other fast enough contacts are foreseen up to this distance, m.
 const SOFT_CCD: f64 = 0.05;

@@ -1,7 +1,7 @@
 //! Two parallel fingers: they move, push, stall on what is between them, hold it by friction, and let it slip.
 //!
-//! Distances to the part are found by rays from the inner faces, so a grip does not depend on the engine's contacts. The two fingers are
-//! coupled: neither moves further than both can.
+//! Distances to the part are found by rays from the inner faces, so a grip does not depend on the engine's contacts.
+//! The two fingers are coupled: neither moves further than both can.
 
 use crate::arm::add_touches;
 use crate::description::{BodyShape, FingerControl, Fingers};

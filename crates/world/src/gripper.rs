@@ -34,7 +34,8 @@ pub(crate) struct GripContext<'a> {
 }
 
 impl GripContext<'_> {
-    /// Friction between this gripper and a part: given for the pair, or the smaller one of the part's and the gripper's own.
+    /// Friction between this gripper and a part: given for the pair, or the smaller one of the part's and the gripper's
+    /// own.
     pub(crate) fn friction(&self, part: PartNumber, own: Option<f64>) -> f64 {
         let Some(of) = self.parts.bodies.get(&part) else {
             return 0.0;

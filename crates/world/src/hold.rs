@@ -1,7 +1,8 @@
 //! A part that is fixed to the flange: what it needs to follow the arm, what still bears it, how it leaves.
 //!
-//! The part moves with the flange exactly. Cups and fingers decide by their laws whether they can give it the wrench that it needs; that
-//! wrench follows from its mass, the motion of the flange, gravity and what touches it, not from contacts with the gripper.
+//! The part moves with the flange exactly. Cups and fingers decide by their laws whether they can give it the wrench
+//! that it needs; that wrench follows from its mass, the motion of the flange, gravity and what touches it, not from
+//! contacts with the gripper.
 
 use crate::arm::{FlangeMotion, add_touches};
 use crate::engine::{ARM, Engine, engine_pose};
@@ -87,7 +88,8 @@ impl Hold {
         Pose::new(self.flange_from_part.rotation, center)
     }
 
-    /// Lets the flange come nearer to a part that still stands, by what play there is. A part that was lifted keeps its place.
+    /// Lets the flange come nearer to a part that still stands, by what play there is. A part that was lifted keeps its
+    /// place.
     pub(crate) fn close_play(&mut self, motion: &FlangeMotion) {
         if self.support.is_none() {
             self.play = Vector3::zeros();
@@ -124,7 +126,8 @@ impl Hold {
         }
     }
 
-    /// What the part needs in this cycle. `touched_by` is what obstacles do to it, about the origin of the flange, base axes.
+    /// What the part needs in this cycle. `touched_by` is what obstacles do to it, about the origin of the flange, base
+    /// axes.
     pub(crate) fn need(
         &self,
         engine: &Engine,

@@ -1,10 +1,11 @@
-//! What surrounds the arm: parts that fall and stack, grippers, conveyors, sources, sinks, detectors, actuators, faults.
+//! What surrounds the arm: parts that fall and stack, grippers, conveyors, sources, sinks, detectors, actuators,
+//! faults.
 //!
-//! Owns the rigid bodies (rapier, with the same bits on every machine) and the laws of grippers. Knows no script, no port and no file: the
-//! cell is a [`WorldDescription`] in SI units, and one call moves it by one control cycle. In goes the arm at the end of the cycle with all
-//! outputs ([`WorldInput`](motion_api::WorldInput)); out comes what the next cycle has to know ([`WorldOutput`](motion_api::WorldOutput)):
-//! inputs, wrenches, and what hangs on the flange. Both are `Copy` and of fixed size. The step itself allocates, so it runs beside the control
-//! loop and not in it.
+//! Owns the rigid bodies (rapier, with the same bits on every machine) and the laws of grippers. Knows no script, no
+//! port and no file: the cell is a [`WorldDescription`] in SI units, and one call moves it by one control cycle. In
+//! goes the arm at the end of the cycle with all outputs ([`WorldInput`](motion_api::WorldInput)); out comes what the
+//! next cycle has to know ([`WorldOutput`](motion_api::WorldOutput)): inputs, wrenches, and what hangs on the flange.
+//! Both are `Copy` and of fixed size. The step itself allocates, so it runs beside the control loop and not in it.
 //!
 //! ```
 //! use kinematics::{Pose, RpyPose};

@@ -68,7 +68,8 @@ pub(crate) struct SurfaceMotion {
     pub(crate) linear: Vector3<f64>,
     /// Middle of a turntable, m.
     pub(crate) center: Vector3<f64>,
-    /// Speed towards the middle per distance from it, 1/s: the step goes along the tangent of the circle, and this brings parts back to it.
+    /// Speed towards the middle per distance from it, 1/s: the step goes along the tangent of the circle, and this
+    /// brings parts back to it.
     pub(crate) contraction: f64,
 }
 
@@ -117,7 +118,8 @@ impl Materials {
         self.pairs.get(&sorted(a, b)).copied()
     }
 
-    /// What the engine has to ask for a collider. Contacts that are asked for cost more, so only those with something to say are.
+    /// What the engine has to ask for a collider. Contacts that are asked for cost more, so only those with something
+    /// to say are.
     pub(crate) fn hooks(&self, owner: Owner) -> ActiveHooks {
         match matches!(owner, Owner::Conveyor(_)) || self.entries.contains(&owner.entry()) {
             true => ActiveHooks::MODIFY_SOLVER_CONTACTS,

@@ -78,7 +78,8 @@ impl Source {
         self.state.made += 1;
     }
 
-    /// The pose with its scatter. Numbers are drawn even where a deviation is 0, so one deviation does not change the others.
+    /// The pose with its scatter. Numbers are drawn even where a deviation is 0, so one deviation does not change the
+    /// others.
     fn place(&mut self) -> Pose {
         let drawn = self
             .plan

@@ -237,7 +237,8 @@ impl Cups {
         })
     }
 
-    /// The widest gap between a rim and the face of the part that it lies on, m; `None` where it does not lie on one face within reach.
+    /// The widest gap between a rim and the face of the part that it lies on, m; `None` where it does not lie on one
+    /// face within reach.
     fn gap_to(
         &self,
         engine: &Engine,

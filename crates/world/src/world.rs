@@ -27,8 +27,8 @@ use std::sync::Arc;
 const FLOOR_FRICTION: f64 = 0.5;
 /// Without a floor, parts are removed this far below the base, m.
 const LOST_BELOW: f64 = -10.0;
-/// What obstacles do to a held part counts with this time constant, s: a hit of a few milliseconds moves a part by nothing that a cup or finger
-/// would not follow.
+/// What obstacles do to a held part counts with this time constant, s: a hit of a few milliseconds moves a part by
+/// nothing that a cup or finger would not follow.
 const CONTACT_LAG: f64 = 0.02;
 /// Number of the random sequence of faults; sources have those from 0.
 const FAULT_STREAM: u64 = 1 << 32;

@@ -48,7 +48,8 @@ impl Hand {
         self.outputs.set_level(point, level);
     }
 
-    /// Moves by (x, y, z) in the base frame on a quintic; the largest acceleration is 5.7735 times way over time squared.
+    /// Moves by (x, y, z) in the base frame on a quintic; the largest acceleration is 5.7735 times way over time
+    /// squared.
     pub fn shift(&mut self, way: [f64; 3], seconds: f64) {
         let start = self.flange;
         self.along(seconds, |s| {

@@ -65,8 +65,9 @@ fn heap() -> impl Strategy<Value = WorldDescription> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, rng_seed: RngSeed::Fixed(46), ..ProptestConfig::default() })]
 
-    // A heap that lands may gain energy within a cycle, when contacts that happen together push bodies apart (up to 16 % of the start has been
-    // seen with restitution, 10 % without); what holds is that it never has more than at its start.
+    // A heap that lands may gain energy within a cycle, when contacts that happen together push bodies apart (up to 16
+    // % of the start has been seen with restitution, 10 % without); what holds is that it never has more than at its
+    // start.
     #[test]
     fn a_heap_never_has_more_energy_than_at_its_start_and_nothing_sinks_into_the_floor(cell in heap()) {
         let mut world = build(&cell);

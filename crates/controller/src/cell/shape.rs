@@ -1,7 +1,7 @@
 //! From the keys of a shape to a solid, and from a solid to what contacts, distances and viewers know.
 //!
-//! One description of a solid, that of the world ([`BodyShape`]), stands between the tables and everybody else. Sizes are checked here; meshes
-//! were read before (`meshes`).
+//! One description of a solid, that of the world ([`BodyShape`]), stands between the tables and everybody else. Sizes
+//! are checked here; meshes were read before (`meshes`).
 
 use kinematics::Pose;
 use motion::contact;

@@ -1,6 +1,7 @@
 //! The tables of the cell file about parts and what handles them, as serde reads them.
 //!
-//! Keys that belong to one kind of an entry are optional here; which kind takes which is settled where they are converted.
+//! Keys that belong to one kind of an entry are optional here; which kind takes which is settled where they are
+//! converted.
 
 use serde::Deserialize;
 

@@ -1,4 +1,5 @@
-//! What conditions and tests ask of a world after a cycle: where a part is, who holds it, what has fallen, what a sink has counted.
+//! What conditions and tests ask of a world after a cycle: where a part is, who holds it, what has fallen, what a sink
+//! has counted.
 //!
 //! Kept from the messages of `/world`, so that a recording and a running cell answer alike.
 
@@ -84,7 +85,8 @@ impl WorldFacts {
         }
     }
 
-    /// A part by name; `Some(None)` for one that is not there any more, or not yet, `None` for a name that no part can have.
+    /// A part by name; `Some(None)` for one that is not there any more, or not yet, `None` for a name that no part can
+    /// have.
     pub fn part(&self, name: &str) -> Option<Option<&PartRow>> {
         match self.parts.get(name) {
             Some(part) => Some(Some(part)),
@@ -152,7 +154,8 @@ pub struct WorldFactsCell {
 
 impl NativeContext for WorldFactsCell {}
 
-/// `part(name)`, `held(name)`, `count(sink)`, `fallen(name)`; `*` in a name of the second and the fourth stands for any text.
+/// `part(name)`, `held(name)`, `count(sink)`, `fallen(name)`; `*` in a name of the second and the fourth stands for any
+/// text.
 pub fn functions(facts: &Rc<WorldFactsCell>) -> Vec<NativeFunction> {
     let function =
         |name: &'static str,

@@ -1,8 +1,9 @@
-//! The world of a cell at work: moved after every control cycle, seen and changed by tests, page and programs of others between two cycles.
+//! The world of a cell at work: moved after every control cycle, seen and changed by tests, page and programs of others
+//! between two cycles.
 //!
-//! Owns the meeting of three: the control cycle (rings, never waited for), the world (behind a lock of this side), and the recording (a
-//! message for each cycle in which a part moved). Under the virtual clock the world moves on the thread of the cycle, under the real one on
-//! a thread of its own ([`crate::clock`]).
+//! Owns the meeting of three: the control cycle (rings, never waited for), the world (behind a lock of this side), and
+//! the recording (a message for each cycle in which a part moved). Under the virtual clock the world moves on the
+//! thread of the cycle, under the real one on a thread of its own ([`crate::clock`]).
 
 pub mod facts;
 pub(crate) mod gripper_bus;
@@ -52,7 +53,8 @@ struct Shared {
 pub type WorldFollower = Box<dyn FnMut(&WorldMessage) + Send>;
 
 impl CellWorld {
-    /// The world, to look at or to change between two cycles. The world does not move meanwhile, so nobody keeps it for long.
+    /// The world, to look at or to change between two cycles. The world does not move meanwhile, so nobody keeps it for
+    /// long.
     pub fn lock(&self) -> MutexGuard<'_, World> {
         self.0.world.lock()
     }
@@ -73,7 +75,8 @@ impl CellWorld {
         Ok(added)
     }
 
-    /// Tells `follower` of everything from now on, first of all that there is. Called on the thread that moves the world.
+    /// Tells `follower` of everything from now on, first of all that there is. Called on the thread that moves the
+    /// world.
     pub fn follow(&self, mut follower: WorldFollower) {
         let world = self.lock();
         follower(&self.whole_state(&world));

@@ -1,4 +1,5 @@
-//! What the world is told from outside its cycle, by tests, the page, Python and buses: kept with the cycle, so that a run can be repeated.
+//! What the world is told from outside its cycle, by tests, the page, Python and buses: kept with the cycle, so that a
+//! run can be repeated.
 
 use std::collections::VecDeque;
 
@@ -103,7 +104,8 @@ impl WorldOrder {
     }
 }
 
-/// What a recording says of a world from outside: orders after cycles, and which of its results a cycle had where it came late.
+/// What a recording says of a world from outside: orders after cycles, and which of its results a cycle had where it
+/// came late.
 #[derive(Clone, Debug, Default)]
 pub struct WorldInputs {
     orders: VecDeque<(u64, WorldOrder)>,

@@ -1,4 +1,5 @@
-//! The world as somebody sees it who gets the messages of `/world` one by one: page, viewers, the time line of a recording.
+//! The world as somebody sees it who gets the messages of `/world` one by one: page, viewers, the time line of a
+//! recording.
 //!
 //! Owns what is drawn at a moment. How it is drawn is the business of whoever draws.
 
@@ -35,7 +36,8 @@ pub struct PartPicture {
     pub template: usize,
     /// Number of the gripper that holds it.
     pub held_by: Option<usize>,
-    /// In the frame of the flange while a gripper holds it, else in the base frame: so it moves with the arm that is drawn.
+    /// In the frame of the flange while a gripper holds it, else in the base frame: so it moves with the arm that is
+    /// drawn.
     pub pose: Pose,
 }
 

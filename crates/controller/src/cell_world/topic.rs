@@ -1,7 +1,7 @@
 //! The topic `/world` of a recording: parts that moved, machines that changed, as JSON, and back.
 //!
-//! Message k is the state after the world's step of cycle k. Only what differs from the message before is in it; the first one (cycle 0) has
-//! everything. Numbers come back bit for bit.
+//! Message k is the state after the world's step of cycle k. Only what differs from the message before is in it; the
+//! first one (cycle 0) has everything. Numbers come back bit for bit.
 
 use kinematics::Pose;
 use recorder::{CustomTopic, CustomTopicId, ReadError, RecorderHandle, Recording};
@@ -217,7 +217,8 @@ impl WorldChanges {
         };
         let known = before.map_or(&[][..], |before| &before.parts);
         for (index, part) in state.parts.iter().enumerate() {
-            // Parts stand in the order of making, so an old one is at its place or, where others were removed, behind it.
+            // Parts stand in the order of making, so an old one is at its place or, where others were removed, behind
+            // it.
             let at_its_place = known
                 .get(index)
                 .filter(|old| Arc::ptr_eq(&old.name, &part.name));
@@ -304,7 +305,8 @@ impl WorldChanges {
     }
 }
 
-/// Whether a part is as it was. Asked for each part in each cycle; slices are compared in a fraction of the time of matrices.
+/// Whether a part is as it was. Asked for each part in each cycle; slices are compared in a fraction of the time of
+/// matrices.
 fn is_same(old: &PartState, new: &PartState) -> bool {
     let same = |old: &[f64], new: &[f64]| old == new;
     old.held_by == new.held_by

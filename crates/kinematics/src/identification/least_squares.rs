@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Below this share of the largest one, an eigenvalue of the scaled normal matrix belongs to a direction that the measurements
-/// say nothing about.
+/// Below this share of the largest one, an eigenvalue of the scaled normal matrix belongs to a direction that the
+/// measurements say nothing about.
 const EIGENVALUE_SHARE_MIN: f64 = 1e-9;
 /// Stretches of measurements that are kept apart at most; then neighbours are joined.
 const STRETCHES_MAX: usize = 512;
@@ -14,9 +14,9 @@ const STRETCHES_PER_UNKNOWN: usize = 4;
 
 /// Sums of a linear least-squares problem: measurements may be added without end.
 ///
-/// Measurements one after the other have errors that are alike, so that they tell less than as many independent ones. The standard
-/// deviations take that from stretches of measurements, where the caller ends some (White, *Asymptotic Theory for Econometricians*,
-/// 2001, chapter 6), and errors that all measurements share from the caller.
+/// Measurements one after the other have errors that are alike, so that they tell less than as many independent ones.
+/// The standard deviations take that from stretches of measurements, where the caller ends some (White, *Asymptotic
+/// Theory for Econometricians*, 2001, chapter 6), and errors that all measurements share from the caller.
 ///
 /// What is left over tells the size of the errors, and after few measurements tells it badly: what is known of an
 /// unknown is then a Student's t distribution, whose standard deviation is the one given here (JCGM 101:2008, 6.4.9).
@@ -92,7 +92,8 @@ impl LeastSquares {
         self.add_with_shared(row, value, 0.0);
     }
 
-    /// Adds a measurement to which an error that all measurements share adds `shared`, where that error is one standard deviation.
+    /// Adds a measurement to which an error that all measurements share adds `shared`, where that error is one standard
+    /// deviation.
     pub fn add_with_shared(&mut self, row: &[f64], value: f64, shared: f64) {
         for (i, a) in row.iter().enumerate() {
             if *a == 0.0 {

@@ -1,7 +1,7 @@
 //! Wrenches and torques as linear functions of mass properties.
 //!
-//! The parameters of a body, in some frame: mass m, first moments m c (x, y, z), and the inertia about the origin of the frame
-//! (Ixx, Iyy, Izz, Ixy, Ixz, Iyz; the last three are elements of the tensor).
+//! The parameters of a body, in some frame: mass m, first moments m c (x, y, z), and the inertia about the origin of
+//! the frame (Ixx, Iyy, Izz, Ixy, Ixz, Iyz; the last three are elements of the tensor).
 
 use nalgebra::{SMatrix, Vector3};
 

@@ -59,8 +59,8 @@ fn hollows(fragment: &Fragment, size: f64) -> Vec<Hollow> {
     hollows.collect()
 }
 
-/// Planes of triangles at sharp hollow edges, those along the longest ones first; and for a fragment whose hollows are all
-/// round, those that halve the angle at a hollow edge, which is where the facets of a ring meet.
+/// Planes of triangles at sharp hollow edges, those along the longest ones first; and for a fragment whose hollows are
+/// all round, those that halve the angle at a hollow edge, which is where the facets of a ring meet.
 pub(super) fn of_hollows(fragment: &Fragment) -> HollowPlanes {
     let (low, high) = bounds_of(fragment.points.iter().copied());
     let size = (high - low).norm();

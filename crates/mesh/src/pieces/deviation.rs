@@ -21,8 +21,9 @@ const NEAR_M: f64 = 1e-4;
 /// A bound for a fragment that is convex but for rounding: how far a point of its hull may be from it. None for others.
 ///
 /// Let every triangle and cap have a point c at least r below its plane, and every corner at most h above it. Rays from
-/// c leave the fragment once, so what is below all planes is in the fragment. The hull is at most h above them; made smaller
-/// towards c by r/(r + h) it is below them all, so each of its points is within h/(r + h) of its diameter from the fragment.
+/// c leave the fragment once, so what is below all planes is in the fragment. The hull is at most h above them; made
+/// smaller towards c by r/(r + h) it is below them all, so each of its points is within h/(r + h) of its diameter from
+/// the fragment.
 pub(super) fn of_convex(fragment: &Fragment, middle: &Vector3<f64>, tolerance: f64) -> Option<f64> {
     let mut radius = f64::INFINITY;
     let mut planes = Vec::with_capacity(fragment.triangles.len());
@@ -172,8 +173,8 @@ impl Ord for Cell {
     }
 }
 
-/// No point of the hulls is farther from the solid than this, in metres. Cubes are divided where the bound is greatest, at most
-/// `cells` of them; a distance changes no faster than the point moves.
+/// No point of the hulls is farther from the solid than this, in metres. Cubes are divided where the bound is greatest,
+/// at most `cells` of them; a distance changes no faster than the point moves.
 pub(super) fn of_hulls(hulls: &[&Hull], solid: &SolidDistance, cells: usize) -> f64 {
     let mut search = Search {
         hulls,

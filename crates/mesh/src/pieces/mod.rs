@@ -243,8 +243,9 @@ impl Cutting {
         }
     }
 
-    /// The plane whose fragments have the least in their hulls that is not theirs. On round surfaces, where one cut alone
-    /// takes hardly anything away, how far their hulls reach beyond the solid counts, the more the longer they are.
+    /// The plane whose fragments have the least in their hulls that is not theirs. On round surfaces, where one cut
+    /// alone takes hardly anything away, how far their hulls reach beyond the solid counts, the more the longer they
+    /// are.
     fn best_plane(&self, entry: &Entry) -> Option<Plane> {
         let coarse = candidates::coarse(&entry.fragment, TRIANGLES_COMPARED);
         let (at_hollows, is_round) = match candidates::of_hollows(&entry.fragment) {

@@ -1,8 +1,9 @@
 //! Parts in the grippers: they touch obstacles as the tool does, from the cycle in which they are held.
 //!
-//! A part that is taken while it lies on an obstacle is pressed into that a little, by the engine that had it before. A hard obstacle would
-//! throw the arm up for a tenth of a millimetre. So the depth at which a part was taken is its zero, until it has come out further. And a
-//! cup that sealed from a distance bears on its part only after that distance.
+//! A part that is taken while it lies on an obstacle is pressed into that a little, by the engine that had it before. A
+//! hard obstacle would throw the arm up for a tenth of a millimetre. So the depth at which a part was taken is its
+//! zero, until it has come out further. And a cup that sealed from a distance bears on its part only after that
+//! distance.
 
 use kinematics::{Pose, Wrench};
 use motion_api::{HeldPart, MAX_GRIPPERS};
@@ -77,7 +78,8 @@ impl ContactModel {
         }
     }
 
-    /// What obstacles have done to each held part since [`set_held_parts`](Self::set_held_parts): base axes, about the TCP.
+    /// What obstacles have done to each held part since [`set_held_parts`](Self::set_held_parts): base axes, about the
+    /// TCP.
     pub(crate) const fn held_forces(&self) -> &[Wrench; MAX_GRIPPERS] {
         &self.held.forces
     }

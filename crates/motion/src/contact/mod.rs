@@ -342,7 +342,8 @@ impl ContactModel {
     }
 }
 
-/// Where a piece of the tool, in the base frame, touches an obstacle. Gives how wide the gap beyond the margin is at least, m.
+/// Where a piece of the tool, in the base frame, touches an obstacle. Gives how wide the gap beyond the margin is at
+/// least, m.
 fn touches_of_tool_piece(
     piece: &PlacedShape,
     obstacle: usize,

@@ -317,9 +317,9 @@ fn inner_minimum(
     inner_minimum_between(other, (p0, p1), ends, margin)
 }
 
-/// The inner minimum of a line, for ends whose distances and ways out are known. The way out is a slope of the distance,
-/// which is convex: a line that goes away from `other` at an end has its minimum there, and the tangents at both ends
-/// meet below the minimum.
+/// The inner minimum of a line, for ends whose distances and ways out are known. The way out is a slope of the
+/// distance, which is convex: a line that goes away from `other` at an end has its minimum there, and the tangents at
+/// both ends meet below the minimum.
 fn inner_minimum_between(
     other: &PlacedShape,
     (p0, p1): (Vector3<f64>, Vector3<f64>),
@@ -347,8 +347,8 @@ fn inner_minimum_between(
         .then(|| p0 + along * flatter_side(t, along.norm(), at))
 }
 
-/// The minimum, or a place beside it where two faces of the other body meet there: on the side of the face that the line
-/// goes along, for that is the one which it touches. `at` gives distance and slope.
+/// The minimum, or a place beside it where two faces of the other body meet there: on the side of the face that the
+/// line goes along, for that is the one which it touches. `at` gives distance and slope.
 fn flatter_side(t: f64, length: f64, at: impl Fn(f64) -> (f64, f64)) -> f64 {
     let slope = at(t).1;
     if slope.abs() < STEEP * length {
@@ -362,9 +362,9 @@ fn flatter_side(t: f64, length: f64, at: impl Fn(f64) -> (f64, f64)) -> f64 {
     }
 }
 
-/// Where between 0 and 1 a convex function has its minimum, and the minimum. The function tells a slope with every value;
-/// those at 0 and 1 are known. Where the tangents at the ends of the bracket meet is looked at next: of a function with
-/// flat pieces, which distances from polytopes are, that is soon the minimum itself.
+/// Where between 0 and 1 a convex function has its minimum, and the minimum. The function tells a slope with every
+/// value; those at 0 and 1 are known. Where the tangents at the ends of the bracket meet is looked at next: of a
+/// function with flat pieces, which distances from polytopes are, that is soon the minimum itself.
 fn minimum_of_tangents(
     mut low: (f64, f64),
     mut high: (f64, f64),

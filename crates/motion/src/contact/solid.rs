@@ -319,7 +319,8 @@ impl PlacedShape {
         }
     }
 
-    /// How far its farthest point is from the origin of the frame that it is placed in, at most, m; infinite for a plane.
+    /// How far its farthest point is from the origin of the frame that it is placed in, at most, m; infinite for a
+    /// plane.
     pub(super) fn extent(&self) -> f64 {
         self.pose.translation.norm() + self.bounding_radius()
     }

@@ -1,7 +1,7 @@
 //! The arm among what stands around it: which pairs count, how far they are apart, and how fast that can change.
 //!
-//! Bodies move with the arm: the capsules of the links, the tool, what is held. Obstacles do not, but who knows the cell
-//! may move them, hang them on the flange and take them away at any time ([`CollisionScene::set_place`]).
+//! Bodies move with the arm: the capsules of the links, the tool, what is held. Obstacles do not, but who knows the
+//! cell may move them, hang them on the flange and take them away at any time ([`CollisionScene::set_place`]).
 
 mod body;
 mod motion_bound;
@@ -56,7 +56,8 @@ pub struct PairDistance {
     pub pair: Pair,
 }
 
-/// The solids of everything that moves with the arm, at one set of joint positions. Belongs to the scene that placed it.
+/// The solids of everything that moves with the arm, at one set of joint positions. Belongs to the scene that placed
+/// it.
 #[derive(Clone, Debug, Default)]
 pub struct PlacedArm {
     solids: Vec<Solid>,

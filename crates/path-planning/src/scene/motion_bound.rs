@@ -26,7 +26,8 @@ impl CollisionScene {
     }
 }
 
-/// How far points up to `reach` from the origin of a frame move at most when the frame goes from one pose to another, m.
+/// How far points up to `reach` from the origin of a frame move at most when the frame goes from one pose to another,
+/// m.
 pub(super) fn of_poses(from: &Pose, to: &Pose, reach: f64) -> f64 {
     let shift = (to.translation - from.translation).norm();
     // The norm of the difference of the two matrices is at least how far any unit vector moves.

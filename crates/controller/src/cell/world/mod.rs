@@ -1,6 +1,8 @@
-//! From the tables about parts and what handles them to the description of a world, which knows no file and no names of points.
+//! From the tables about parts and what handles them to the description of a world, which knows no file and no names of
+//! points.
 //!
-//! What a kind of an entry needs, and which keys it does not have, is settled here; ranges and names are checked by the world itself.
+//! What a kind of an entry needs, and which keys it does not have, is settled here; ranges and names are checked by the
+//! world itself.
 
 mod faults;
 mod grippers;
@@ -239,7 +241,8 @@ fn obstacle(table: &schema::Obstacle, meshes: &Meshes) -> Option<ObstacleDescrip
     })
 }
 
-/// Capsules of the links in the frames of their joints. The last link ends at the flange, whose capsule is rounder than that.
+/// Capsules of the links in the frames of their joints. The last link ends at the flange, whose capsule is rounder than
+/// that.
 fn link_capsules(model: &RobotModel) -> Vec<(usize, Capsule)> {
     let frames = model.forward(&kinematics::JointPositions::ZERO);
     let flange_from_wrist =

@@ -1,7 +1,7 @@
 //! Grippers of the cell as Modbus slaves, on the controller's serial lines and on Modbus TCP.
 //!
-//! Owns the words that were written to each. What they ask for reaches the world as an order between two cycles, and so gets into the
-//! recording. Answers take no time: runs on the thread of whoever asks.
+//! Owns the words that were written to each. What they ask for reaches the world as an order between two cycles, and so
+//! gets into the recording. Answers take no time: runs on the thread of whoever asks.
 
 mod registers;
 mod tcp;

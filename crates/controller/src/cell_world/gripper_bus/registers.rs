@@ -1,6 +1,8 @@
-//! The public Modbus maps of gripper makers: words written become an order to the fingers, and what the fingers do becomes words to read.
+//! The public Modbus maps of gripper makers: words written become an order to the fingers, and what the fingers do
+//! becomes words to read.
 //!
-//! Pure: knows no bus and no world. Motors are not simulated, so the words for their current read 0, and activation takes no way and no time.
+//! Pure: knows no bus and no world. Motors are not simulated, so the words for their current read 0, and activation
+//! takes no way and no time.
 
 use io_bus::modbus_server::tables::ModbusException;
 use world::{FingerOrder, FingerState};
@@ -88,8 +90,8 @@ impl GripperRegisters {
         }
     }
 
-    /// Whether a gripper has a function: reading and writing at once is in the manual of the 2F-85 and 2F-140 ("Master read &
-    /// write multiple registers FC23"), and in none of DH.
+    /// Whether a gripper has a function: reading and writing at once is in the manual of the 2F-85 and 2F-140 ("Master
+    /// read & write multiple registers FC23"), and in none of DH.
     pub(super) const fn has_function(&self, function: u8) -> bool {
         match self {
             Self::Robotiq(_) => true,
@@ -127,7 +129,8 @@ impl GripperRegisters {
     }
 }
 
-/// A share of the largest value as an order: kept to nanometres and the like, so that a recording gives the same bits back.
+/// A share of the largest value as an order: kept to nanometres and the like, so that a recording gives the same bits
+/// back.
 fn share_of(largest: f64, share: f64) -> f64 {
     ((largest * share * 1e9).round() / 1e9).min(largest)
 }
@@ -299,8 +302,8 @@ mod tests {
 
     #[test]
     fn robotiq_answers_as_the_examples_of_its_manual() {
-        // Instruction manual of the 2F-85, "Modbus RTU example": first input word when activated 0x3100, while it closes
-        // 0x3900, with an object 0xB900, open again 0xF900.
+        // Instruction manual of the 2F-85, "Modbus RTU example": first input word when activated 0x3100, while it
+        // closes 0x3900, with an object 0xB900, open again 0xF900.
         let mut map = GripperRegisters::new(GripperProtocol::Robotiq2F);
         let open = view(0.085, FingerState::Arrived);
         let status = |map: &GripperRegisters, view| map.read(0x07D0, &LIMITS, &view);

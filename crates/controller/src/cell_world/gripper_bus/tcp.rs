@@ -1,5 +1,5 @@
-//! Grippers on Modbus TCP within this process: under the virtual clock programs reach them without a port of the machine, so that what
-//! they write arrives in the same cycle every time, and tests run side by side.
+//! Grippers on Modbus TCP within this process: under the virtual clock programs reach them without a port of the
+//! machine, so that what they write arrives in the same cycle every time, and tests run side by side.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind, Read, Write};
@@ -122,7 +122,8 @@ impl Connection {
     }
 }
 
-/// The timeline of programs that reach grippers within this process: what they have sent is answered before a cycle passes.
+/// The timeline of programs that reach grippers within this process: what they have sent is answered before a cycle
+/// passes.
 pub(crate) struct GripperTimeline {
     inner: Arc<dyn Timeline>,
     peers: Arc<GripperPeers>,
