@@ -9,7 +9,7 @@ use elite_syntax::{habit_advice, nearest};
 use crate::builtins::Builtin;
 use crate::eval::Evaluator;
 use crate::value::symbol::known;
-use crate::value::{Function, Instance, Raised, Value};
+use crate::value::{Function, Instance, Unwind, Value};
 
 /// Longest text of a default in a signature, in characters.
 const DEFAULT_MAX: usize = 20;
@@ -17,13 +17,13 @@ const DEFAULT_MAX: usize = 20;
 impl Evaluator<'_> {
     /// Notes in an exception how the function is to be called.
     #[cold]
-    pub fn with_signature(&self, raised: Raised, function: &Function) -> Raised {
+    pub fn with_signature(&self, raised: Unwind, function: &Function) -> Unwind {
         note(raised, || self.signature_of(function))
     }
 
     /// Notes in an exception how a function of the embedder is to be called.
     #[cold]
-    pub fn with_native_signature(&self, raised: Raised, builtin: &Builtin) -> Raised {
+    pub fn with_native_signature(&self, raised: Unwind, builtin: &Builtin) -> Unwind {
         match &builtin.body {
             crate::builtins::BuiltinBody::Native(_) => note(raised, || {
                 builtin
@@ -161,8 +161,8 @@ impl Evaluator<'_> {
     }
 }
 
-fn note(raised: Raised, signature: impl FnOnce() -> String) -> Raised {
-    if let Raised::Exception(exception) = &raised
+fn note(raised: Unwind, signature: impl FnOnce() -> String) -> Unwind {
+    if let Unwind::Exception(exception) = &raised
         && let Some(state) = exception.exception()
     {
         *state.signature.borrow_mut() = Some(signature().into());

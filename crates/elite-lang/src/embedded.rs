@@ -6,7 +6,7 @@ use crate::native::{NativeCall, NativeFunction};
 use crate::value::class::BuiltinBase;
 use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
-use crate::value::{Class, Instance, Raised, Symbol, Value};
+use crate::value::{Class, Instance, Symbol, Unwind, Value};
 
 impl NativeCall<'_> {
     /// An object whose attributes are functions of the embedder and other values.
@@ -22,16 +22,16 @@ impl NativeCall<'_> {
 
 impl NativeCall<'_> {
     /// The names of an exception's class and of those it is derived from; none for the stop of the thread.
-    pub fn ancestors(&self, raised: &Raised) -> Vec<String> {
+    pub fn ancestors(&self, raised: &Unwind) -> Vec<String> {
         match raised {
-            Raised::Exception(exception) => {
+            Unwind::Exception(exception) => {
                 let classes = exception.class.mro();
                 classes
                     .iter()
                     .map(|class| class.name().to_string())
                     .collect()
             }
-            Raised::Stop => Vec::new(),
+            Unwind::Stop => Vec::new(),
         }
     }
 

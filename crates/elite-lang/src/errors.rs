@@ -10,7 +10,7 @@ use crate::eval::Evaluator;
 use crate::stdlib;
 use crate::value::exception::{ExceptionState, TracebackEntry};
 use crate::value::instance::InstancePayload;
-use crate::value::{Instance, R, Raised, Value};
+use crate::value::{Instance, R, Unwind, Value};
 
 macro_rules! exceptions {
     ($($name:ident : $parent:ident,)*) => {
@@ -68,10 +68,10 @@ impl Evaluator<'_> {
     /// An exception with a message.
     #[cold]
     #[inline(never)]
-    pub fn raise(&self, kind: ExceptionKind, message: impl Into<String>) -> Raised {
+    pub fn raise(&self, kind: ExceptionKind, message: impl Into<String>) -> Unwind {
         let class = self.core.types.exception(kind).clone();
         let state = ExceptionState::with_message(message.into());
-        Raised::Exception(Instance::new(
+        Unwind::Exception(Instance::new(
             class,
             InstancePayload::Exception(Box::new(state)),
         ))
@@ -79,9 +79,9 @@ impl Evaluator<'_> {
 
     /// An exception with a message about something that has a name, which its attribute `name` tells.
     #[cold]
-    pub fn raise_about(&self, kind: ExceptionKind, message: String, name: &str) -> Raised {
+    pub fn raise_about(&self, kind: ExceptionKind, message: String, name: &str) -> Unwind {
         let raised = self.raise(kind, message);
-        if let Raised::Exception(exception) = &raised {
+        if let Unwind::Exception(exception) = &raised {
             let symbol = self.core.symbols.intern("name");
             exception.set(symbol, Value::str(name), &self.core.symbols);
         }
@@ -90,10 +90,10 @@ impl Evaluator<'_> {
 
     /// An exception with arguments.
     #[cold]
-    pub fn raise_args(&self, kind: ExceptionKind, args: Vec<Value>) -> Raised {
+    pub fn raise_args(&self, kind: ExceptionKind, args: Vec<Value>) -> Unwind {
         let class = self.core.types.exception(kind).clone();
         let state = ExceptionState::with_args(Value::tuple(args));
-        Raised::Exception(Instance::new(
+        Unwind::Exception(Instance::new(
             class,
             InstancePayload::Exception(Box::new(state)),
         ))
@@ -101,25 +101,25 @@ impl Evaluator<'_> {
 
     /// `TypeError`
     #[cold]
-    pub fn type_error(&self, message: impl Into<String>) -> Raised {
+    pub fn type_error(&self, message: impl Into<String>) -> Unwind {
         self.raise(ExceptionKind::TypeError, message)
     }
 
     /// `ValueError`
     #[cold]
-    pub fn value_error(&self, message: impl Into<String>) -> Raised {
+    pub fn value_error(&self, message: impl Into<String>) -> Unwind {
         self.raise(ExceptionKind::ValueError, message)
     }
 
     /// `MemoryError`
     #[cold]
-    pub fn memory_error(&self, message: impl Into<String>) -> Raised {
+    pub fn memory_error(&self, message: impl Into<String>) -> Unwind {
         self.raise(ExceptionKind::MemoryError, message)
     }
 
     /// `RecursionError`
     #[cold]
-    pub fn recursion_error(&self) -> Raised {
+    pub fn recursion_error(&self) -> Unwind {
         self.raise(
             ExceptionKind::RecursionError,
             "maximum recursion depth exceeded",
@@ -127,12 +127,12 @@ impl Evaluator<'_> {
     }
 
     /// Whether `raised` is an exception of this kind or one derived from it.
-    pub fn is_kind(&self, raised: &Raised, kind: ExceptionKind) -> bool {
+    pub fn is_kind(&self, raised: &Unwind, kind: ExceptionKind) -> bool {
         match raised {
-            Raised::Exception(exception) => exception
+            Unwind::Exception(exception) => exception
                 .class
                 .is_subclass_of(self.core.types.exception(kind)),
-            Raised::Stop => false,
+            Unwind::Stop => false,
         }
     }
 }
@@ -181,7 +181,7 @@ pub struct ScriptError {
 pub enum Link {
     /// `raise … from …`
     Cause,
-    /// Raised while the other was being handled.
+    /// Unwind while the other was being handled.
     Context,
 }
 
@@ -330,8 +330,8 @@ impl Evaluator<'_> {
     }
 
     /// Python's chain of `__context__`: `raised` came up while `handled` was being dealt with.
-    pub fn chain(&self, raised: &Raised, handled: &Rc<Instance>) {
-        if let Raised::Exception(exception) = raised
+    pub fn chain(&self, raised: &Unwind, handled: &Rc<Instance>) {
+        if let Unwind::Exception(exception) = raised
             && let Some(state) = exception.exception()
         {
             if !exception.noted.get() {
@@ -343,7 +343,7 @@ impl Evaluator<'_> {
 
     /// A `KeyError` for a key.
     #[cold]
-    pub fn key_error(&self, key: &Value) -> Raised {
+    pub fn key_error(&self, key: &Value) -> Unwind {
         self.raise_args(ExceptionKind::KeyError, vec![key.clone()])
     }
 

@@ -24,7 +24,7 @@ use crate::limits::Limits;
 use crate::limits::deferred_drop;
 use crate::limits::overflow::{Exit, Watch};
 use crate::native::{NativeFunction, WaitToken};
-use crate::value::{Function, R, Raised, Value};
+use crate::value::{Function, R, Unwind, Value};
 
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
 pub struct Interpreter {
@@ -468,8 +468,8 @@ fn start(
         let ev = Evaluator::new(core, RequestSink::Thread(yielder), limit);
         match body(&ev) {
             Ok(value) => ThreadEnd::Done(value),
-            Err(Raised::Stop) => ThreadEnd::Stopped,
-            Err(Raised::Exception(exception)) => ev.end_of(&exception),
+            Err(Unwind::Stop) => ThreadEnd::Stopped,
+            Err(Unwind::Exception(exception)) => ev.end_of(&exception),
         }
     })
 }

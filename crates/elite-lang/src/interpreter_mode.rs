@@ -22,7 +22,7 @@ use crate::eval::code::Code;
 use crate::eval::{Evaluator, Frame, InterpreterState};
 use crate::native::NativeCall;
 use crate::value::module::Namespace;
-use crate::value::{CellVar, R, Raised, Symbol, Value};
+use crate::value::{CellVar, R, Symbol, Unwind, Value};
 
 /// What statements have defined, kept by the interpreter until it is cleared.
 #[derive(Default)]
@@ -60,7 +60,7 @@ impl InjectedNames {
 
 impl NativeCall<'_> {
     /// Runs a statement in the scope of the function that called this native. Natives that the statement calls may
-    /// wait, and a stop of the thread comes through as `Raised::CancelFlag`, which has to be passed on. Any other error
+    /// wait, and a stop of the thread comes through as `Unwind::CancelFlag`, which has to be passed on. Any other error
     /// is the embedder's to pass on or to report with [`NativeCall::report`]; the thread can run further statements.
     ///
     /// # Errors
@@ -97,10 +97,10 @@ impl NativeCall<'_> {
     }
 
     /// The report of an exception, as for one that ends a thread; None for the stop of the thread.
-    pub fn report(&self, raised: &Raised) -> Option<ScriptError> {
+    pub fn report(&self, raised: &Unwind) -> Option<ScriptError> {
         match raised {
-            Raised::Exception(exception) => Some(self.ev.report(exception)),
-            Raised::Stop => None,
+            Unwind::Exception(exception) => Some(self.ev.report(exception)),
+            Unwind::Stop => None,
         }
     }
 }

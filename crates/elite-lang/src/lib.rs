@@ -151,7 +151,7 @@ pub use native::{
     Letters, NativeBody, NativeCall, NativeContext, NativeFunction, Param, ParamKind, WaitToken,
 };
 pub use remote::MethodHandler;
-pub use value::{Raised, Value};
+pub use value::{Unwind, Value};
 
 /// What most operations on values return.
-pub type ScriptResult<T = Value> = Result<T, Raised>;
+pub type ScriptResult<T = Value> = Result<T, Unwind>;

@@ -7,7 +7,7 @@ use crate::eval::coroutine::SuspendRequest;
 use crate::eval::node::NodeCursor;
 use crate::eval::{Evaluator, Frame};
 use crate::host::ThreadId;
-use crate::value::{R, Raised, Str, Value};
+use crate::value::{R, Str, Unwind, Value};
 
 /// Whether and how a parameter may be omitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -218,13 +218,13 @@ impl NativeCall<'_> {
     }
 
     /// An exception to return as error.
-    pub fn raise(&self, kind: ExceptionKind, message: impl Into<String>) -> Raised {
+    pub fn raise(&self, kind: ExceptionKind, message: impl Into<String>) -> Unwind {
         self.ev.raise(kind, message)
     }
 
     /// Adds advice to an exception, which the report of an uncaught one shows before its last line.
-    pub fn with_help(&self, raised: Raised, help: impl Into<String>) -> Raised {
-        if let Raised::Exception(exception) = &raised
+    pub fn with_help(&self, raised: Unwind, help: impl Into<String>) -> Unwind {
+        if let Unwind::Exception(exception) = &raised
             && let Some(state) = exception.exception()
         {
             *state.help.borrow_mut() = Some(help.into().into());

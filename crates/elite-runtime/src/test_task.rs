@@ -9,7 +9,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use elite_lang::{NativeCall, NativeFunction, Raised};
+use elite_lang::{NativeCall, NativeFunction, Unwind};
 
 use crate::task::{TaskContext, Wait};
 
@@ -17,7 +17,7 @@ use crate::task::{TaskContext, Wait};
 pub type MethodFactory = dyn Fn(&TestTaskHandle) -> Vec<NativeFunction> + Send + Sync;
 
 /// Does what others wait for while the program itself waits; false where nobody ever waits for it.
-pub type WaitHook = dyn Fn(&mut NativeCall<'_>) -> Result<bool, Raised>;
+pub type WaitHook = dyn Fn(&mut NativeCall<'_>) -> Result<bool, Unwind>;
 
 /// What such a program gets.
 #[derive(Clone)]
@@ -45,7 +45,7 @@ impl TestTaskHandle {
     ///
     /// # Errors
     /// The thread is to stop: pass it on.
-    pub fn wait_until_cycle(&self, call: &NativeCall<'_>, cycle: u64) -> Result<(), Raised> {
+    pub fn wait_until_cycle(&self, call: &NativeCall<'_>, cycle: u64) -> Result<(), Unwind> {
         call.wait(self.0.register_wait(Wait::Cycle(cycle)))
     }
 
@@ -58,7 +58,7 @@ impl TestTaskHandle {
         &self,
         call: &NativeCall<'_>,
         cycle: u64,
-    ) -> Result<(), Raised> {
+    ) -> Result<(), Unwind> {
         call.wait(self.0.register_wait(Wait::CycleOrProgramEnd(cycle)))
     }
 }

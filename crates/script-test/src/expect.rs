@@ -1,14 +1,14 @@
 //! What a test expects, as functions of `test`: values that are near, exceptions, ways, conditions over the whole test,
 //! peaks, distances.
 
-use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
 
 use crate::golden_path;
 use crate::near::near;
 use crate::test_context::{Invariant, InvariantCheck};
 use crate::test_object::{CallContext, argument_error, failed, normalized_path, number, text};
 
-type NativeResult<T = Value> = Result<T, Raised>;
+type NativeResult<T = Value> = Result<T, Unwind>;
 
 pub(crate) fn is_near(_: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let tolerance = number(call, 2, "tolerance", (0.0, f64::MAX), Some(1e-6))?;
@@ -46,7 +46,7 @@ pub(crate) fn raises(_: &CallContext, call: &mut NativeCall<'_>) -> NativeResult
                 format!("{wanted} was expected, but nothing was raised: the value is {shown}");
             Err(failed(call, text))
         }
-        Err(Raised::Stop) => Err(Raised::Stop),
+        Err(Unwind::Stop) => Err(Unwind::Stop),
         Err(raised) => match call.ancestors(&raised) {
             names if names.contains(&wanted) => Ok(Value::Bool(true)),
             _ => {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
 use elite_runtime::builtins::rpc::{from_rpc, to_rpc};
 use io_bus::xmlrpc::codec::{RpcFault, RpcValue, decode_call, encode_response};
 
@@ -11,7 +11,7 @@ use crate::simulated_peers::{
 };
 use crate::test_object::{CallContext, argument_error};
 
-type NativeResult<T = Value> = Result<T, Raised>;
+type NativeResult<T = Value> = Result<T, Unwind>;
 
 /// Code of the fault that a call ends with which the test does not answer; our choice.
 const FAULT: i64 = 1;
@@ -305,7 +305,7 @@ fn take(
                 Some(function) if function.is_callable() => {
                     match call.call_value(&function, &arguments) {
                         Ok(value) => Ok(value),
-                        Err(Raised::Stop) => return Err(Raised::Stop),
+                        Err(Unwind::Stop) => return Err(Unwind::Stop),
                         // An error of the server is the caller's to see.
                         Err(raised) => {
                             let report = call.report(&raised);

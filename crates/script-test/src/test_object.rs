@@ -12,7 +12,7 @@ use controller::ProgramResult;
 use controller::cell::point::IoPointName;
 use controller::io_values::{PointChange, PointReading, PointValue};
 use elite_lang::{
-    ExceptionKind, NativeBody, NativeCall, NativeContext, NativeFunction, Param, Raised, Value,
+    ExceptionKind, NativeBody, NativeCall, NativeContext, NativeFunction, Param, Unwind, Value,
 };
 use elite_runtime::{ProgramText, TestTaskHandle};
 use io_bus::SimulatedPeers;
@@ -24,7 +24,7 @@ use crate::simulated_servers::{self, SimulatedServer};
 use crate::test_context::{StartError, TestAction, TestContext};
 use crate::world_functions;
 
-type NativeResult<T = Value> = Result<T, Raised>;
+type NativeResult<T = Value> = Result<T, Unwind>;
 type TestFunction = fn(&CallContext, &mut NativeCall<'_>) -> NativeResult;
 
 /// The surroundings of a call of a function of `test`.
@@ -147,7 +147,7 @@ pub(crate) fn functions(
     functions.collect()
 }
 
-pub(crate) fn argument_error(call: &NativeCall<'_>, text: impl Into<String>) -> Raised {
+pub(crate) fn argument_error(call: &NativeCall<'_>, text: impl Into<String>) -> Unwind {
     call.raise(ExceptionKind::ValueError, text)
 }
 
@@ -198,7 +198,7 @@ pub(crate) fn text(call: &NativeCall<'_>, index: usize, name: &str) -> NativeRes
     }
 }
 
-pub(crate) fn failed(call: &NativeCall<'_>, text: impl Into<String>) -> Raised {
+pub(crate) fn failed(call: &NativeCall<'_>, text: impl Into<String>) -> Unwind {
     call.raise(ExceptionKind::AssertionError, text)
 }
 

@@ -4,11 +4,11 @@
 
 use controller::CellWorld;
 use controller::cell_world::{FingerState, OrderError, WorldOrder};
-use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
 
 use crate::test_object::{CallContext, argument_error, number, text};
 
-type NativeResult<T = Value> = Result<T, Raised>;
+type NativeResult<T = Value> = Result<T, Unwind>;
 
 /// Largest coordinate of a pose, m, or angle, rad.
 const COORDINATE_MAX: f64 = 1e3;
@@ -22,7 +22,7 @@ fn world<'a>(site: &'a CallContext, call: &NativeCall<'_>) -> NativeResult<&'a C
     })
 }
 
-fn refused(call: &NativeCall<'_>, error: &OrderError) -> Raised {
+fn refused(call: &NativeCall<'_>, error: &OrderError) -> Unwind {
     argument_error(call, error.to_string())
 }
 

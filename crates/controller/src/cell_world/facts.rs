@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use elite_lang::{
-    ExceptionKind, NativeBody, NativeCall, NativeContext, NativeFunction, Param, Raised, Value,
+    ExceptionKind, NativeBody, NativeCall, NativeContext, NativeFunction, Param, Unwind, Value,
 };
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -160,7 +160,7 @@ pub fn functions(facts: &Rc<WorldFactsCell>) -> Vec<NativeFunction> {
     let function =
         |name: &'static str,
          parameter: &'static str,
-         answer: fn(&WorldFacts, &str, &NativeCall<'_>) -> Result<Value, Raised>| {
+         answer: fn(&WorldFacts, &str, &NativeCall<'_>) -> Result<Value, Unwind>| {
             NativeFunction {
                 name,
                 params: vec![Param::required(parameter)],
@@ -212,7 +212,7 @@ pub fn functions(facts: &Rc<WorldFactsCell>) -> Vec<NativeFunction> {
     ]
 }
 
-fn unknown(call: &NativeCall<'_>, what: &str, name: &str) -> Raised {
+fn unknown(call: &NativeCall<'_>, what: &str, name: &str) -> Unwind {
     call.raise(
         ExceptionKind::ValueError,
         format!("there is no {what} {name:?}"),

@@ -240,7 +240,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn not_callable(&self, callee: &Value) -> crate::value::Raised {
+    fn not_callable(&self, callee: &Value) -> crate::value::Unwind {
         self.type_error(format!(
             "'{}' object is not callable",
             self.core.types.name_of(callee)

@@ -418,7 +418,7 @@ fn next(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
 }
 
-fn not_an_iterator(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
+fn not_an_iterator(ev: &Evaluator<'_>, value: &Value) -> crate::value::Unwind {
     ev.type_error(format!(
         "'{}' object is not an iterator",
         ev.core.types.name_of(value)

@@ -10,7 +10,7 @@ use elite_syntax::{Diagnostic, Severity, SourceFile, WorkBudget};
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 /// Longest text that is evaluated, in bytes.
 const EVAL_SOURCE_BYTES_MAX: usize = 1 << 20;
@@ -141,7 +141,7 @@ fn syntax_error(
     ev: &Evaluator<'_>,
     file: &SourceFile,
     diagnostics: &[Diagnostic],
-) -> Option<Raised> {
+) -> Option<Unwind> {
     let error = diagnostics
         .iter()
         .find(|diagnostic| diagnostic.severity == Severity::Error)?;
@@ -156,7 +156,7 @@ fn syntax_error(
     };
     let text = format!("{} ({}, line {line})", error.message, file.name());
     let raised = ev.raise(kind, text);
-    if let Raised::Exception(exception) = &raised {
+    if let Unwind::Exception(exception) = &raised {
         let symbols = &ev.core.symbols;
         let set = |name: &str, value: Value| exception.set(symbols.intern(name), value, symbols);
         set("msg", Value::str(error.message.as_str()));

@@ -403,7 +403,7 @@ mod tests {
                         1 => Ok(false),
                         2 => Ok(count % 3 == 0),
                         3 => Ok(a % 5 < b % 7),
-                        _ if count > length * rule / 2 => Err(crate::value::Raised::Stop),
+                        _ if count > length * rule / 2 => Err(crate::value::Unwind::Stop),
                         _ => Ok(a < b),
                     }
                 });

@@ -6,7 +6,7 @@ use super::{Builtin, BuiltinBody};
 use crate::eval::Evaluator;
 use crate::native::{NativeFunction, ParamKind};
 use crate::value::symbol::Symbols;
-use crate::value::{R, Raised, Symbol, Value};
+use crate::value::{R, Symbol, Unwind, Value};
 
 /// The parameters of a builtin.
 #[derive(Clone, Debug, Default)]
@@ -213,7 +213,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn builtin_keyword_error(&self, builtin: &Builtin, name: Symbol) -> Raised {
+    fn builtin_keyword_error(&self, builtin: &Builtin, name: Symbol) -> Unwind {
         let (name, label) = (self.core.symbols.name(name), builtin.full_label());
         if takes_no_names(builtin) {
             if builtin.is_slot && !matches!(builtin.name, "__init__" | "__new__" | "__call__") {
@@ -240,7 +240,7 @@ impl Evaluator<'_> {
 
     /// A wrong number of positional arguments, in the words CPython has for the different kinds of builtins.
     #[cold]
-    pub fn builtin_count_error(&self, builtin: &Builtin, given: usize) -> Raised {
+    pub fn builtin_count_error(&self, builtin: &Builtin, given: usize) -> Unwind {
         let signature = &builtin.signature;
         // A method's receiver is not counted.
         let receiver = usize::from(builtin.owner.is_some());
@@ -365,7 +365,7 @@ impl Evaluator<'_> {
     /// What a method called as a function says of a receiver that is none, in CPython's words for methods and for what
     /// fills a slot of C.
     #[cold]
-    pub fn receiver_error(&self, builtin: &Builtin, receiver: Option<&Value>) -> Raised {
+    pub fn receiver_error(&self, builtin: &Builtin, receiver: Option<&Value>) -> Unwind {
         let (name, own) = (builtin.name, builtin.owner.unwrap_or_default());
         let owner = self.owner_of(builtin);
         let given = receiver.map(|receiver| self.core.types.name_of(receiver));
@@ -382,7 +382,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn builtin_missing_error(&self, builtin: &Builtin, index: usize, given: usize) -> Raised {
+    fn builtin_missing_error(&self, builtin: &Builtin, index: usize, given: usize) -> Unwind {
         let signature = &builtin.signature;
         if index == 0 && builtin.owner.is_some() {
             return self.receiver_error(builtin, None);

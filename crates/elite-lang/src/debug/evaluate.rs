@@ -10,7 +10,7 @@ use crate::eval::coroutine::Resume;
 use crate::host::ThreadId;
 use crate::interpreter::{ResumeOutcome, ScriptThread};
 use crate::native::WaitToken;
-use crate::value::{R, Raised, Symbol, Value};
+use crate::value::{R, Symbol, Unwind, Value};
 
 /// Safepoints of one slice.
 const FUEL: u32 = 20_000;
@@ -84,8 +84,8 @@ impl PausedProgram<'_> {
         let mut script = ScriptThread::new(self.core, move |ev| {
             let given = match run_in(ev, text, variables) {
                 Ok(given) => Ok((given.value, given.variables)),
-                Err(Raised::Stop) => return Err(Raised::Stop),
-                Err(Raised::Exception(exception)) => {
+                Err(Unwind::Stop) => return Err(Unwind::Stop),
+                Err(Unwind::Exception(exception)) => {
                     Err(render_script_error(&ev.report(&exception)))
                 }
             };

@@ -26,7 +26,7 @@ use elite_syntax::{SourceFile, Span};
 use crate::eval::coroutine::{StopState, SuspendRequest};
 use crate::eval::{Evaluator, Frame};
 use crate::host::ThreadId;
-use crate::value::{Function, Instance, R, Raised, ScriptCell, Value};
+use crate::value::{Function, Instance, R, ScriptCell, Unwind, Value};
 
 /// Calls within calls of which variables are kept; those between the outermost and the innermost ones have none.
 const LEVELS_MAX: usize = 4096;
@@ -160,7 +160,7 @@ impl Debugger {
         let core = &ev.core;
         if self.is_over.get() {
             core.stopping.set(StopState::Abandoned);
-            return Err(Raised::Stop);
+            return Err(Unwind::Stop);
         }
         if self.is_silent.get() || core.stopping.get() != StopState::No {
             return Ok(());
@@ -249,12 +249,12 @@ impl Debugger {
                 }
                 DebugAction::Stop => {
                     core.begin_stop();
-                    return Err(Raised::Stop);
+                    return Err(Unwind::Stop);
                 }
                 DebugAction::End => {
                     self.is_over.set(true);
                     core.stopping.set(StopState::Abandoned);
-                    return Err(Raised::Stop);
+                    return Err(Unwind::Stop);
                 }
             }
         }

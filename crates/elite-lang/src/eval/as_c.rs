@@ -2,7 +2,7 @@
 
 use super::Evaluator;
 use crate::value::function::Function;
-use crate::value::{Raised, Symbol, Value};
+use crate::value::{Symbol, Unwind, Value};
 
 /// A module whose methods say it in these words.
 const MODULE: &str = "datetime";
@@ -48,7 +48,7 @@ impl Evaluator<'_> {
         function: &Function,
         method: &str,
         misfit: &ArgumentMismatch<'_>,
-    ) -> Option<Raised> {
+    ) -> Option<Unwind> {
         let given = match *misfit {
             ArgumentMismatch::TooMany(given) | ArgumentMismatch::Missing(given, _) => {
                 given.checked_sub(1)?
@@ -70,7 +70,7 @@ impl Evaluator<'_> {
         &self,
         function: &Function,
         misfit: &ArgumentMismatch<'_>,
-    ) -> Option<Raised> {
+    ) -> Option<Unwind> {
         let qualname = function.qualname();
         let (class, method) = qualname.split_once('.')?;
         if !matches!(self.module_of(&function.code), Value::Str(name) if name.as_str() == MODULE) {

@@ -16,7 +16,7 @@ use super::{BoxExpr, DynStmt, Evaluator, Flow, Frame, StmtNode};
 use crate::limits::deferred_drop::{self, NodeList};
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
-use crate::value::{CellVar, Dict, R, Raised, ScriptCell, Symbol, Value};
+use crate::value::{CellVar, Dict, R, ScriptCell, Symbol, Unwind, Value};
 
 /// How calling a function with this code goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -466,7 +466,7 @@ impl Block {
             if !guard.body.contains(&at) {
                 continue;
             }
-            let Flow::Raise(Raised::Exception(exception)) = flow else {
+            let Flow::Raise(Unwind::Exception(exception)) = flow else {
                 break;
             };
             flow = match guard.handle(exception, ev, f) {

@@ -14,7 +14,7 @@ use super::node::NodeCursor;
 use crate::host::{CleanupLimit, ThreadId};
 use crate::limits::deferred_drop;
 use crate::native::WaitToken;
-use crate::value::{R, Raised};
+use crate::value::{R, Unwind};
 
 /// Debug builds use several times the stack of release builds.
 const SCALE: usize = if cfg!(debug_assertions) { 6 } else { 1 };
@@ -167,7 +167,7 @@ impl Evaluator<'_> {
             Resume::Continue => self.deliver_interrupts(),
             Resume::Stop => {
                 self.core.begin_stop();
-                Err(Raised::Stop)
+                Err(Unwind::Stop)
             }
         }
     }
@@ -195,7 +195,7 @@ impl Evaluator<'_> {
         if cut == CleanupLimit::Time {
             core.stopping.set(StopState::Abandoned);
         }
-        Err(Raised::Stop)
+        Err(Unwind::Stop)
     }
 
     /// Within a long native operation: other threads have their turn, and the thread may be told to stop.
@@ -250,7 +250,7 @@ impl Evaluator<'_> {
 
     /// Runs `inner` with at least `bytes` of native stack: here, or on a further segment.
     #[inline]
-    pub fn with_stack<T, E: From<Raised>>(
+    pub fn with_stack<T, E: From<Unwind>>(
         &self,
         bytes: usize,
         inner: impl FnOnce() -> Result<T, E>,
@@ -275,7 +275,7 @@ impl Evaluator<'_> {
 
     #[cold]
     #[inline(never)]
-    fn on_segment<T, E: From<Raised>>(
+    fn on_segment<T, E: From<Unwind>>(
         &self,
         bytes: usize,
         inner: impl FnOnce() -> Result<T, E>,

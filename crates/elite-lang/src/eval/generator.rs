@@ -14,14 +14,14 @@ use crate::errors::ExceptionKind;
 use crate::limits::deferred_drop;
 use crate::value::held::assert_no_borrows;
 use crate::value::symbol::known;
-use crate::value::{Function, R, Raised, ScriptCell, Value};
+use crate::value::{Function, R, ScriptCell, Unwind, Value};
 
 /// What a generator is resumed with.
 pub enum GeneratorInput {
     /// The value of the `yield` it stands at; ignored by the first step.
     Send(Value),
-    /// Raised at the `yield` it stands at.
-    Throw(Raised),
+    /// Unwind at the `yield` it stands at.
+    Throw(Unwind),
     /// How the request it made for its script thread ended.
     Resumed(Resume),
 }
@@ -429,7 +429,7 @@ impl Evaluator<'_> {
         match yielder.suspend(GeneratorOutput::Yield(value, seen)) {
             GeneratorInput::Send(value) => Ok(value),
             GeneratorInput::Throw(raised) => Err(raised),
-            GeneratorInput::Resumed(_) => Err(Raised::Stop),
+            GeneratorInput::Resumed(_) => Err(Unwind::Stop),
         }
     }
 }
@@ -510,14 +510,14 @@ impl PendingFinalizers {
             stopping => stopping,
         });
         core.depth.set(saved.3 + 1);
-        let mut input = GeneratorInput::Throw(Raised::Stop);
+        let mut input = GeneratorInput::Throw(Unwind::Stop);
         loop {
             match coroutine.resume(input) {
                 CoroutineResult::Return(_) => break,
                 // A `yield` in a `finally` block: nobody takes the value, no more code runs.
                 CoroutineResult::Yield(_) => core.stopping.set(StopState::Abandoned),
             }
-            input = GeneratorInput::Throw(Raised::Stop);
+            input = GeneratorInput::Throw(Unwind::Stop);
         }
         core.stacks
             .put_back(StackKind::Generator, coroutine.into_stack());

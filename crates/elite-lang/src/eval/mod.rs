@@ -26,7 +26,7 @@ use std::rc::Rc;
 pub use self::core::InterpreterState;
 use self::coroutine::RequestSink;
 use self::words::{PairOf, Truth};
-use crate::value::{Function, Instance, R, Raised, ScriptCell, Value};
+use crate::value::{Function, Instance, R, ScriptCell, Unwind, Value};
 
 /// The variables of a running function.
 pub struct Frame<'f> {
@@ -153,7 +153,7 @@ pub enum Flow {
     /// Leave the function with this value.
     Return(Value),
     /// An exception, or the stop of the thread.
-    Raise(Raised),
+    Raise(Unwind),
 }
 
 const _: () = assert!(size_of::<Flow>() == 16);
@@ -225,8 +225,8 @@ impl<'y> Evaluator<'y> {
     /// Notes on its way out that an exception passed through `span` of the running function.
     #[cold]
     #[inline(never)]
-    pub fn trace(&self, f: &Frame<'_>, span: elite_syntax::Span, raised: Raised) -> Raised {
-        if let Raised::Exception(exception) = &raised
+    pub fn trace(&self, f: &Frame<'_>, span: elite_syntax::Span, raised: Unwind) -> Unwind {
+        if let Unwind::Exception(exception) = &raised
             && let Some(state) = exception.exception()
         {
             state.trace(f.function.code.clone(), span);

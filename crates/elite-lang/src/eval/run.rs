@@ -244,7 +244,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn multiple_values(&self, function: &Function, name: Symbol) -> crate::value::Raised {
+    fn multiple_values(&self, function: &Function, name: Symbol) -> crate::value::Unwind {
         let name = self.core.symbols.name(name);
         self.type_error(format!(
             "{}() got multiple values for argument '{name}'",
@@ -259,7 +259,7 @@ impl Evaluator<'_> {
         name: Symbol,
         given: usize,
         keywords: &[(Symbol, Value)],
-    ) -> crate::value::Raised {
+    ) -> crate::value::Unwind {
         let (code, symbols) = (&function.code, &self.core.symbols);
         let positional_only = &code.params.names[..code.params.positional_only];
         let misused: Vec<_> = keywords
@@ -295,7 +295,7 @@ impl Evaluator<'_> {
         function: &Function,
         given: usize,
         slots: &[Value],
-    ) -> crate::value::Raised {
+    ) -> crate::value::Unwind {
         if let Some(error) = self.misfit_as_c(function, &ArgumentMismatch::TooMany(given)) {
             return error;
         }
@@ -336,7 +336,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn missing_arguments(&self, function: &Function, slots: &[Value]) -> crate::value::Raised {
+    fn missing_arguments(&self, function: &Function, slots: &[Value]) -> crate::value::Unwind {
         let params = &function.code.params;
         let defaults = function.defaults.borrow().len();
         let without_default = params.positional.saturating_sub(defaults);
@@ -356,7 +356,7 @@ impl Evaluator<'_> {
         &self,
         function: &Function,
         slots: &[Value],
-    ) -> crate::value::Raised {
+    ) -> crate::value::Unwind {
         let params = &function.code.params;
         let missing =
             (params.positional..params.names.len()).filter(|index| slots[*index].is_unbound());
@@ -364,7 +364,7 @@ impl Evaluator<'_> {
         self.missing(function, "keyword-only", names)
     }
 
-    fn missing(&self, function: &Function, kind: &str, names: Vec<Symbol>) -> crate::value::Raised {
+    fn missing(&self, function: &Function, kind: &str, names: Vec<Symbol>) -> crate::value::Unwind {
         let names: Vec<String> = names
             .iter()
             .map(|name| format!("'{}'", self.core.symbols.name(*name)))

@@ -16,7 +16,7 @@ use super::walk::LoopCursor;
 use super::{BoxExpr, DynStmt, Evaluator, Flow, Frame, TraceExt};
 use crate::errors::ExceptionKind;
 use crate::limits::deferred_drop;
-use crate::value::{Function, R, Raised, Value};
+use crate::value::{Function, R, Unwind, Value};
 
 /// Index of a step.
 pub type StepIndex = u32;
@@ -184,7 +184,7 @@ impl Evaluator<'_> {
                 ) => {
                     line.set(*number);
                     let Some(LoopCursor::Iterator(iterator)) = walks.last() else {
-                        return Err(Raised::Stop);
+                        return Err(Unwind::Stop);
                     };
                     match self
                         .forward_input(iterator, input)
@@ -212,7 +212,7 @@ impl Evaluator<'_> {
                     return Err(self.trace(f, *span, raised));
                 }
                 // A generator waits at no other step, and makes no requests of its own.
-                _ => return Err(Raised::Stop),
+                _ => return Err(Unwind::Stop),
             }
             *at += 1;
         }
@@ -333,7 +333,7 @@ impl Evaluator<'_> {
     pub fn forward_input(&self, iterator: &Value, input: GeneratorInput) -> R<StepResult> {
         match input {
             GeneratorInput::Send(sent) => self.step_with(iterator, sent),
-            GeneratorInput::Throw(Raised::Stop) | GeneratorInput::Resumed(_) => Err(Raised::Stop),
+            GeneratorInput::Throw(Unwind::Stop) | GeneratorInput::Resumed(_) => Err(Unwind::Stop),
             GeneratorInput::Throw(raised)
                 if self.is_kind(&raised, ExceptionKind::GeneratorExit) =>
             {

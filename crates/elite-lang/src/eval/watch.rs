@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::{BoxExpr, DynStmt, Evaluator, ExprNode, Flow, Frame, StmtNode};
 use crate::debug::{Debugger, StatementSite};
 use crate::eval::stmt::target::Target;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 /// A statement that is watched.
 pub struct DebugStatement {
@@ -32,7 +32,7 @@ impl StmtNode for DebugStatement {
             return Flow::Next;
         };
         let flow = inner.exec(ev, f);
-        if let Flow::Raise(Raised::Exception(exception)) = &flow
+        if let Flow::Raise(Unwind::Exception(exception)) = &flow
             && let Err(raised) = debugger.report_exception(ev, f, &self.site, exception)
         {
             return Flow::Raise(raised);
@@ -68,7 +68,7 @@ impl ExprNode for DebugCondition {
             debugger.enter_statement(ev, f, &self.site, true)?;
         }
         let result = self.then.eval(ev, f);
-        if let Err(Raised::Exception(exception)) = &result {
+        if let Err(Unwind::Exception(exception)) = &result {
             debugger.report_exception(ev, f, &self.site, exception)?;
         }
         result

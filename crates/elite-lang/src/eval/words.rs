@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 use std::mem::{ManuallyDrop, MaybeUninit, transmute_copy};
 
 use super::Flow;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 /// What is handed over as two words: a type of that size.
 ///
@@ -99,7 +99,7 @@ pub enum Truth {
     /// The condition holds.
     Yes,
     /// Finding out failed.
-    Raised(Raised),
+    Unwind(Unwind),
 }
 
 impl From<R<bool>> for Truth {
@@ -108,7 +108,7 @@ impl From<R<bool>> for Truth {
         match result {
             Ok(false) => Truth::No,
             Ok(true) => Truth::Yes,
-            Err(raised) => Truth::Raised(raised),
+            Err(raised) => Truth::Unwind(raised),
         }
     }
 }
@@ -119,7 +119,7 @@ impl From<Truth> for R<bool> {
         match truth {
             Truth::No => Ok(false),
             Truth::Yes => Ok(true),
-            Truth::Raised(raised) => Err(raised),
+            Truth::Unwind(raised) => Err(raised),
         }
     }
 }

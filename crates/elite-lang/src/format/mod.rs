@@ -157,7 +157,7 @@ pub fn value(
     }
 }
 
-fn unknown_kind(ev: &Evaluator<'_>, kind: char, type_name: &str) -> crate::value::Raised {
+fn unknown_kind(ev: &Evaluator<'_>, kind: char, type_name: &str) -> crate::value::Unwind {
     let kind = match kind {
         ' '..='~' => kind.to_string(),
         other => format!("\\x{:x}", elite_syntax::surrogate::code_of(other)),

@@ -10,7 +10,7 @@ use crate::eval::Evaluator;
 use crate::limits::chunked::{WORK_PER_BYTE, pieces};
 use crate::value::int::Int;
 use crate::value::symbol::known;
-use crate::value::{Bytes, Instance, R, Raised, Value};
+use crate::value::{Bytes, Instance, R, Unwind, Value};
 
 /// A conversion specifier: `%[(key)][flags][width][.precision]type`.
 #[derive(Default)]
@@ -231,7 +231,7 @@ impl Evaluator<'_> {
             (true, 's' | 'b' | 'c') => self.byte_argument(kind, value)?,
             (true, 'e' | 'E' | 'f' | 'F' | 'g' | 'G') => {
                 let float = self.to_f64(&value).map_err(|raised| match raised {
-                    Raised::Stop => raised,
+                    Unwind::Stop => raised,
                     _ => {
                         let name = self.core.types.name_of(&value);
                         self.type_error(format!("float argument required, not {name}"))
@@ -252,7 +252,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn unsupported_conversion(&self, kind: char, index: usize, of_bytes: bool) -> Raised {
+    fn unsupported_conversion(&self, kind: char, index: usize, of_bytes: bool) -> Unwind {
         let code = code_of(kind);
         let shown = match code {
             // A `char` of C is below zero here, which is no character.

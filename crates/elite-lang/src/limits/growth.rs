@@ -11,7 +11,7 @@ use crate::limits::chunked::{BULK_CHUNK, bulk_work};
 use crate::limits::deferred_drop;
 use crate::limits::yielding::YIELD_BUDGET;
 use crate::value::bytes::BytesRef;
-use crate::value::{ByteArray, List, R, Raised, ScriptCell};
+use crate::value::{ByteArray, List, R, ScriptCell, Unwind};
 
 /// What a short text costs with its place in a list, and while the list grows.
 const TEXT_ITEM_BYTES: usize = 112;
@@ -266,7 +266,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn memory_limit_error(&self) -> Raised {
+    fn memory_limit_error(&self) -> Unwind {
         let limit = self.core.limits.memory_bytes >> 20;
         self.memory_error(format!(
             "the task would hold more than its {limit} MiB of memory"
@@ -274,7 +274,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn refused_by_system(&self) -> Raised {
+    fn refused_by_system(&self) -> Unwind {
         self.memory_error("the system has no memory left for this")
     }
 }

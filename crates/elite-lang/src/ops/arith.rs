@@ -6,7 +6,7 @@ use num_bigint::BigInt;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::int::{Int, floor_divmod};
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 /// A number, brought to the wider of two types.
 enum NumericPair {
@@ -136,7 +136,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn zero_division(&self, message: &str) -> Raised {
+    fn zero_division(&self, message: &str) -> Unwind {
         self.raise(ExceptionKind::ZeroDivisionError, message)
     }
 

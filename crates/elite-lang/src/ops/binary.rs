@@ -6,7 +6,7 @@ use elite_syntax::ast::{BinaryOp, UnaryOp};
 
 use crate::eval::Evaluator;
 use crate::value::symbol::known;
-use crate::value::{Class, R, Raised, Symbol, Value};
+use crate::value::{Class, R, Symbol, Unwind, Value};
 
 /// The method names of an operator: plain, reflected, in place.
 pub fn methods(op: BinaryOp) -> (Symbol, Symbol, Symbol) {
@@ -326,7 +326,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    pub fn unsupported_operand(&self, op: BinaryOp, a: &Value, b: &Value, text: &str) -> Raised {
+    pub fn unsupported_operand(&self, op: BinaryOp, a: &Value, b: &Value, text: &str) -> Unwind {
         let (name_a, name_b) = (self.core.types.name_of(a), self.core.types.name_of(b));
         let plain = self.unwrap_builtin(a);
         // What says what it cannot add knows the builtin type, for bytes the class.

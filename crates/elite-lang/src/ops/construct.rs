@@ -92,7 +92,7 @@ impl Evaluator<'_> {
 
     /// The error for an `__init__` that returned a value.
     #[cold]
-    pub fn init_result_error(&self, result: &Value) -> crate::value::Raised {
+    pub fn init_result_error(&self, result: &Value) -> crate::value::Unwind {
         let name = self.core.types.name_of(result);
         self.type_error(format!("__init__() should return None, not '{name}'"))
     }

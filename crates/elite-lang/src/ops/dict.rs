@@ -132,7 +132,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn unhashable(&self, value: &Value) -> crate::value::Raised {
+    fn unhashable(&self, value: &Value) -> crate::value::Unwind {
         let name = self.core.types.name_of(value);
         self.type_error(format!("unhashable type: '{name}'"))
     }

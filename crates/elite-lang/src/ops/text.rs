@@ -10,7 +10,7 @@ use crate::eval::Evaluator;
 use crate::format::Spec;
 use crate::limits::chunked::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::value::symbol::known;
-use crate::value::{Instance, R, Raised, Str, Value};
+use crate::value::{Instance, R, Str, Unwind, Value};
 
 /// The `__repr__` of a class that is its `__str__`, too, unless the builtin type it is derived from has a `__str__` of
 /// its own.
@@ -89,7 +89,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn no_text(&self, value: &Value, method: &str) -> Raised {
+    fn no_text(&self, value: &Value, method: &str) -> Unwind {
         let name = self.core.types.name_of(value);
         self.type_error(format!("{method} returned non-string (type {name})"))
     }

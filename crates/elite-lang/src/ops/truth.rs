@@ -84,7 +84,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn no_len(&self, value: &Value) -> crate::value::Raised {
+    fn no_len(&self, value: &Value) -> crate::value::Unwind {
         let name = self.core.types.name_of(value);
         self.type_error(format!("object of type '{name}' has no len()"))
     }

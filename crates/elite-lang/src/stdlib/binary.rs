@@ -11,7 +11,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::limits::chunked::{BULK_CHUNK, WORK_PER_BYTE, bulk_work};
 use crate::value::int::Int;
-use crate::value::{Bytes, R, Raised, Value};
+use crate::value::{Bytes, R, Unwind, Value};
 
 pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let exception = module
@@ -81,11 +81,11 @@ pub struct StructFormat {
 }
 
 #[cold]
-fn fail(ev: &Evaluator<'_>, message: impl Into<String>) -> Raised {
+fn fail(ev: &Evaluator<'_>, message: impl Into<String>) -> Unwind {
     let made = native_class(ev, "_struct.error")
         .and_then(|class| ev.call1(&Value::Class(class), Value::str(message.into())));
     match made {
-        Ok(Value::Instance(exception)) => Raised::Exception(exception),
+        Ok(Value::Instance(exception)) => Unwind::Exception(exception),
         Ok(_) => ev.value_error("bad error class"),
         Err(raised) => raised,
     }
@@ -297,7 +297,7 @@ fn pack_one(
 }
 
 /// A number beyond a format of floats. Integers are refused in other words.
-fn too_large(ev: &Evaluator<'_>, value: &Value, code: char) -> Raised {
+fn too_large(ev: &Evaluator<'_>, value: &Value, code: char) -> Unwind {
     if ev.has_index(value) {
         return fail(ev, "int too large to convert");
     }

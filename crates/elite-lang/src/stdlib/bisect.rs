@@ -7,7 +7,7 @@ use super::define::ModuleBuilder;
 use crate::eval::Evaluator;
 use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 /// On which side of equal items.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -107,7 +107,7 @@ fn mapping(ev: &Evaluator<'_>, value: &Value) -> Option<String> {
     is_mapping.contains(&name.as_str()).then_some(name)
 }
 
-fn not_a_sequence(ev: &Evaluator<'_>, name: &str) -> Raised {
+fn not_a_sequence(ev: &Evaluator<'_>, name: &str) -> Unwind {
     ev.type_error(format!("{name} is not a sequence"))
 }
 

@@ -83,7 +83,7 @@ fn heap(ev: &Evaluator<'_>, value: &Value, what: &str) -> R<Rc<List>> {
     }
 }
 
-fn size_changed_error(ev: &Evaluator<'_>) -> crate::value::Raised {
+fn size_changed_error(ev: &Evaluator<'_>) -> crate::value::Unwind {
     let text = "list changed size during iteration";
     ev.raise(ExceptionKind::RuntimeError, text)
 }

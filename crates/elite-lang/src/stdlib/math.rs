@@ -9,7 +9,7 @@ use crate::eval::Evaluator;
 use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 /// A function of one float. What is not finite for a finite argument is an error: a range error if the function grows
 /// beyond all floats, otherwise a domain error.
@@ -98,11 +98,11 @@ fn refuse_names(ev: &Evaluator<'_>, name: &str, args: &Args<'_>) -> R<()> {
     }
 }
 
-fn domain(ev: &Evaluator<'_>) -> Raised {
+fn domain(ev: &Evaluator<'_>) -> Unwind {
     ev.value_error("math domain error")
 }
 
-fn range(ev: &Evaluator<'_>) -> Raised {
+fn range(ev: &Evaluator<'_>) -> Unwind {
     ev.raise(ExceptionKind::OverflowError, "math range error")
 }
 

@@ -13,7 +13,7 @@ use crate::eval::Evaluator;
 use crate::host::{Capability, HostSocket, Interest, ThreadId};
 use crate::value::bytes::BytesRef;
 use crate::value::data::no_values;
-use crate::value::{Bytes, R, Raised, Value};
+use crate::value::{Bytes, R, Unwind, Value};
 
 /// Most bytes one `recv` returns.
 const RECEIVE_MAX: usize = 16 << 20;
@@ -49,7 +49,7 @@ fn make(ev: &Evaluator<'_>, socket: Rc<dyn HostSocket>) -> R {
     instance(ev, "_socket.Socket", Rc::new(socket))
 }
 
-fn closed_error(ev: &Evaluator<'_>) -> Raised {
+fn closed_error(ev: &Evaluator<'_>) -> Unwind {
     ev.raise_args(
         ExceptionKind::OSError,
         vec![Value::Int(9), Value::str("Bad file descriptor")],

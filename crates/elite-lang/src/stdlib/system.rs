@@ -6,7 +6,7 @@ use super::define::ModuleBuilder;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::host::Capability;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
@@ -89,7 +89,7 @@ pub(super) fn require(ev: &Evaluator<'_>, access: Capability, what: &str) -> R<(
 }
 
 /// An exception for what the system said.
-pub(super) fn os_error(ev: &Evaluator<'_>, error: &io::Error) -> Raised {
+pub(super) fn os_error(ev: &Evaluator<'_>, error: &io::Error) -> Unwind {
     use io::ErrorKind as Io;
     let kind = match error.kind() {
         Io::ConnectionRefused => ExceptionKind::ConnectionRefusedError,
@@ -120,9 +120,9 @@ pub(super) fn os_error(ev: &Evaluator<'_>, error: &io::Error) -> Raised {
 }
 
 /// An exception for what the system said about a file, or about two.
-pub(super) fn os_error_about(ev: &Evaluator<'_>, error: &io::Error, names: &[Value]) -> Raised {
+pub(super) fn os_error_about(ev: &Evaluator<'_>, error: &io::Error, names: &[Value]) -> Unwind {
     let raised = os_error(ev, error);
-    if let Raised::Exception(exception) = &raised {
+    if let Unwind::Exception(exception) = &raised {
         for (attribute, name) in ["filename", "filename2"].iter().zip(names) {
             let attribute = ev.core.symbols.intern(attribute);
             exception.set(attribute, name.clone(), &ev.core.symbols);

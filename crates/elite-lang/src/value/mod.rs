@@ -114,7 +114,7 @@ impl Clone for Value {
 
 const _: () = assert!(size_of::<Value>() == 16);
 
-const _: () = assert!(size_of::<Result<Value, Raised>>() == 16);
+const _: () = assert!(size_of::<Result<Value, Unwind>>() == 16);
 
 /// A variable shared between a function and functions inside it.
 #[derive(Default)]
@@ -180,24 +180,24 @@ impl Drop for CellVar {
 /// The reason for which evaluation does not go on: an exception on its way to a handler, or the stop of the thread,
 /// which no handler sees. One word, so that results stay in two registers.
 #[derive(Clone)]
-pub enum Raised {
+pub enum Unwind {
     /// An exception; always an instance of a class derived from `BaseException`.
     Exception(Rc<Instance>),
     /// The thread is being stopped: only `finally` blocks and `with` exits run.
     Stop,
 }
 
-impl std::fmt::Debug for Raised {
+impl std::fmt::Debug for Unwind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Raised::Exception(instance) => write!(f, "Raised({})", instance.class.name()),
-            Raised::Stop => f.write_str("Raised(stop)"),
+            Unwind::Exception(instance) => write!(f, "Unwind({})", instance.class.name()),
+            Unwind::Stop => f.write_str("Unwind(stop)"),
         }
     }
 }
 
 /// What most operations return.
-pub type R<T = Value> = Result<T, Raised>;
+pub type R<T = Value> = Result<T, Unwind>;
 
 impl Value {
     /// Whether dropping it does nothing.

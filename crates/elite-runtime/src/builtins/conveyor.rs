@@ -1,6 +1,6 @@
 //! Manual 3.1.21 to 3.1.24 and 3.1.29 to 3.1.32: conveyor encoders and tracking.
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use motion_api::{CommandKind, EncoderRange, OverlayCommand, PulseDecoding, SettingCommand};
 
 use super::call::Call;
@@ -172,31 +172,31 @@ pub const BUILTINS: &[Builtin] = &[
 const ENCODER: Parameter =
     Parameter::new("encoder_index", ParameterType::Integer(0, 1), "", "encoder");
 
-fn encoder(call: &mut Call<'_, '_>, index: usize) -> Result<u8, Raised> {
+fn encoder(call: &mut Call<'_, '_>, index: usize) -> Result<u8, Unwind> {
     // Declared as 0 to 1.
     call.integer(index).map(|n| n as u8)
 }
 
-fn encoder_enable_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn encoder_enable_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let encoder = encoder(call, 0)?;
     let range = EncoderRange::from_number(call.integer(1)? as u64).unwrap_or_default();
     call.set(SettingCommand::EncoderEnableSetTickCount { encoder, range })?;
     Ok(Value::None)
 }
 
-fn encoder_get_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn encoder_get_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let encoder = usize::from(encoder(call, 0)?);
     Ok(Value::Float(call.state().encoder_counts[encoder]))
 }
 
-fn encoder_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn encoder_set_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let encoder = encoder(call, 0)?;
     let count = call.number(1)?;
     call.set(SettingCommand::EncoderSetTickCount { encoder, count })?;
     Ok(Value::None)
 }
 
-fn encoder_unwind_delta_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn encoder_unwind_delta_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let encoder = usize::from(encoder(call, 0)?);
     let delta = call.number(1)?;
     let number = call.state().encoder_ranges[encoder];
@@ -205,7 +205,7 @@ fn encoder_unwind_delta_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Rai
 }
 
 /// Ticks a unit of the belt's way: any number but 0.
-fn ticks(call: &mut Call<'_, '_>, index: usize, name: &str) -> Result<f64, Raised> {
+fn ticks(call: &mut Call<'_, '_>, index: usize, name: &str) -> Result<f64, Unwind> {
     let ticks = call.number(index)?;
     if ticks != 0.0 {
         return Ok(ticks);
@@ -214,7 +214,7 @@ fn ticks(call: &mut Call<'_, '_>, index: usize, name: &str) -> Result<f64, Raise
     Err(call.error(ExceptionKind::ValueError, text))
 }
 
-fn track_conveyor_circular(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn track_conveyor_circular(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let kind = CommandKind::Overlay(OverlayCommand::TrackConveyorCircular {
         center: call.pose(0)?,
         ticks_per_revolution: ticks(call, 1, "track_conveyor_circular(): ticks_per_revolution")?,
@@ -225,7 +225,7 @@ fn track_conveyor_circular(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn track_conveyor_linear(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn track_conveyor_linear(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let kind = CommandKind::Overlay(OverlayCommand::TrackConveyorLinear {
         direction: call.pose(0)?.xyz,
         ticks_per_meter: ticks(call, 1, "track_conveyor_linear(): ticks_per_meter")?,
@@ -235,12 +235,12 @@ fn track_conveyor_linear(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn stop_conveyor_tracking(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn stop_conveyor_tracking(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     call.run_command(OverlayCommand::StopConveyorTracking)?;
     Ok(Value::None)
 }
 
-fn encoder_enable_pulse_decode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn encoder_enable_pulse_decode(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let encoder = encoder(call, 0)?;
     // Declared as 1 to 4.
     let decoding =

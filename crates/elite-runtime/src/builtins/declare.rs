@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use elite_lang::{Raised, Value};
+use elite_lang::{Unwind, Value};
 
 use super::call::Call;
 
@@ -31,7 +31,7 @@ pub struct Builtin {
 }
 
 /// What a builtin does.
-pub type Body = fn(&mut Call<'_, '_>) -> Result<Value, Raised>;
+pub type Body = fn(&mut Call<'_, '_>) -> Result<Value, Unwind>;
 
 /// Groups of the manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,6 +1,6 @@
 //! Manual chapter 4: force mode and the force sensor.
 
-use elite_lang::{Raised, Value};
+use elite_lang::{Unwind, Value};
 use motion_api::{OverlayCommand, SensingCommand};
 
 use super::call::Call;
@@ -160,7 +160,7 @@ pub const BUILTINS: &[Builtin] = &[
     },
 ];
 
-fn force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn force_mode(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let frame = call.pose(0)?;
     // Clients send numbers, some of them other than 0 and 1.
     let selection = call.numbers(1)?.map(|x: f64| x != 0.0);
@@ -181,34 +181,34 @@ fn force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn force_mode_set_gain_scaling(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn force_mode_set_gain_scaling(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let gain = call.clamped(0, (0.0, 2.0))?;
     call.send(SensingCommand::SetForceGain(gain))?;
     Ok(Value::None)
 }
 
-fn force_mode_set_damping(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn force_mode_set_damping(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let damping = call.clamped(0, (0.0, 1.0))?;
     call.send(SensingCommand::SetForceDamping(damping))?;
     Ok(Value::None)
 }
 
-fn end_force_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn end_force_mode(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     call.set(OverlayCommand::EndForceMode)?;
     Ok(Value::None)
 }
 
-fn zero_ftsensor(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn zero_ftsensor(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     call.set(SensingCommand::ZeroFtSensor)?;
     Ok(Value::None)
 }
 
-fn force(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn force(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let [x, y, z, ..] = call.state().tcp_force;
     Ok(Value::Float((x * x + y * y + z * z).sqrt()))
 }
 
-fn get_tcp_force(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_tcp_force(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let is_compensated = call.boolean(0)?;
     let state = call.state();
     let wrench = if is_compensated {
@@ -219,7 +219,7 @@ fn get_tcp_force(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::list_of_f64(&wrench))
 }
 
-fn ft_rtsi_input_enable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn ft_rtsi_input_enable(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let enabled = call.boolean(0)?;
     let mass = call.number(1)?;
     let measuring_offset = call.numbers(2)?;

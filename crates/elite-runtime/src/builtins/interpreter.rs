@@ -3,7 +3,7 @@
 //! `interpreter_mode()` executes the statements of port 30020 itself, in the scope of its caller, and waits when there
 //! are none. The queue, and what ports see of it, is `crate::interpreter`'s.
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use motion_api::ThreadNumber;
 
 use super::call::Call;
@@ -74,7 +74,7 @@ const fn switch(name: &'static str, meaning: &'static str) -> Parameter {
     }
 }
 
-fn interpreter_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn interpreter_mode(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (clear_queue, clear_on_end) = (call.boolean(0)?, call.boolean(1)?);
     let interpreter = call.context().interpreter();
     if call.origin().thread != ThreadNumber(0) {
@@ -106,7 +106,7 @@ fn interpreter_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
+fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Unwind> {
     let (interpreter, observer) = (call.context().interpreter(), call.context().observer());
     let mut executed = 0_u32;
     loop {
@@ -134,7 +134,7 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
     }
 }
 
-fn end_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn end_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     if !call.context().interpreter().request_end() {
         let origin = call.origin();
         let text = "end_interpreter(): interpreter mode is not active, nothing ends";
@@ -144,7 +144,7 @@ fn end_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn clear_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn clear_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     clear(call, true);
     Ok(Value::None)
 }

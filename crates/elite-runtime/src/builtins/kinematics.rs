@@ -4,7 +4,7 @@
 
 use ::kinematics::safety::CI_PAIRS;
 use ::kinematics::{JointPositions, PlaneSwitches, Pose};
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use motion_api::{RobotState, SafetyMode};
 
 use super::call::Call;
@@ -128,7 +128,7 @@ const TCP: Parameter = Parameter {
     meaning: "TCP in the flange frame; default: the active one",
 };
 
-fn get_forward_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_forward_kin(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let state = call.state();
     let q = call.joints_or_default(0)?.unwrap_or(state.actual_q);
     let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(1)?.unwrap_or(state.tcp_offset));
@@ -141,7 +141,7 @@ fn get_forward_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 /// The solution nearest to the second argument, for the pose and tool in the first and third.
-fn nearest(call: &mut Call<'_, '_>) -> Result<Option<JointPositions>, Raised> {
+fn nearest(call: &mut Call<'_, '_>) -> Result<Option<JointPositions>, Unwind> {
     let state = call.state();
     let target = Pose::from_rpy(&call.pose(0)?);
     let near = call.joints_or_default(1)?.unwrap_or(state.actual_q);
@@ -150,7 +150,7 @@ fn nearest(call: &mut Call<'_, '_>) -> Result<Option<JointPositions>, Raised> {
     Ok(model.inverse_nearest(&target, &flange_from_tcp, &near))
 }
 
-fn get_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     match nearest(call)? {
         Some(q) => Ok(Value::list_of_f64(&q.0)),
         None => {
@@ -164,11 +164,11 @@ fn get_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     }
 }
 
-fn get_inverse_kin_has_solution(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_inverse_kin_has_solution(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     Ok(Value::Bool(nearest(call)?.is_some()))
 }
 
-fn get_all_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_all_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let state = call.state();
     let target = Pose::from_rpy(&call.pose(0)?);
     let flange_from_tcp = Pose::from_rpy(&call.pose_or_default(1)?.unwrap_or(state.tcp_offset));
@@ -188,7 +188,7 @@ fn plane_switches(state: &RobotState) -> PlaneSwitches {
     }
 }
 
-fn is_within_safety_limits(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn is_within_safety_limits(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (no_pose, no_joints) = (call.is_symbolic_default(0), call.is_symbolic_default(3));
     if no_pose == no_joints {
         let what = if no_pose { "neither is" } else { "both are" };

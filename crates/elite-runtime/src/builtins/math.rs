@@ -5,12 +5,12 @@
 
 use ::kinematics::script_math::{self as m, DomainError};
 use ::kinematics::{RpyPose, Wrench};
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 
 use super::call::Call;
 use super::declare::{Body, Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
 
-type MathResult = Result<Value, Raised>;
+type MathResult = Result<Value, Unwind>;
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -406,11 +406,11 @@ const fn integer_to_bits(name: &'static str) -> Builtin {
 
 /// A domain error of the library as an exception of the script.
 trait OrRaise<T> {
-    fn or_raise(self, call: &mut Call<'_, '_>) -> Result<T, Raised>;
+    fn or_raise(self, call: &mut Call<'_, '_>) -> Result<T, Unwind>;
 }
 
 impl<T> OrRaise<T> for Result<T, DomainError> {
-    fn or_raise(self, call: &mut Call<'_, '_>) -> Result<T, Raised> {
+    fn or_raise(self, call: &mut Call<'_, '_>) -> Result<T, Unwind> {
         self.map_err(|error| call.error(ExceptionKind::ValueError, error.to_string()))
     }
 }

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use kinematics::{JointPositions, Pose, RobotModel};
 use motion_api::{MotionCommand, PointList};
 
@@ -160,7 +160,7 @@ fn space(number: i64) -> Space {
     }
 }
 
-fn load_micro_line_file(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn load_micro_line_file(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let name = call.text(0)?;
     let interval = call.integer(1)? as f64 / 1000.0;
     let space = space(call.integer(2)?);
@@ -180,7 +180,7 @@ fn load_micro_line_file(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 /// The text of a file, in pieces that are noted one by one: where a run is repeated, the recording has it.
-fn text_of(call: &mut Call<'_, '_>, name: &str) -> Result<String, Raised> {
+fn text_of(call: &mut Call<'_, '_>, name: &str) -> Result<String, Unwind> {
     let (context, mut file) = (call.shared_context(), None);
     let mut text = String::new();
     loop {
@@ -207,7 +207,7 @@ fn text_of(call: &mut Call<'_, '_>, name: &str) -> Result<String, Raised> {
     }
 }
 
-fn micro_line_set_pcs(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn micro_line_set_pcs(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let index = call.integer(0)?;
     let part = call.pose(1)?;
     let is_known = match call.context().micro_lines().borrow_mut().get_mut(index) {
@@ -224,7 +224,7 @@ fn micro_line_set_pcs(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     }
 }
 
-fn get_micro_line_values_by_index(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_micro_line_values_by_index(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (index, wanted) = (call.integer(0)?, space(call.integer(1)?));
     let number = call.integer(2)?;
     // What is no number of a point is beyond the last one.
@@ -244,7 +244,7 @@ fn get_micro_line_values_by_index(call: &mut Call<'_, '_>) -> Result<Value, Rais
 }
 
 /// Runs through the points. An arm that stands elsewhere goes to the first one with a movej at its default speed.
-fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let index = call.integer(0)?;
     let (first, last) = (call.integer(1)?, call.integer(2)?);
     let (count, interval) =
@@ -300,7 +300,7 @@ fn with_micro_line<T>(
     call: &mut Call<'_, '_>,
     index: i64,
     look: impl FnOnce(&MicroLine, &RobotModel, &Pose, &JointPositions) -> T,
-) -> Result<T, Raised> {
+) -> Result<T, Unwind> {
     let context = call.context();
     let state = call.state();
     let flange_from_tcp = Pose::from_rpy(&state.tcp_offset);
@@ -311,7 +311,7 @@ fn with_micro_line<T>(
     found.ok_or_else(|| unknown(call, index))
 }
 
-fn unknown(call: &mut Call<'_, '_>, index: i64) -> Raised {
+fn unknown(call: &mut Call<'_, '_>, index: i64) -> Unwind {
     let loaded = match call.context().micro_lines().borrow().count() {
         0 => "the index of a loaded file, and none is loaded".to_owned(),
         1 => "0, the only file loaded".to_owned(),
@@ -320,7 +320,7 @@ fn unknown(call: &mut Call<'_, '_>, index: i64) -> Raised {
     call.not_allowed(0, &loaded, index)
 }
 
-fn in_file(call: &mut Call<'_, '_>, name: &str, error: &MicroLineError) -> Raised {
+fn in_file(call: &mut Call<'_, '_>, name: &str, error: &MicroLineError) -> Unwind {
     let text = format!("load_micro_line_file(): {name}: {error}");
     call.error(ExceptionKind::ValueError, text)
 }

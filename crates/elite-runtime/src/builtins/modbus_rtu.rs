@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use elite_lang::{Raised, Value};
+use elite_lang::{Unwind, Value};
 use io_bus::modbus::pdu::{Reply, Request, Table};
 
 use super::call::Call;
@@ -314,7 +314,7 @@ enum WriteResult {
 }
 
 /// One request; `None` when it failed, which has been logged.
-fn ask(call: &mut Call<'_, '_>, port: Port, request: Request) -> Result<Option<Reply>, Raised> {
+fn ask(call: &mut Call<'_, '_>, port: Port, request: Request) -> Result<Option<Reply>, Unwind> {
     let (slave, patience) = (call.byte(0)?, call.patience(3)?);
     if matches!(call.given(4), Some(value) if !matches!(value, Value::Unbound)) {
         call.word(4)?;
@@ -335,11 +335,11 @@ fn ask(call: &mut Call<'_, '_>, port: Port, request: Request) -> Result<Option<R
 }
 
 /// An address; its range is 16 bits.
-fn address(call: &mut Call<'_, '_>) -> Result<u16, Raised> {
+fn address(call: &mut Call<'_, '_>) -> Result<u16, Unwind> {
     Ok(u16::try_from(call.integer(1)?).unwrap_or_default())
 }
 
-fn read(call: &mut Call<'_, '_>, port: Port, table: Table) -> Result<Value, Raised> {
+fn read(call: &mut Call<'_, '_>, port: Port, table: Table) -> Result<Value, Unwind> {
     let request = Request::Read {
         table,
         address: address(call)?,
@@ -363,7 +363,7 @@ fn write(
     request: Request,
     count: usize,
     result: WriteResult,
-) -> Result<Value, Raised> {
+) -> Result<Value, Unwind> {
     let written = ask(call, port, request)?.is_some();
     Ok(match result {
         // At most 1968, and the device confirms all of them or none.
@@ -380,7 +380,7 @@ fn data<T>(
     most: usize,
     what: &str,
     convert: impl Fn(&Value) -> Option<T>,
-) -> Result<Vec<T>, Raised> {
+) -> Result<Vec<T>, Unwind> {
     let value = call.required(2);
     let Some(items) = value.as_items() else {
         return match convert(&value) {
@@ -419,13 +419,13 @@ fn word(value: &Value) -> Option<u16> {
     value.as_i64().and_then(|number| u16::try_from(number).ok())
 }
 
-fn write_coil(call: &mut Call<'_, '_>, port: Port, result: WriteResult) -> Result<Value, Raised> {
+fn write_coil(call: &mut Call<'_, '_>, port: Port, result: WriteResult) -> Result<Value, Unwind> {
     let levels = data(call, 1, LEVELS, level)?;
     let request = Request::WriteCoil(address(call)?, levels == [true]);
     write(call, port, request, 1, result)
 }
 
-fn write_coils(call: &mut Call<'_, '_>, port: Port, result: WriteResult) -> Result<Value, Raised> {
+fn write_coils(call: &mut Call<'_, '_>, port: Port, result: WriteResult) -> Result<Value, Unwind> {
     let levels = data(call, 1968, LEVELS, level)?;
     let count = levels.len();
     let request = Request::WriteCoils(address(call)?, levels);
@@ -436,7 +436,7 @@ fn write_register(
     call: &mut Call<'_, '_>,
     port: Port,
     result: WriteResult,
-) -> Result<Value, Raised> {
+) -> Result<Value, Unwind> {
     let words = data(call, 1, WORDS, word)?;
     let request =
         Request::WriteRegister(address(call)?, words.first().copied().unwrap_or_default());
@@ -447,7 +447,7 @@ fn write_registers(
     call: &mut Call<'_, '_>,
     port: Port,
     result: WriteResult,
-) -> Result<Value, Raised> {
+) -> Result<Value, Unwind> {
     let words = data(call, 123, WORDS, word)?;
     let count = words.len();
     let request = Request::WriteRegisters(address(call)?, words);

@@ -6,7 +6,7 @@
 )]
 
 use ::kinematics::Payload;
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use motion_api::{CommandKind, MotionCommand, SettingCommand};
 
 use super::call::Call;
@@ -226,7 +226,7 @@ const fn getter(
     section: &'static str,
     summary: &'static str,
     returns: &'static str,
-    run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>,
+    run: fn(&mut Call<'_, '_>) -> Result<Value, Unwind>,
 ) -> Builtin {
     Builtin {
         name,
@@ -240,7 +240,7 @@ const fn getter(
     }
 }
 
-fn movej(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn movej(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let kind = CommandKind::Motion(MotionCommand::MoveJ {
         target: call.joints(0)?,
         acceleration: call.number(1)?,
@@ -252,7 +252,7 @@ fn movej(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn movel(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn movel(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let kind = CommandKind::Motion(MotionCommand::MoveL {
         target: call.pose(0)?,
         acceleration: call.number(1)?,
@@ -264,7 +264,7 @@ fn movel(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn movec(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn movec(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let kind = CommandKind::Motion(MotionCommand::MoveC {
         via: call.pose(0)?,
         target: call.pose(1)?,
@@ -277,13 +277,13 @@ fn movec(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn set_tcp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn set_tcp(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let pose = call.pose(0)?;
     call.set(SettingCommand::SetTcp(pose))?;
     Ok(Value::None)
 }
 
-fn set_payload(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn set_payload(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let mass = call.number(0)?;
     let model = call.context().robot().model();
     if let Some(rated) = model.rated_payload_kg()

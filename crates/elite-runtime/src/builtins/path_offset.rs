@@ -1,7 +1,7 @@
 //! Process moves and offsets of the path, as programs of the vendor's pendant use them; the manual does not describe
 //! them.
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use motion_api::{CommandKind, MotionCommand, OffsetAxes, OverlayCommand};
 
 use super::call::Call;
@@ -158,7 +158,7 @@ const AXES: Parameter = Parameter::new(
     "axes of the offset: 1 base, 2 TCP, 3 motion (X along the path, Y = X × the tool's Z, Z = X × Y)",
 );
 
-fn movep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn movep(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let kind = CommandKind::Motion(MotionCommand::MoveP {
         target: call.pose(0)?,
         acceleration: call.number(1)?,
@@ -169,23 +169,23 @@ fn movep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn path_offset_enable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn path_offset_enable(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     call.set(OverlayCommand::PathOffsetEnable)?;
     Ok(Value::None)
 }
 
-fn path_offset_disable(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn path_offset_disable(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let acceleration = call.number(0)?;
     call.run_command(OverlayCommand::PathOffsetDisable { acceleration })?;
     Ok(Value::None)
 }
 
-fn axes(call: &mut Call<'_, '_>, index: usize) -> Result<OffsetAxes, Raised> {
+fn axes(call: &mut Call<'_, '_>, index: usize) -> Result<OffsetAxes, Unwind> {
     // Declared as 1, 2 or 3.
     Ok(OffsetAxes::from_number(call.integer(index)? as u64).unwrap_or_default())
 }
 
-fn path_offset_set(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn path_offset_set(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let offset = call.pose(0)?;
     let axes = axes(call, 1)?;
     if let Some(far) = offset.to_array().into_iter().find(|x| x.abs() > FARTHEST) {
@@ -201,19 +201,19 @@ fn path_offset_set(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 /// Offsets beyond are a mistake of units, m and rad.
 const FARTHEST: f64 = 10.0;
 
-fn path_offset_get(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn path_offset_get(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let axes = axes(call, 0)?;
     let offsets = call.context().robot().state().path_offsets;
     Ok(Value::list_of_f64(&offsets[axes as usize]))
 }
 
-fn path_offset_set_alpha_filter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn path_offset_set_alpha_filter(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let share = call.number(0)?;
     call.send(OverlayCommand::PathOffsetFilter(share))?;
     Ok(Value::None)
 }
 
-fn path_offset_set_max_offset(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn path_offset_set_max_offset(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let kind = CommandKind::Overlay(OverlayCommand::PathOffsetMax {
         translation: call.number(0)?,
         rotation: call.number(1)?,

@@ -2,7 +2,7 @@
 //! the manual). What moves the arm among them is with the motions.
 
 use ::kinematics::script_math;
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use motion_api::IoChange;
 
 use super::call::Call;
@@ -98,12 +98,12 @@ const fn copying(name: &'static str, summary: &'static str) -> Builtin {
     }
 }
 
-fn set(call: &mut Call<'_, '_>, change: IoChange) -> Result<Value, Raised> {
+fn set(call: &mut Call<'_, '_>, change: IoChange) -> Result<Value, Unwind> {
     call.change(change)?;
     Ok(Value::None)
 }
 
-fn cal_rpy_frame(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn cal_rpy_frame(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (origin, x, y) = (call.numbers(0)?, call.numbers(1)?, call.numbers(2)?);
     match script_math::cal_rpy_frame(origin, x, y) {
         Ok(frame) => Ok(Value::list_of_f64(&frame.to_array())),

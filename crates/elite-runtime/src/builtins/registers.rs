@@ -1,6 +1,6 @@
 //! Manual 5.37 to 5.45: general purpose registers. A write is seen by the next read, whoever reads.
 
-use elite_lang::{Raised, Value};
+use elite_lang::{Unwind, Value};
 use motion_api::IoChange;
 
 use super::call::Call;
@@ -145,19 +145,19 @@ fn integer(value: i32) -> Value {
     Value::Int(value.into())
 }
 
-fn write_boolean(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn write_boolean(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (index, level) = (call.byte(0)?, call.boolean(1)?);
     call.change_register(IoChange::BooleanRegister { index, level })?;
     Ok(Value::None)
 }
 
-fn write_float(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn write_float(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (index, value) = (call.byte(0)?, call.number(1)?);
     call.change_register(IoChange::FloatRegister { index, value })?;
     Ok(Value::None)
 }
 
-fn write_integer(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn write_integer(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let index = call.byte(0)?;
     // The declared range is that of the register.
     let value = i32::try_from(call.integer(1)?).unwrap_or_default();

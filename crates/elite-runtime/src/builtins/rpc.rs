@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use elite_lang::{ExceptionKind, MethodHandler, NativeCall, NativeContext, Raised, Value};
+use elite_lang::{ExceptionKind, MethodHandler, NativeCall, NativeContext, Unwind, Value};
 use io_bus::xmlrpc::codec::DEPTH_MAX;
 use io_bus::xmlrpc::{RpcClient, RpcUrl, RpcValue};
 
@@ -29,7 +29,7 @@ pub const BUILTINS: &[Builtin] = &[Builtin::new(
     rpc_factory,
 )];
 
-fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     call.word(0)?;
     let text = call.text(1)?;
     let url: RpcUrl = match text.parse() {
@@ -65,7 +65,7 @@ impl Remote {
         native: &mut NativeCall<'_>,
         method: &str,
         args: &[Value],
-    ) -> Result<Value, Raised> {
+    ) -> Result<Value, Unwind> {
         let arguments = args.iter().map(|value| to_rpc(native, method, value, 0));
         let arguments: Vec<RpcValue> = arguments.collect::<Result<_, _>>()?;
         let (client, name) = (Rc::clone(&self.client), method.to_owned());
@@ -90,7 +90,7 @@ pub fn to_rpc(
     method: &str,
     value: &Value,
     depth: usize,
-) -> Result<RpcValue, Raised> {
+) -> Result<RpcValue, Unwind> {
     if depth > DEPTH_MAX {
         let text = format!("{method}(): an argument is nested deeper than {DEPTH_MAX}");
         return Err(native.raise(ExceptionKind::ValueError, text));
@@ -118,7 +118,7 @@ fn containing(
     method: &str,
     value: &Value,
     depth: usize,
-) -> Result<RpcValue, Raised> {
+) -> Result<RpcValue, Unwind> {
     if let Some(items) = value.as_items() {
         let items = items
             .iter()

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use elite_lang::{Raised, Value};
+use elite_lang::{Unwind, Value};
 use io_bus::Fieldbus;
 use io_bus::serial::{SerialLine, SerialMode, SerialSettings};
 
@@ -365,13 +365,13 @@ pub const BUILTINS: &[Builtin] = &[
     ),
 ];
 
-fn is_open(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
+fn is_open(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Unwind> {
     Ok(Value::Bool(
         port.line(call.context().fieldbus()).mode() != SerialMode::Closed,
     ))
 }
 
-fn mode_name(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
+fn mode_name(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Unwind> {
     Ok(Value::str(
         match port.line(call.context().fieldbus()).mode() {
             SerialMode::Closed => "CLOSE",
@@ -382,7 +382,7 @@ fn mode_name(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
 }
 
 /// Ends the program with an alarm when the port belongs to a plug-in.
-pub(super) fn check_not_daemon(call: &mut Call<'_, '_>, port: Port) -> Result<(), Raised> {
+pub(super) fn check_not_daemon(call: &mut Call<'_, '_>, port: Port) -> Result<(), Unwind> {
     match port.line(call.context().fieldbus()).settings() {
         Some(settings) if settings.is_daemon_owned => Err(call.alarm(
             USED_BY_DAEMON,
@@ -397,7 +397,7 @@ pub(super) fn check_not_daemon(call: &mut Call<'_, '_>, port: Port) -> Result<()
 pub(super) fn on_line_thread<T: Clone + 'static, E: Display>(
     call: &mut Call<'_, '_>,
     work: impl Future<Output = Result<T, E>> + 'static,
-) -> Result<Result<T, String>, Raised> {
+) -> Result<Result<T, String>, Unwind> {
     let work = async move { work.await.map_err(|error| error.to_string()) };
     let theirs = call.wait_for_future(UnmeteredFuture(Box::pin(work)))?;
     let own = theirs.clone();
@@ -416,7 +416,7 @@ impl<F: Future> Future for UnmeteredFuture<F> {
     }
 }
 
-fn config(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
+fn config(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Unwind> {
     let enable = call.boolean(0)?;
     let modbus_rtu = call.boolean(5)?;
     let settings = SerialSettings {
@@ -447,7 +447,7 @@ fn config(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
     }))
 }
 
-fn read(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
+fn read(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Unwind> {
     let count = usize::try_from(call.integer(0)?).unwrap_or_default();
     let (as_numbers, patience) = (call.boolean(1)?, call.patience(2)?);
     check_not_daemon(call, port)?;
@@ -471,7 +471,7 @@ fn read(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Raised> {
     })
 }
 
-fn write(call: &mut Call<'_, '_>, port: Port) -> Result<usize, Raised> {
+fn write(call: &mut Call<'_, '_>, port: Port) -> Result<usize, Unwind> {
     let value = call.required(0);
     // The low 8 bits, as the manual says.
     let low = |value: &Value| value.as_i64().map(|number| number as u8);
@@ -500,12 +500,12 @@ fn write(call: &mut Call<'_, '_>, port: Port) -> Result<usize, Raised> {
     }))
 }
 
-fn write_masterboard(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn write_masterboard(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let sent = write(call, Port::Masterboard)?;
     Ok(Value::Bool(sent > 0))
 }
 
-fn flush(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn flush(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let fieldbus = Arc::clone(call.context().fieldbus());
     let done = on_line_thread(call, async move {
         // Everything written has left already: writes wait for that.

@@ -1,7 +1,7 @@
 //! Manual 3.1.6 and 3.1.25 to 3.1.28: streams of joint positions, speeds of joints and TCP, and their stops.
 
 use ::kinematics::JointSpeeds;
-use elite_lang::{Raised, Value};
+use elite_lang::{Unwind, Value};
 use motion_api::{CommandKind, OnlineCommand};
 
 use super::call::Call;
@@ -135,7 +135,7 @@ const DURATION: Parameter = Parameter::new(
 /// Shortest time a speed command is given, s: one cycle, whatever its length.
 const ONE_CYCLE: f64 = 1e-6;
 
-fn servoj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn servoj(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let kind = CommandKind::Online(OnlineCommand::ServoJ {
         target: call.joints(0)?,
         duration: call.number(1)?,
@@ -146,14 +146,14 @@ fn servoj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn duration(call: &mut Call<'_, '_>) -> Result<Option<f64>, Raised> {
+fn duration(call: &mut Call<'_, '_>) -> Result<Option<f64>, Unwind> {
     if call.is_symbolic_default(2) {
         return Ok(None);
     }
     call.number(2).map(|t| Some(t.max(ONE_CYCLE)))
 }
 
-fn speedj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn speedj(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let kind = CommandKind::Online(OnlineCommand::SpeedJ {
         speeds: JointSpeeds(call.numbers(0)?),
         acceleration: call.number(1)?,
@@ -163,7 +163,7 @@ fn speedj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn speedl(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn speedl(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let acceleration = call.number(1)?;
     let duration = duration(call)?;
     let rotation_acceleration = if call.is_symbolic_default(3) {
@@ -187,13 +187,13 @@ fn speedl(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn stopj(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn stopj(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let acceleration = call.number(0)?;
     call.run_command(OnlineCommand::StopJ { acceleration })?;
     Ok(Value::None)
 }
 
-fn stopl(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn stopl(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let acceleration = call.number(0)?;
     call.run_command(OnlineCommand::StopL { acceleration })?;
     Ok(Value::None)

@@ -5,7 +5,7 @@
 
 use std::rc::Rc;
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use io_bus::{PeerStream, ScriptSocket};
 
 use super::call::Call;
@@ -224,7 +224,7 @@ pub const BUILTINS: &[Builtin] = &[
     ),
 ];
 
-fn name(call: &mut Call<'_, '_>, index: usize) -> Result<String, Raised> {
+fn name(call: &mut Call<'_, '_>, index: usize) -> Result<String, Unwind> {
     let name = call.text(index)?;
     Ok(if name.is_empty() {
         DEFAULT_NAME.to_owned()
@@ -234,13 +234,13 @@ fn name(call: &mut Call<'_, '_>, index: usize) -> Result<String, Raised> {
 }
 
 /// The socket with the name in argument `index`, if it was opened.
-fn socket(call: &mut Call<'_, '_>, index: usize) -> Result<Option<Rc<ScriptSocket>>, Raised> {
+fn socket(call: &mut Call<'_, '_>, index: usize) -> Result<Option<Rc<ScriptSocket>>, Unwind> {
     call.check_net()?;
     let name = name(call, index)?;
     Ok(call.context().sockets().borrow().get(&name).cloned())
 }
 
-fn socket_open(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_open(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     call.check_net()?;
     let address = call.text(0)?;
     let port = u16::try_from(call.integer(1)?).unwrap_or_default();
@@ -272,21 +272,21 @@ fn socket_open(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     }))
 }
 
-fn socket_close(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_close(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     call.check_net()?;
     let name = name(call, 0)?;
     call.context().sockets().borrow_mut().remove(&name);
     Ok(Value::None)
 }
 
-fn socket_is_connected(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_is_connected(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let socket = socket(call, 0)?;
     Ok(Value::Bool(
         socket.is_some_and(|socket| socket.is_connected()),
     ))
 }
 
-fn socket_get_var(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_get_var(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let variable = call.text(0)?;
     let Some(socket) = socket(call, 1)? else {
         return Ok(Value::Int(0));
@@ -304,11 +304,11 @@ fn counted(values: impl ExactSizeIterator<Item = Value>, wanted: usize, missing:
 }
 
 /// How many values are wanted; at most 512, so that it fits anything.
-fn wanted(call: &mut Call<'_, '_>) -> Result<usize, Raised> {
+fn wanted(call: &mut Call<'_, '_>) -> Result<usize, Unwind> {
     Ok(usize::try_from(call.integer(0)?).unwrap_or_default())
 }
 
-fn socket_read_ascii_float(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_read_ascii_float(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (wanted, patience) = (wanted(call)?, call.patience(2)?);
     let numbers = match socket(call, 1)? {
         Some(socket) => {
@@ -323,7 +323,7 @@ fn socket_read_ascii_float(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     ))
 }
 
-fn socket_read_binary_integer(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_read_binary_integer(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (wanted, patience) = (wanted(call)?, call.patience(2)?);
     let integers = match socket(call, 1)? {
         Some(socket) => {
@@ -335,7 +335,7 @@ fn socket_read_binary_integer(call: &mut Call<'_, '_>) -> Result<Value, Raised> 
     Ok(counted(values, wanted, Value::Int(-1)))
 }
 
-fn socket_read_byte_list(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_read_byte_list(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (wanted, patience) = (wanted(call)?, call.patience(2)?);
     let bytes = match socket(call, 1)? {
         Some(socket) => {
@@ -347,7 +347,7 @@ fn socket_read_byte_list(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(counted(values, wanted, Value::Int(-1)))
 }
 
-fn socket_read_string(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_read_string(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (prefix, suffix, patience) = (call.text(1)?, call.text(2)?, call.patience(3)?);
     let Some(socket) = socket(call, 0)? else {
         return Ok(Value::str(""));
@@ -358,7 +358,7 @@ fn socket_read_string(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 /// Sends to the socket named in argument `index`; how many bytes went.
-fn send(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<usize, Raised> {
+fn send(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<usize, Unwind> {
     match socket(call, index)? {
         Some(socket) => call.wait_for_future(async move { socket.send(&bytes).await }),
         None => Ok(0),
@@ -366,7 +366,7 @@ fn send(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<usize, 
 }
 
 /// Sends to the socket named in argument `index`; `True` when every byte went.
-fn send_all(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<Value, Raised> {
+fn send_all(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<Value, Unwind> {
     let length = bytes.len();
     // Nothing to send to a socket that is not connected is a failure too.
     let connected = socket(call, index)?.is_some_and(|socket| socket.is_connected());
@@ -375,7 +375,7 @@ fn send_all(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<Val
     ))
 }
 
-fn socket_send_byte_list(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_send_byte_list(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let Some(items) = call.required(0).as_items() else {
         return Err(call.not_this_type(0, "a list of bytes (0 to 255)"));
     };
@@ -392,7 +392,7 @@ fn socket_send_byte_list(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::Int(send(call, 1, bytes)? as i64))
 }
 
-fn socket_send_byte(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_send_byte(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let value = call.required(0);
     let byte = match value.as_str().map(str::as_bytes) {
         Some([byte]) => *byte,
@@ -409,13 +409,13 @@ fn socket_send_byte(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     send_all(call, 1, vec![byte])
 }
 
-fn socket_send_int(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_send_int(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     // The declared range is that of 32 bits.
     let value = i32::try_from(call.integer(0)?).unwrap_or_default();
     send_all(call, 1, value.to_be_bytes().into())
 }
 
-fn socket_send_line(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_send_line(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let end = match call.integer(1)? {
         0 => "\n",
         1 => "\r",
@@ -425,7 +425,7 @@ fn socket_send_line(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     send_all(call, 2, line.into())
 }
 
-fn socket_send_string(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_send_string(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let value = call.required(0);
     // Lists and numbers are written by the rules of `to_str`, everything else by those of Python's `str`.
     let text = match compact_text(&value, SENT_CHARS_MAX) {
@@ -435,7 +435,7 @@ fn socket_send_string(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     send_all(call, 1, text.into())
 }
 
-fn socket_set_var(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn socket_set_var(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (name, value) = (call.text(0)?, call.integer(1)?);
     send(call, 2, format!("SET {name} {value}\n").into())?;
     Ok(Value::None)

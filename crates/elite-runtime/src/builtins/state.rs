@@ -1,7 +1,7 @@
 //! Manual 3.1: what the arm does and carries, gravity, freedrive and collision detection.
 
 use ::kinematics::Pose;
-use elite_lang::{Raised, Value};
+use elite_lang::{Unwind, Value};
 use motion_api::{OnlineCommand, RobotState, SensingCommand, SettingCommand};
 
 use super::call::Call;
@@ -218,21 +218,21 @@ pub const BUILTINS: &[Builtin] = &[
     },
 ];
 
-fn set_gravity(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn set_gravity(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     // The manual gives what the arm feels, the dynamics want free fall: the opposite.
     let felt: [f64; 3] = call.numbers(0)?;
     call.set(SettingCommand::SetGravity(felt.map(|x| 0.0 - x)))?;
     Ok(Value::None)
 }
 
-fn get_actual_tool_flange_pose(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_actual_tool_flange_pose(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let robot = call.context().robot();
     let q = robot.state().actual_q;
     let pose = robot.model().tcp_pose(&q, &Pose::IDENTITY);
     Ok(Value::list_of_f64(&pose.to_rpy().to_array()))
 }
 
-fn freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let mut free_axes = [true; 6];
     if call.given(0).is_some() {
         for (free, given) in free_axes.iter_mut().zip(call.booleans(0)?) {
@@ -244,18 +244,18 @@ fn freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn end_freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn end_freedrive_mode(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     call.set(OnlineCommand::EndFreedrive)?;
     Ok(Value::None)
 }
 
-fn set_collision_detect_enabled(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn set_collision_detect_enabled(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let enabled = call.boolean(0)?;
     call.set(SensingCommand::SetCollisionDetection(enabled))?;
     Ok(Value::None)
 }
 
-fn set_dyn_collision_force_min_ratio(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn set_dyn_collision_force_min_ratio(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let ratio = call.integer(0)? as u8;
     call.set(SensingCommand::SetCollisionSensitivity(ratio))?;
     Ok(Value::None)

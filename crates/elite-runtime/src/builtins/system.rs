@@ -1,6 +1,6 @@
 //! Manual 9.2, 9.3 and 9.5, and `print` and `sync` of 1.2: the task's own state, messages, time, flags.
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use motion_api::{MachineCommand, Seconds};
 
 use super::call::Call;
@@ -168,7 +168,7 @@ const FLAG_INDEX: Parameter = parameter(
     "which flag",
 );
 
-const fn system(run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>) -> Builtin {
+const fn system(run: fn(&mut Call<'_, '_>) -> Result<Value, Unwind>) -> Builtin {
     Builtin {
         name: "",
         section: "",
@@ -199,13 +199,13 @@ const fn flag(name: &'static str, meaning: &'static str) -> Parameter {
     }
 }
 
-fn sync(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn sync(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let cycle = call.context().robot().moment().cycle;
     call.wait(Wait::Cycle(cycle + 1))?;
     Ok(Value::None)
 }
 
-fn sleep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn sleep(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let Some(time) = Seconds::new(call.number(0)?) else {
         return Ok(Value::None);
     };
@@ -218,7 +218,7 @@ fn sleep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn pause(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn pause(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     if call.context().panel().operator() == Operator::Absent {
         let text = "pause(): nobody is there to resume the program, so it goes on";
         log(call, Severity::Warning, text);
@@ -232,47 +232,47 @@ fn pause(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn halt(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn halt(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     call.context().request(TaskRequest::Halt);
     // The task is ending; this thread only has to wait until it is unwound.
     call.wait(Wait::Never)?;
     Ok(Value::None)
 }
 
-fn powerdown(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn powerdown(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     // The arm decelerates before its power goes.
     call.send(MachineCommand::PowerOff)?;
     log(call, Severity::Info, "powerdown(): the arm is switched off");
     halt(call)
 }
 
-fn get_steptime(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_steptime(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     Ok(Value::Float(call.context().robot().state().step_time))
 }
 
-fn get_task_path(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_task_path(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     Ok(Value::str(
         call.context().task_folder().root().to_string_lossy(),
     ))
 }
 
-fn controller_timestamp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn controller_timestamp(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     Ok(Value::Float(call.context().unix_time()))
 }
 
-fn set_flag(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn set_flag(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (n, level) = (call.integer(0)?, call.boolean(1)?);
     let number = n as u8;
     call.show_effect(&Effect::Flag { number, level })?;
     Ok(Value::None)
 }
 
-fn get_flag(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn get_flag(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let n = call.integer(0)?;
     Ok(Value::Bool(call.context().flag(n as u8)))
 }
 
-fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (variable, frequency, action) = (call.text(0)?, call.number(1)?, call.text(2)?);
     if !is_rtsi_input(&variable) {
         let text = format!(
@@ -296,7 +296,7 @@ fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let text = shown(call, 0, "")? + &shown(call, 1, "")?;
     let message = Message::log(Severity::Info, call.origin(), text.as_str());
     call.show_effect(&Effect::Message(message))?;
@@ -304,7 +304,7 @@ fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn popup(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn popup(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (text, title) = (shown(call, 0, "")?, shown(call, 1, "Popup")?);
     let (warning, error) = (call.boolean(2)?, call.boolean(3)?);
     let (style, severity) = match (error, warning) {
@@ -335,7 +335,7 @@ fn popup(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 /// The argument as `str()` shows it.
-fn shown(call: &mut Call<'_, '_>, index: usize, default: &str) -> Result<String, Raised> {
+fn shown(call: &mut Call<'_, '_>, index: usize, default: &str) -> Result<String, Unwind> {
     match call.given(index).cloned() {
         Some(value) => call.native().str(&value),
         None => Ok(default.to_owned()),

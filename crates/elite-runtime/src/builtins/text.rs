@@ -3,7 +3,7 @@
 //! Positions count characters, from 0; only `str_len` counts bytes (UTF-8), as its section says. For ASCII text, all
 //! the manual shows, both are the same.
 
-use elite_lang::{ExceptionKind, Letters, Raised, Value};
+use elite_lang::{ExceptionKind, Letters, Unwind, Value};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
@@ -139,7 +139,7 @@ const fn function(
     summary: &'static str,
     params: &'static [Parameter],
     returns: &'static str,
-    run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>,
+    run: fn(&mut Call<'_, '_>) -> Result<Value, Unwind>,
 ) -> Builtin {
     Builtin {
         name,
@@ -153,7 +153,7 @@ const fn function(
     }
 }
 
-fn str_at(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn str_at(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (text, index) = (source(call)?, call.integer(1)?);
     let (count, part) = within(call, &text, |letters| {
         let at = usize::try_from(index).ok();
@@ -171,7 +171,7 @@ fn str_at(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 /// The first argument, which is a text; it is not copied.
-fn source(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn source(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     match call.required(0) {
         value @ Value::Str(_) => Ok(value),
         _ => Ok(Value::str(call.text(0)?)),
@@ -181,8 +181,8 @@ fn source(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 fn within<T>(
     call: &mut Call<'_, '_>,
     text: &Value,
-    look: impl FnOnce(&Letters<'_>) -> Result<T, Raised>,
-) -> Result<T, Raised> {
+    look: impl FnOnce(&Letters<'_>) -> Result<T, Unwind>,
+) -> Result<T, Unwind> {
     match call.native().letters(text)? {
         Some(letters) => look(&letters),
         // `source` gives texts only.
@@ -190,7 +190,7 @@ fn within<T>(
     }
 }
 
-fn out_of_range(call: &mut Call<'_, '_>, index: i64, last: usize) -> Raised {
+fn out_of_range(call: &mut Call<'_, '_>, index: i64, last: usize) -> Unwind {
     let text = format!(
         "{}(): index out of range: must be 0 to {last}, got {index}",
         call.name()
@@ -198,18 +198,18 @@ fn out_of_range(call: &mut Call<'_, '_>, index: i64, last: usize) -> Raised {
     call.error(ExceptionKind::IndexError, text)
 }
 
-fn str_cat(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn str_cat(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let joined = compact(call, 0)? + &compact(call, 1)?;
     bounded(call, joined)
 }
 
-fn to_str(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn to_str(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let text = compact(call, 0)?;
     bounded(call, text)
 }
 
 /// The argument in the form of this section; Python's own for types the manual does not name.
-fn compact(call: &mut Call<'_, '_>, index: usize) -> Result<String, Raised> {
+fn compact(call: &mut Call<'_, '_>, index: usize) -> Result<String, Unwind> {
     let value = call.required(index);
     match compact_text(&value, CHARS_MAX) {
         Some(text) => Ok(text),
@@ -217,7 +217,7 @@ fn compact(call: &mut Call<'_, '_>, index: usize) -> Result<String, Raised> {
     }
 }
 
-fn bounded(call: &mut Call<'_, '_>, text: String) -> Result<Value, Raised> {
+fn bounded(call: &mut Call<'_, '_>, text: String) -> Result<Value, Unwind> {
     let chars = text.chars().count();
     if chars > CHARS_MAX {
         let name = call.name();
@@ -229,16 +229,16 @@ fn bounded(call: &mut Call<'_, '_>, text: String) -> Result<Value, Raised> {
     Ok(Value::str(text))
 }
 
-fn str_empty(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn str_empty(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     Ok(Value::Bool(call.text(0)?.is_empty()))
 }
 
-fn str_len(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn str_len(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     // A text in memory is shorter than i64::MAX bytes.
     Ok(Value::Int(source(call)?.as_str().map_or(0, str::len) as i64))
 }
 
-fn str_find(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn str_find(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (text, target) = (source(call)?, call.text(1)?);
     let start = match call.given(2) {
         None => 0,
@@ -256,7 +256,7 @@ fn str_find(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     })
 }
 
-fn str_sub(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn str_sub(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (text, index) = (source(call)?, call.integer(1)?);
     let length = within(call, &text, |letters| Ok(letters.count()))?;
     let Some(first) = usize::try_from(index).ok().filter(|n| *n <= length) else {
@@ -271,7 +271,7 @@ fn str_sub(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     })
 }
 
-fn to_num(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn to_num(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let text = call.text(0)?;
     match parse_number(&text) {
         Ok(value) => Ok(value),

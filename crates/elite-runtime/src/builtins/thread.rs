@@ -1,6 +1,6 @@
 //! Manual 9.1: script threads.
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use motion_api::ThreadNumber;
 
 use super::call::Call;
@@ -76,7 +76,7 @@ const HANDLE: Parameter = Parameter {
     meaning: "handle from start_thread; 0 means no thread and is accepted",
 };
 
-fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     // Statements that name it are discarded at the port; this one came by way of a function of the program.
     if call.origin().thread == ThreadNumber(0) && call.context().interpreter().is_executing() {
         let text = "start_thread() is not supported in interpreter mode";
@@ -116,7 +116,7 @@ fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     }
 }
 
-fn join_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn join_thread(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let Some(number) = handle(call, "join_thread")? else {
         return Ok(Value::None);
     };
@@ -131,7 +131,7 @@ fn join_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-fn stop_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+fn stop_thread(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let Some(number) = handle(call, "stop_thread")? else {
         return Ok(Value::None);
     };
@@ -143,7 +143,7 @@ fn stop_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 /// The thread a handle names, `None` when there is nothing to do: handle 0, or a thread that has ended.
-fn handle(call: &mut Call<'_, '_>, function: &str) -> Result<Option<ThreadNumber>, Raised> {
+fn handle(call: &mut Call<'_, '_>, function: &str) -> Result<Option<ThreadNumber>, Unwind> {
     let value = call.required(0);
     let Some(number) = value.as_i64() else {
         let text = format!(

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
 
 use super::rerun::RecordedAnswer;
 use super::{ANSWER_BYTES_MAX, CallOutcome, ExternalInputKind, RecordedCall};
@@ -37,8 +37,8 @@ pub(crate) fn call_external(
     native: &mut NativeCall<'_>,
     function: &str,
     arguments: &[Value],
-    run: impl FnOnce(&mut NativeCall<'_>) -> Result<Value, Raised>,
-) -> Result<Value, Raised> {
+    run: impl FnOnce(&mut NativeCall<'_>) -> Result<Value, Unwind>,
+) -> Result<Value, Unwind> {
     if context.is_aside() {
         // A question of a debugger is no part of the run.
         return match context.repeat() {
@@ -87,8 +87,8 @@ pub(crate) fn call_external(
             Ok(value) => Some(CallOutcome::Value(value)),
             Err(_) => None,
         },
-        Err(Raised::Stop) => Some(CallOutcome::Stopped),
-        Err(Raised::Exception(exception)) => {
+        Err(Unwind::Stop) => Some(CallOutcome::Stopped),
+        Err(Unwind::Exception(exception)) => {
             let value = Value::Instance(exception.clone());
             let text = native.str(&value)?;
             let kind = value.type_name().to_string();
@@ -121,7 +121,7 @@ pub(crate) fn call_external(
 }
 
 /// The call has not ended in the recording.
-fn wait_forever(context: &TaskContext, native: &mut NativeCall<'_>) -> Result<Value, Raised> {
+fn wait_forever(context: &TaskContext, native: &mut NativeCall<'_>) -> Result<Value, Unwind> {
     let token = context.register_wait(Wait::Never);
     native.wait(token)?;
     Ok(Value::None)
@@ -131,7 +131,7 @@ fn apply_recorded(
     context: &TaskContext,
     native: &mut NativeCall<'_>,
     answer: &CallOutcome,
-) -> Result<Value, Raised> {
+) -> Result<Value, Unwind> {
     match answer {
         CallOutcome::Value(value) => Ok(from_rpc(value.clone())),
         CallOutcome::Stopped => wait_forever(context, native),

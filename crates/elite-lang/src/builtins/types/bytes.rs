@@ -476,7 +476,7 @@ fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(like(ev, &args[0], out))
 }
 
-pub(super) fn not_bytes_like(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
+pub(super) fn not_bytes_like(ev: &Evaluator<'_>, value: &Value) -> crate::value::Unwind {
     let name = ev.core.types.name_of(value);
     ev.type_error(format!("a bytes-like object is required, not '{name}'"))
 }

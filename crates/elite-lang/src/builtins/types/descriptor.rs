@@ -8,7 +8,7 @@ use crate::eval::{Evaluator, InterpreterState};
 use crate::value::data::{Contents, NativeData};
 use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
-use crate::value::{Class, Instance, R, Raised, Symbol, Value};
+use crate::value::{Class, Instance, R, Symbol, Unwind, Value};
 
 /// An attribute of the instances of a class.
 struct Descriptor {
@@ -265,7 +265,7 @@ impl Evaluator<'_> {
     /// What is said of setting or deleting an attribute that CPython's type in C gives out for reading only; None for
     /// other attributes.
     #[cold]
-    pub fn refused_by_type(&self, value: &Value, name: Symbol) -> Option<Raised> {
+    pub fn refused_by_type(&self, value: &Value, name: Symbol) -> Option<Unwind> {
         let class = self.core.types.of(value);
         let (owner, is_member) = match class.lookup(name) {
             Some(Value::Property(_)) => self.property_in_c(class, name)?,
@@ -282,7 +282,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn fixed_error(&self, owner: &Class, name: Symbol, is_member: bool) -> Raised {
+    fn fixed_error(&self, owner: &Class, name: Symbol, is_member: bool) -> Unwind {
         let text = match is_member {
             true => "readonly attribute".to_owned(),
             false => format!(

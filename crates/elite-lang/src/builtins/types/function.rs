@@ -8,7 +8,7 @@ use crate::eval::{Evaluator, InterpreterState};
 use crate::value::function::Property;
 use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
-use crate::value::{R, Raised, ScriptCell, Value};
+use crate::value::{R, ScriptCell, Unwind, Value};
 
 pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
@@ -147,7 +147,7 @@ pub(super) fn names_nothing(owner: &Value) -> bool {
 
 /// `__get__` of neither an object nor a class.
 #[cold]
-pub(super) fn got_nothing(ev: &Evaluator<'_>) -> crate::value::Raised {
+pub(super) fn got_nothing(ev: &Evaluator<'_>) -> crate::value::Unwind {
     ev.type_error("__get__(None, None) is invalid")
 }
 
@@ -187,7 +187,7 @@ fn missing_accessor_error(
     property: &Property,
     instance: &Value,
     part: &str,
-) -> Raised {
+) -> Unwind {
     let class = ev.qualname_of(ev.core.types.of(instance));
     let message = match &*property.name.borrow() {
         Value::Str(name) => {

@@ -12,7 +12,7 @@ use crate::eval::{Evaluator, InterpreterState};
 use crate::ops::iterate::dict_iter;
 use crate::value::dict::ViewKind;
 use crate::value::symbol::known;
-use crate::value::{Iter, R, Raised, Range, ScriptCell, Value};
+use crate::value::{Iter, R, Range, ScriptCell, Unwind, Value};
 
 pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
@@ -131,7 +131,7 @@ fn throw(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         ev,
         ev.step_generator(
             &generator,
-            GeneratorInput::Throw(Raised::Exception(exception)),
+            GeneratorInput::Throw(Unwind::Exception(exception)),
         ),
     )
 }
@@ -296,7 +296,7 @@ fn backwards(ev: &Evaluator<'_>, value: &Value) -> R<Iter> {
     })
 }
 
-fn not_reversible(ev: &Evaluator<'_>, value: &Value) -> Raised {
+fn not_reversible(ev: &Evaluator<'_>, value: &Value) -> Unwind {
     ev.type_error(format!(
         "'{}' object is not reversible",
         ev.core.types.name_of(value)

@@ -39,7 +39,7 @@ use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, quick};
 use crate::eval::{Evaluator, InterpreterState};
 use crate::value::class::BuiltinBase;
 use crate::value::function::WrappedFunction;
-use crate::value::{Class, R, Raised, Value};
+use crate::value::{Class, R, Unwind, Value};
 
 /// Puts them in place.
 pub fn install(core: &Rc<InterpreterState>) {
@@ -200,7 +200,7 @@ fn raw_constructor(class: &Class, body: RawFn) {
 
 /// The error for a receiver of the wrong type.
 #[cold]
-fn wrong_receiver(ev: &Evaluator<'_>, wanted: &str, value: &Value) -> Raised {
+fn wrong_receiver(ev: &Evaluator<'_>, wanted: &str, value: &Value) -> Unwind {
     let name = ev.core.types.name_of(value);
     ev.type_error(format!(
         "descriptor requires a '{wanted}' object but received a '{name}'"

@@ -10,7 +10,7 @@ use crate::eval::{Evaluator, InterpreterState};
 use crate::limits::chunked::{CHUNK, WORK_PER_BYTE, pieces};
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
-use crate::value::{Bytes, R, Raised, Symbol, Value};
+use crate::value::{Bytes, R, Symbol, Unwind, Value};
 
 /// Most characters that an error message shows of a text that is no integer.
 const SHOWN: usize = 200;
@@ -170,7 +170,7 @@ impl Evaluator<'_> {
         }
     }
 
-    fn not_a_number(&self, function: &str, wanted: &str, value: &Value) -> crate::value::Raised {
+    fn not_a_number(&self, function: &str, wanted: &str, value: &Value) -> crate::value::Unwind {
         let name = self.core.types.name_of(value);
         self.type_error(format!(
             "{function} argument must be {wanted}, not '{name}'"
@@ -491,7 +491,7 @@ fn byte_order(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<Option<bool>
 }
 
 #[cold]
-fn no_byte_order(ev: &Evaluator<'_>) -> Raised {
+fn no_byte_order(ev: &Evaluator<'_>) -> Unwind {
     ev.value_error("byteorder must be either 'little' or 'big'")
 }
 

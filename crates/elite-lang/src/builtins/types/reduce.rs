@@ -12,7 +12,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, InterpreterState};
 use crate::value::bytes::BytesRef;
 use crate::value::symbol::known;
-use crate::value::{Bytes, Class, R, Raised, Value, ValueVec};
+use crate::value::{Bytes, Class, R, Unwind, Value, ValueVec};
 
 const REDUCE: &str = "__reduce__";
 
@@ -151,7 +151,7 @@ fn builtin_base(class: &Rc<Class>) -> Option<Rc<Class>> {
 }
 
 #[cold]
-fn refusal(ev: &Evaluator<'_>, class: &Class) -> Raised {
+fn refusal(ev: &Evaluator<'_>, class: &Class) -> Unwind {
     ev.type_error(format!("cannot pickle '{}' object", class.type_name()))
 }
 

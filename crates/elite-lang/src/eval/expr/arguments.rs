@@ -10,7 +10,7 @@ use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::limits::deferred_drop::NodeList;
 use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::symbol::{TempSymbol, known};
-use crate::value::{Dict, R, Raised, Symbol, Value, ValueVec};
+use crate::value::{Dict, R, Symbol, Unwind, Value, ValueVec};
 
 /// An argument of a call with stars or keywords.
 pub enum CallArg {
@@ -288,7 +288,7 @@ impl KeywordSet {
 }
 
 #[cold]
-fn given_twice(name: Symbol, callee: &Value, ev: &Evaluator<'_>) -> Raised {
+fn given_twice(name: Symbol, callee: &Value, ev: &Evaluator<'_>) -> Unwind {
     let (label, name) = (ev.callee_label(callee), ev.core.symbols.name(name));
     ev.type_error(format!(
         "{label} got multiple values for keyword argument '{name}'"

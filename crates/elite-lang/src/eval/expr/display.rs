@@ -9,7 +9,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::limits::deferred_drop::NodeList;
 use crate::ops::hash::quick_hash;
-use crate::value::{Dict, R, Raised, Set, Value};
+use crate::value::{Dict, R, Set, Unwind, Value};
 
 /// An item of a display.
 pub enum Element {
@@ -173,7 +173,7 @@ impl ExprNode for DictDisplay {
 
 impl Evaluator<'_> {
     /// The error for `*value` of something that is no iterable.
-    pub fn not_unpackable(&self, raised: Raised, value: &Value) -> Raised {
+    pub fn not_unpackable(&self, raised: Unwind, value: &Value) -> Unwind {
         // An iterator has failed on its way; what it says counts.
         if !self.is_kind(&raised, ExceptionKind::TypeError) || self.has_iteration(value) {
             return raised;
@@ -208,7 +208,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn not_a_mapping(&self, value: &Value) -> Raised {
+    fn not_a_mapping(&self, value: &Value) -> Unwind {
         let name = self.core.types.name_of(value);
         self.type_error(format!("'{name}' object is not a mapping"))
     }

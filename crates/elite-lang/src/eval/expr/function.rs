@@ -7,7 +7,7 @@ use elite_syntax::resolve::Storage;
 use crate::eval::code::Code;
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame};
 use crate::limits::deferred_drop::NodeList;
-use crate::value::{CellVar, Dict, Function, R, Raised, Value};
+use crate::value::{CellVar, Dict, Function, R, Unwind, Value};
 
 /// Makes a function with the variables of this frame.
 pub struct MakeFunction {
@@ -33,8 +33,8 @@ impl Annotations {
         for (name, annotation, text) in &self.0 {
             let value = match annotation.eval(ev, f) {
                 Ok(value) => value,
-                Err(Raised::Exception(_)) => text.clone(),
-                Err(Raised::Stop) => return Err(Raised::Stop),
+                Err(Unwind::Exception(_)) => text.clone(),
+                Err(Unwind::Stop) => return Err(Unwind::Stop),
             };
             dict.set_interned(name.clone(), value);
         }

@@ -6,7 +6,7 @@ use elite_syntax::Span;
 
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
-use crate::value::{CellVar, R, Raised, Symbol, Value};
+use crate::value::{CellVar, R, Symbol, Unwind, Value};
 
 /// An operand whose value can be looked at without evaluating anything.
 pub trait Readable {
@@ -105,7 +105,7 @@ impl ExprNode for LocalVar {
 
 #[cold]
 #[inline(never)]
-fn unbound_local(ev: &Evaluator<'_>, f: &Frame<'_>, slot: u32, span: Span) -> Raised {
+fn unbound_local(ev: &Evaluator<'_>, f: &Frame<'_>, slot: u32, span: Span) -> Unwind {
     let name = ev
         .core
         .symbols
@@ -179,7 +179,7 @@ impl ExprNode for FreeVar {
 
 #[cold]
 #[inline(never)]
-fn unbound_free(ev: &Evaluator<'_>, f: &Frame<'_>, index: u32, span: Span) -> Raised {
+fn unbound_free(ev: &Evaluator<'_>, f: &Frame<'_>, index: u32, span: Span) -> Unwind {
     let name = ev
         .core
         .symbols

@@ -6,7 +6,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::generator::{GeneratorInput, StepResult};
 use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::value::symbol::known;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 /// `yield value`
 pub struct Yield {
@@ -95,9 +95,9 @@ impl Evaluator<'_> {
     }
 
     /// The value a `StopIteration` carries; any other exception goes on.
-    pub fn stop_iteration_value(&self, raised: Raised) -> R {
+    pub fn stop_iteration_value(&self, raised: Unwind) -> R {
         match &raised {
-            Raised::Exception(exception) if self.is_kind(&raised, ExceptionKind::StopIteration) => {
+            Unwind::Exception(exception) if self.is_kind(&raised, ExceptionKind::StopIteration) => {
                 self.attribute(&Value::Instance(exception.clone()), known::VALUE)
             }
             _ => Err(raised),
@@ -105,13 +105,13 @@ impl Evaluator<'_> {
     }
 
     /// Raises an exception where an iterator stands.
-    pub fn throw_into(&self, iterator: &Value, raised: Raised) -> R<StepResult> {
+    pub fn throw_into(&self, iterator: &Value, raised: Unwind) -> R<StepResult> {
         if let Value::Generator(generator) = iterator {
             let step = self.step_generator(generator, GeneratorInput::Throw(raised));
             return step.map_err(|raised| self.generator_error(raised));
         }
         match (self.attribute_or_none(iterator, known::THROW)?, &raised) {
-            (Some(throw), Raised::Exception(exception)) => {
+            (Some(throw), Unwind::Exception(exception)) => {
                 self.step_result(self.call1(&throw, Value::Instance(exception.clone())))
             }
             _ => Err(raised),

@@ -5,7 +5,7 @@ use elite_syntax::ast::CompareOp;
 
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 /// Characters of each side that are told.
 const SIDE_CHARS_MAX: usize = 300;
@@ -75,7 +75,7 @@ fn fail(
         None => Vec::new(),
     };
     let error = ev.raise_args(ExceptionKind::AssertionError, args);
-    if let (Some((left, right)), Raised::Exception(exception)) = (sides, &error)
+    if let (Some((left, right)), Unwind::Exception(exception)) = (sides, &error)
         && let Some(state) = exception.exception()
     {
         let sides = [("left", &left), ("right", &right)];
@@ -126,7 +126,7 @@ fn cut_repr(ev: &Evaluator<'_>, value: &Value) -> R<(String, bool)> {
             Some((end, _)) => (format!("{}…", &text[..end]), false),
             None => (text, true),
         }),
-        Err(Raised::Stop) => Err(Raised::Stop),
+        Err(Unwind::Stop) => Err(Unwind::Stop),
         Err(_) => Ok((format!("a {}", ev.core.types.name_of(value)), true)),
     }
 }
@@ -150,7 +150,7 @@ fn first_difference(ev: &Evaluator<'_>, left: &Value, right: &Value) -> R<Option
                     "they differ first at item {index}: {a} and {b}"
                 )));
             }
-            Err(Raised::Stop) => return Err(Raised::Stop),
+            Err(Unwind::Stop) => return Err(Unwind::Stop),
             Err(_) => return Ok(None),
         }
     }

@@ -12,7 +12,7 @@ use elite_syntax::Span;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, DynStmt, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
-use crate::value::{Dict, R, Raised, Value};
+use crate::value::{Dict, R, Unwind, Value};
 
 /// A name of a class body.
 pub struct ClassSlot {
@@ -78,8 +78,8 @@ impl StmtNode for AnnotatedAssign {
         }
         let annotation = match self.annotation.eval(ev, f) {
             Ok(value) => value,
-            Err(Raised::Exception(_)) => self.text.clone(),
-            Err(Raised::Stop) => return Flow::Raise(Raised::Stop),
+            Err(Unwind::Exception(_)) => self.text.clone(),
+            Err(Unwind::Stop) => return Flow::Raise(Unwind::Stop),
         };
         let place = &mut f.slots[self.annotations as usize];
         if place.is_unbound() {

@@ -17,7 +17,7 @@ use crate::limits::deferred_drop::NodeList;
 use crate::value::class::BuiltinBase;
 use crate::value::function::WrappedFunction;
 use crate::value::symbol::known;
-use crate::value::{Class, Function, R, Raised, Symbol, Value, ValueVec};
+use crate::value::{Class, Function, R, Symbol, Unwind, Value, ValueVec};
 
 /// `def`
 pub struct DefineFunction {
@@ -367,8 +367,8 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn set_name_error(&self, raised: Raised, value: &Value, name: Symbol, class: &Class) -> Raised {
-        let Raised::Exception(cause) = &raised else {
+    fn set_name_error(&self, raised: Unwind, value: &Value, name: Symbol, class: &Class) -> Unwind {
+        let Unwind::Exception(cause) = &raised else {
             return raised;
         };
         let text = format!(
@@ -378,7 +378,7 @@ impl Evaluator<'_> {
             class.name()
         );
         let error = self.raise(ExceptionKind::RuntimeError, text);
-        if let Raised::Exception(error) = &error
+        if let Unwind::Exception(error) = &error
             && let Some(state) = error.exception()
         {
             state.cause.put(Value::Instance(cause.clone()));

@@ -12,7 +12,7 @@ use crate::eval::coroutine::StopState;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt};
 use crate::limits::deferred_drop::NodeList;
 use crate::limits::yielding::WORK_PER_VALUE;
-use crate::value::{Instance, R, Raised, Value};
+use crate::value::{Instance, R, Unwind, Value};
 
 /// An `except` clause.
 pub struct ExceptClause {
@@ -41,7 +41,7 @@ impl ProtectedRange {
     pub fn handle(&self, exception: Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let outer = ev.set_handled_exception(Some(exception.clone()));
         if let Some(outer) = &outer {
-            ev.chain(&Raised::Exception(exception.clone()), outer);
+            ev.chain(&Unwind::Exception(exception.clone()), outer);
         }
         let flow = self.handle_inside(&exception, ev, f);
         ev.set_handled_exception(outer);
@@ -71,7 +71,7 @@ impl ProtectedRange {
                 Err(raised) => return Flow::Raise(raised),
             }
         }
-        Flow::Raise(Raised::Exception(exception.clone()))
+        Flow::Raise(Unwind::Exception(exception.clone()))
     }
 }
 
@@ -130,8 +130,8 @@ impl StmtNode for Finally {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let flow = self.body.exec(ev, f);
         let raised = match &flow {
-            Flow::Raise(Raised::Exception(exception)) => Some(exception.clone()),
-            Flow::Raise(Raised::Stop) if ev.core.stopping.get() == StopState::Abandoned => {
+            Flow::Raise(Unwind::Exception(exception)) => Some(exception.clone()),
+            Flow::Raise(Unwind::Stop) if ev.core.stopping.get() == StopState::Abandoned => {
                 return flow;
             }
             _ => None,
@@ -150,7 +150,7 @@ impl StmtNode for Finally {
                 flow
             }
             // A stop cannot be swallowed by `return`, `break` or an exception in a `finally` block.
-            _ if matches!(flow, Flow::Raise(Raised::Stop)) => flow,
+            _ if matches!(flow, Flow::Raise(Unwind::Stop)) => flow,
             Flow::Raise(other) => {
                 if let Some(exception) = raised {
                     ev.chain(&other, &exception);

@@ -8,7 +8,7 @@ use crate::eval::code::Block;
 use crate::eval::{Evaluator, Flow, Frame, StmtNode, TraceExt};
 use crate::limits::deferred_drop::NodeList;
 use crate::value::exception::ExceptionState;
-use crate::value::{Instance, R, Raised, Value};
+use crate::value::{Instance, R, Unwind, Value};
 
 /// `try: … except* …: … else: …`
 pub struct TryStar {
@@ -25,10 +25,10 @@ impl StmtNode for TryStar {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         match self.body.exec(ev, f) {
             Flow::Next => self.orelse.exec(ev, f),
-            Flow::Raise(Raised::Exception(exception)) => {
+            Flow::Raise(Unwind::Exception(exception)) => {
                 let outer = ev.set_handled_exception(Some(exception.clone()));
                 if let Some(outer) = &outer {
-                    ev.chain(&Raised::Exception(exception.clone()), outer);
+                    ev.chain(&Unwind::Exception(exception.clone()), outer);
                 }
                 let flow = self.handle(&exception, ev, f);
                 ev.set_handled_exception(outer);
@@ -68,8 +68,8 @@ impl TryStar {
             ev.set_handled_exception(Some(exception.clone()));
             match flow {
                 Flow::Next => {}
-                Flow::Raise(Raised::Exception(error)) => {
-                    ev.chain(&Raised::Exception(error.clone()), &matched);
+                Flow::Raise(Unwind::Exception(error)) => {
+                    ev.chain(&Unwind::Exception(error.clone()), &matched);
                     raised.push(error);
                 }
                 other => return other,
@@ -78,7 +78,7 @@ impl TryStar {
         raised.extend(rest);
         match remaining(exception, raised, ev) {
             Ok(None) => Flow::Next,
-            Ok(Some(error)) => Flow::Raise(Raised::Exception(error)),
+            Ok(Some(error)) => Flow::Raise(Unwind::Exception(error)),
             Err(error) => Flow::Raise(error),
         }
     }

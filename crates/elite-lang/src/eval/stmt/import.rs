@@ -12,7 +12,7 @@ use crate::ops::dict::WORK_PER_NAME;
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::{CellVar, R, Raised, Symbol, Value, ValueVec};
+use crate::value::{CellVar, R, Symbol, Unwind, Value, ValueVec};
 
 /// `import name as target`
 pub struct Import {
@@ -236,7 +236,7 @@ impl Evaluator<'_> {
         modules.iter().find(|module| &*module.name == name).cloned()
     }
 
-    fn not_found(&self, text: String, name: &str, help: Option<String>) -> Raised {
+    fn not_found(&self, text: String, name: &str, help: Option<String>) -> Unwind {
         self.import_error(ExceptionKind::ModuleNotFoundError, text, Some(name), help)
     }
 
@@ -247,9 +247,9 @@ impl Evaluator<'_> {
         text: String,
         name: Option<&str>,
         help: Option<String>,
-    ) -> Raised {
+    ) -> Unwind {
         let raised = self.raise(kind, text);
-        if let Raised::Exception(exception) = &raised
+        if let Unwind::Exception(exception) = &raised
             && let Some(state) = exception.exception()
         {
             if let Some(name) = name {

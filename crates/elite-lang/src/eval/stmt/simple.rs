@@ -9,7 +9,7 @@ use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
 use crate::limits::deferred_drop::NodeList;
-use crate::value::{Instance, R, Raised, Value};
+use crate::value::{Instance, R, Unwind, Value};
 
 /// An expression whose value is not used.
 pub struct ExprStatement(pub BoxExpr);
@@ -80,7 +80,7 @@ impl StmtNode for Raise {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let Some(exception) = &self.exception else {
             return Flow::Raise(match ev.handled_exception() {
-                Some(exception) => Raised::Exception(exception),
+                Some(exception) => Unwind::Exception(exception),
                 None => {
                     let error = ev.raise(
                         ExceptionKind::RuntimeError,
@@ -102,7 +102,7 @@ impl StmtNode for Raise {
             ev.core.gc_track(&Value::Instance(exception.clone()));
             state.replace_context(&exception, &handled);
         }
-        Flow::Raise(ev.trace(f, self.span, Raised::Exception(exception)))
+        Flow::Raise(ev.trace(f, self.span, Unwind::Exception(exception)))
     }
 }
 

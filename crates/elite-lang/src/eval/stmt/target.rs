@@ -12,7 +12,7 @@ use crate::eval::run::with_slots;
 use crate::eval::words::PairOf;
 use crate::eval::{Evaluator, Frame, TraceExt};
 use crate::limits::deferred_drop::NodeList;
-use crate::value::{CellVar, Instance, R, Raised, Symbol, Value};
+use crate::value::{CellVar, Instance, R, Symbol, Unwind, Value};
 
 /// A place a value can be put.
 pub trait Target {
@@ -501,7 +501,7 @@ impl Unpack {
     }
 
     #[cold]
-    fn too_few(&self, ev: &Evaluator<'_>, got: usize) -> Raised {
+    fn too_few(&self, ev: &Evaluator<'_>, got: usize) -> Unwind {
         let least = self.targets.len() - 1;
         ev.value_error(format!(
             "not enough values to unpack (expected at least {least}, got {got})"

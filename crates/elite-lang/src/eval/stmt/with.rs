@@ -8,7 +8,7 @@ use crate::eval::code::Block;
 use crate::eval::coroutine::StopState;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
 use crate::value::symbol::known;
-use crate::value::{R, Raised, Symbol, Value};
+use crate::value::{R, Symbol, Unwind, Value};
 
 /// `with context as target: …` with one item; more are nested.
 pub struct With {
@@ -54,7 +54,7 @@ impl With {
     ) -> Flow {
         let mut none = [Value::None, Value::None, Value::None];
         match &flow {
-            Flow::Raise(Raised::Stop) => {
+            Flow::Raise(Unwind::Stop) => {
                 if ev.core.stopping.get() != StopState::Abandoned {
                     // The stop goes on whatever the exit says.
                     let ignored = ev.call_method_value(exit, manager, &mut none);
@@ -62,7 +62,7 @@ impl With {
                 }
                 flow
             }
-            Flow::Raise(Raised::Exception(exception)) => {
+            Flow::Raise(Unwind::Exception(exception)) => {
                 let outer = ev.set_handled_exception(Some(exception.clone()));
                 let class = Value::Class(exception.class.clone());
                 let traceback = exception

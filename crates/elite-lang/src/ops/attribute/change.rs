@@ -6,7 +6,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
-use crate::value::{Class, Dict, Instance, R, Raised, Symbol, Value};
+use crate::value::{Class, Dict, Instance, R, Symbol, Unwind, Value};
 
 /// Whether what extends this builtin type has parts of it that are for reading only.
 fn has_parts(base: BuiltinBase) -> bool {
@@ -180,7 +180,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    pub(super) fn class_assignment_error(&self, new: &Value) -> Raised {
+    pub(super) fn class_assignment_error(&self, new: &Value) -> Unwind {
         if matches!(new, Value::Class(_)) {
             return self.type_error("assignment to __class__ is not supported");
         }
@@ -192,7 +192,7 @@ impl Evaluator<'_> {
 
     /// What objects without a dictionary say of setting an attribute.
     #[cold]
-    fn cannot_set(&self, value: &Value, name: Symbol) -> Raised {
+    fn cannot_set(&self, value: &Value, name: Symbol) -> Unwind {
         if let Some(refused) = self.refused_by_type(value, name) {
             return refused;
         }
@@ -328,7 +328,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn no_attribute(&self, value: &Value, name: Symbol) -> Raised {
+    fn no_attribute(&self, value: &Value, name: Symbol) -> Unwind {
         let (class, name) = (self.core.types.name_of(value), self.core.symbols.name(name));
         let text = format!("'{class}' object has no attribute '{name}'");
         self.raise(ExceptionKind::AttributeError, text)
@@ -337,7 +337,7 @@ impl Evaluator<'_> {
     /// What is said of deleting an attribute that is not there or stays: objects without a dictionary know those of
     /// their class.
     #[cold]
-    fn cannot_delete(&self, value: &Value, name: Symbol) -> Raised {
+    fn cannot_delete(&self, value: &Value, name: Symbol) -> Unwind {
         if name == known::CLASS && !matches!(value, Value::Class(_)) {
             return self.type_error("can't delete __class__ attribute");
         }

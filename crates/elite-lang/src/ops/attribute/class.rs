@@ -9,7 +9,7 @@ use crate::eval::stmt::layout::best_base;
 use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::dict::REHASH_CHUNK;
 use crate::value::symbol::known;
-use crate::value::{Class, Dict, R, Raised, Symbol, Value, ValueVec};
+use crate::value::{Class, Dict, R, Symbol, Unwind, Value, ValueVec};
 
 impl Evaluator<'_> {
     /// A part of a class that hides whatever its attributes have under that name.
@@ -104,7 +104,7 @@ impl Evaluator<'_> {
 
     /// What is said of an instance of a class whose methods are missing.
     #[cold]
-    pub fn abstract_error(&self, class: &Class) -> Raised {
+    pub fn abstract_error(&self, class: &Class) -> Unwind {
         let names = class.own_attrs().get(known::ABSTRACT_METHODS).cloned();
         let names = match names.map_or(Ok(ValueVec::default()), |names| self.collect(&names)) {
             Ok(names) => names,

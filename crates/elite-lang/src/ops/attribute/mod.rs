@@ -12,7 +12,7 @@ use crate::eval::stmt::layout;
 use crate::value::class::BuiltinBase;
 use crate::value::function::Super;
 use crate::value::symbol::known;
-use crate::value::{BoundMethod, Class, Instance, Module, R, Raised, Symbol, Value};
+use crate::value::{BoundMethod, Class, Instance, Module, R, Symbol, Unwind, Value};
 
 impl Evaluator<'_> {
     /// `to_value.name`
@@ -426,7 +426,7 @@ impl Evaluator<'_> {
 
     /// The error for an attribute that is not there, with a suggestion.
     #[cold]
-    pub fn attribute_error(&self, value: &Value, name: Symbol) -> Raised {
+    pub fn attribute_error(&self, value: &Value, name: Symbol) -> Unwind {
         let name = self.core.symbols.name(name);
         let message = match value {
             Value::Class(class) => {
@@ -454,7 +454,7 @@ impl Evaluator<'_> {
             ),
         };
         let raised = self.raise(ExceptionKind::AttributeError, message);
-        if let Raised::Exception(exception) = &raised {
+        if let Unwind::Exception(exception) = &raised {
             let set = |attribute: &str, new: Value| {
                 let attribute = self.core.symbols.intern(attribute);
                 exception.set(attribute, new, &self.core.symbols);

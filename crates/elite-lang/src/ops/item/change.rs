@@ -6,7 +6,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::ops::hash::quick_hash;
 use crate::value::symbol::known;
-use crate::value::{ByteArray, List, R, Raised, Slice, Value, ValueVec};
+use crate::value::{ByteArray, List, R, Slice, Unwind, Value, ValueVec};
 
 impl Evaluator<'_> {
     /// `value[index] = item`
@@ -32,7 +32,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn assignment_error(&self, what: &str) -> Raised {
+    fn assignment_error(&self, what: &str) -> Unwind {
         self.raise(
             ExceptionKind::IndexError,
             format!("{what} assignment index out of range"),
@@ -145,7 +145,7 @@ impl Evaluator<'_> {
 
     /// The error for a type whose items cannot be changed.
     #[cold]
-    fn no_item_assignment(&self, value: &Value, index: &Value, is_deletion: bool) -> Raised {
+    fn no_item_assignment(&self, value: &Value, index: &Value, is_deletion: bool) -> Unwind {
         let name = self.core.types.name_of(value);
         // CPython asks a sequence for an item by a number, which must fit, and has other words then. Objects of a
         // script's class count as sequences here, those of builtin classes do not.
@@ -211,7 +211,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn wrong_size<T>(&self, refused: &SizeMismatch<T>, what: &str) -> Raised {
+    fn wrong_size<T>(&self, refused: &SizeMismatch<T>, what: &str) -> Unwind {
         let (given, length) = (refused.new.len(), refused.length);
         self.value_error(format!(
             "attempt to assign {what} of size {given} to extended slice of size {length}"

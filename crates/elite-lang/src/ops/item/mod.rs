@@ -8,7 +8,7 @@ use crate::eval::Evaluator;
 use crate::eval::words::PairOf;
 use crate::value::int::Int;
 use crate::value::symbol::known;
-use crate::value::{R, Raised, Str, Value};
+use crate::value::{R, Str, Unwind, Value};
 
 /// The place `index` means in a sequence of `length` items; None if out of range.
 #[inline]
@@ -67,7 +67,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn index_error(&self, what: &str) -> Raised {
+    fn index_error(&self, what: &str) -> Unwind {
         self.raise(
             ExceptionKind::IndexError,
             format!("{what} index out of range"),
@@ -75,7 +75,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn index_type_error(&self, what: &str, index: &Value) -> Raised {
+    fn index_type_error(&self, what: &str, index: &Value) -> Unwind {
         let name = self.core.types.name_of(index);
         match what {
             "string" => self.type_error(format!("string indices must be integers, not '{name}'")),
@@ -216,12 +216,12 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn range_index_error(&self) -> Raised {
+    fn range_index_error(&self) -> Unwind {
         self.raise(ExceptionKind::IndexError, "range object index out of range")
     }
 
     #[cold]
-    fn not_subscriptable(&self, value: &Value) -> Raised {
+    fn not_subscriptable(&self, value: &Value) -> Unwind {
         let name = self.core.types.name_of(value);
         self.type_error(format!("'{name}' object is not subscriptable"))
     }

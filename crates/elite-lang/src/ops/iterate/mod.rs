@@ -14,7 +14,7 @@ use crate::ops::dict::WORK_PER_SLOT;
 use crate::value::dict::{REHASH_CHUNK, ScanResult, ViewKind};
 use crate::value::int::Int;
 use crate::value::symbol::known;
-use crate::value::{Iter, R, Raised, ScriptCell, Value, ValueVec};
+use crate::value::{Iter, R, ScriptCell, Unwind, Value, ValueVec};
 
 impl Evaluator<'_> {
     /// Python's `iter(value)`.
@@ -136,7 +136,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn not_iterable(&self, value: &Value) -> Raised {
+    fn not_iterable(&self, value: &Value) -> Unwind {
         let name = self.core.types.name_of(value);
         self.type_error(format!("'{name}' object is not iterable"))
     }
@@ -182,7 +182,7 @@ impl Evaluator<'_> {
 
     /// A `StopIteration` of script code within an iterator is its end.
     #[cold]
-    pub(super) fn at_end<T>(&self, raised: Raised) -> R<Option<T>> {
+    pub(super) fn at_end<T>(&self, raised: Unwind) -> R<Option<T>> {
         match self.is_kind(&raised, ExceptionKind::StopIteration) {
             true => Ok(None),
             false => Err(raised),
@@ -191,7 +191,7 @@ impl Evaluator<'_> {
 
     /// A `StopIteration` that leaves a generator is an error of the script (PEP 479).
     #[cold]
-    pub fn generator_error(&self, raised: Raised) -> Raised {
+    pub fn generator_error(&self, raised: Unwind) -> Unwind {
         if !self.is_kind(&raised, ExceptionKind::StopIteration) {
             return raised;
         }
@@ -199,7 +199,7 @@ impl Evaluator<'_> {
             ExceptionKind::RuntimeError,
             "generator raised StopIteration",
         );
-        if let (Raised::Exception(error), Raised::Exception(cause)) = (&error, raised)
+        if let (Unwind::Exception(error), Unwind::Exception(cause)) = (&error, raised)
             && let Some(state) = error.exception()
         {
             state.cause.put(Value::Instance(cause.clone()));
@@ -440,7 +440,7 @@ impl Evaluator<'_> {
     /// How many items something says that it has or may have; None if it does not say. Errors of type say nothing.
     pub fn length_hint(&self, iterable: &Value) -> R<Option<i64>> {
         let class = self.core.types.of(iterable);
-        let is_type_error = |raised: &Raised| self.is_kind(raised, ExceptionKind::TypeError);
+        let is_type_error = |raised: &Unwind| self.is_kind(raised, ExceptionKind::TypeError);
         if class.lookup(known::LEN).is_some() {
             match self.len(iterable) {
                 Err(raised) if is_type_error(&raised) => {}

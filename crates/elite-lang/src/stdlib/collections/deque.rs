@@ -15,7 +15,7 @@ use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, native_class, wi
 use crate::value::data::Contents;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
-use crate::value::{Iter, R, Raised, ScriptCell, Value, ValueVec};
+use crate::value::{Iter, R, ScriptCell, Unwind, Value, ValueVec};
 
 /// Items that are copied between two safepoints.
 const COPY_CHUNK: usize = 4096;
@@ -250,7 +250,7 @@ fn position(ev: &Evaluator<'_>, deque: &Deque, index: &Value) -> R<usize> {
         .ok_or_else(|| ev.raise(ExceptionKind::IndexError, "deque index out of range"))
 }
 
-fn mutated_error(ev: &Evaluator<'_>) -> Raised {
+fn mutated_error(ev: &Evaluator<'_>) -> Unwind {
     ev.raise(
         ExceptionKind::RuntimeError,
         "deque mutated during iteration",

@@ -13,7 +13,7 @@ use super::define::ModuleBuilder;
 use crate::eval::Evaluator;
 use crate::limits::chunked::{CHUNK, WORK_PER_BYTE};
 use crate::limits::yielding::WORK_PER_VALUE;
-use crate::value::{Dict, R, Raised, Value, ValueVec};
+use crate::value::{Dict, R, Unwind, Value, ValueVec};
 
 pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
@@ -78,7 +78,7 @@ struct JsonDecoder<'r, 'y> {
 impl JsonDecoder<'_, '_> {
     /// A `JSONDecodeError`; the script's class makes the message.
     #[cold]
-    fn fail(&self, message: &str, at: usize) -> Raised {
+    fn fail(&self, message: &str, at: usize) -> Unwind {
         let at = at.min(self.text.len());
         let position = match self.ev.count_chars(&self.text[..at]) {
             Ok(position) => Value::Int(position as i64),
@@ -90,7 +90,7 @@ impl JsonDecoder<'_, '_> {
         };
         let mut args = [Value::str(message), text, position];
         match self.ev.call(&self.error, &mut args, &[]) {
-            Ok(Value::Instance(exception)) => Raised::Exception(exception),
+            Ok(Value::Instance(exception)) => Unwind::Exception(exception),
             Ok(_) => self.ev.value_error(message),
             Err(raised) => raised,
         }

@@ -8,7 +8,7 @@ use crate::format::float;
 use crate::limits::chunked::{WORK_PER_BYTE, pieces};
 use crate::limits::yielding::WORK_PER_VALUE;
 use crate::value::int::Int;
-use crate::value::{R, Raised, Value, ValueVec};
+use crate::value::{R, Unwind, Value, ValueVec};
 
 /// `options` is a tuple: skipkeys, ensure_ascii, check_circular, allow_nan, indent, separators, default, sort_keys, and
 /// whether CPython would go through what is to be written by its encoder in Python, as it does with an indentation.
@@ -248,7 +248,7 @@ impl JsonEncoder<'_, '_> {
         Ok(())
     }
 
-    fn is_type_error(&self, raised: &Raised) -> bool {
+    fn is_type_error(&self, raised: &Unwind) -> bool {
         self.ev.is_kind(raised, ExceptionKind::TypeError)
     }
 

@@ -18,7 +18,7 @@ use crate::eval::Evaluator;
 use crate::stdlib::bisect::{BisectSide, place};
 use crate::stdlib::define::{MethodDef, with_data};
 use crate::value::int::Int;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 /// The methods of the generator's class.
 pub(super) const METHODS: &[MethodDef] = &[
@@ -210,7 +210,7 @@ fn integer_argument(ev: &Evaluator<'_>, value: &Value) -> R<BigInt> {
     }
 }
 
-fn empty_range(ev: &Evaluator<'_>, range: Option<(&BigInt, &BigInt)>) -> Raised {
+fn empty_range(ev: &Evaluator<'_>, range: Option<(&BigInt, &BigInt)>) -> Unwind {
     ev.value_error(match range {
         Some((start, stop)) => {
             format!(

@@ -21,7 +21,7 @@ use std::rc::Rc;
 use super::define::{ModuleBuilder, instance};
 use crate::eval::Evaluator;
 use crate::value::bytes::BytesRef;
-use crate::value::{Class, Dict, R, Raised, Value};
+use crate::value::{Class, Dict, R, Unwind, Value};
 
 use attempt::MatchRequest;
 use back::Scratch;
@@ -143,7 +143,7 @@ fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let flags = ev.clamped_index(&args[1])?.clamp(0, i64::from(u32::MAX)) as u32;
     let parsed = match parse(ev, &text, flags, is_bytes) {
         Ok(parsed) => parsed,
-        Err(PatternError::Raised(raised)) => return Err(raised),
+        Err(PatternError::Unwind(raised)) => return Err(raised),
         Err(PatternError::Wrong { message, position }) => {
             return Err(pattern_error(ev, &args[2], &source, &message, position));
         }
@@ -165,14 +165,14 @@ fn pattern_error(
     source: &Value,
     message: &str,
     position: Option<usize>,
-) -> Raised {
+) -> Unwind {
     let position = position.map_or(Value::None, |position| Value::Int(position as i64));
     match ev.call(
         class,
         &mut [Value::str(message), source.clone(), position],
         &[],
     ) {
-        Ok(Value::Instance(exception)) => Raised::Exception(exception),
+        Ok(Value::Instance(exception)) => Unwind::Exception(exception),
         Ok(_) => ev.value_error(message),
         Err(raised) => raised,
     }

@@ -13,7 +13,7 @@ use super::letters::{CaseFolding, Categories, key};
 use super::program::{Assert, Op, RegexProgram, Repeat};
 use crate::eval::Evaluator;
 use crate::limits::chunked::{bulk_work, pieces};
-use crate::value::Raised;
+use crate::value::Unwind;
 
 /// Python's flags.
 pub(super) mod flag {
@@ -53,12 +53,12 @@ pub(super) enum PatternError {
         position: Option<usize>,
     },
     /// The thread has been stopped, or there is no memory.
-    Raised(Raised),
+    Unwind(Unwind),
 }
 
-impl From<Raised> for PatternError {
-    fn from(raised: Raised) -> Self {
-        PatternError::Raised(raised)
+impl From<Unwind> for PatternError {
+    fn from(raised: Unwind) -> Self {
+        PatternError::Unwind(raised)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
 use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, with_data};
 use crate::value::data::Contents;
-use crate::value::{R, Raised, ScriptCell, Value};
+use crate::value::{R, ScriptCell, Unwind, Value};
 
 pub(super) fn fill(module: &ModuleBuilder<'_, '_>) {
     let make: BoundFn = |ev, args| {
@@ -119,14 +119,14 @@ fn begin(ev: &Evaluator<'_>, receiver: &Value, args: &[Value]) -> R<()> {
 }
 
 /// `threading.BrokenBarrierError`
-fn broken_error(ev: &Evaluator<'_>) -> Raised {
+fn broken_error(ev: &Evaluator<'_>) -> Unwind {
     let made = || {
         let module = ev.import("threading")?;
         let class = ev.attribute(&module, ev.core.symbols.intern("BrokenBarrierError"))?;
         ev.call(&class, &mut [], &[])
     };
     match made() {
-        Ok(Value::Instance(error)) => Raised::Exception(error),
+        Ok(Value::Instance(error)) => Unwind::Exception(error),
         Ok(_) => ev.type_error("threading.BrokenBarrierError is no exception"),
         Err(raised) => raised,
     }

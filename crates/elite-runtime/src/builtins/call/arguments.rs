@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use ::kinematics::{JointPositions, RpyPose};
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use motion_api::FreedriveFrame;
 
 use super::super::declare::{ParameterDefault, ParameterType, Range, alternatives};
@@ -12,7 +12,7 @@ use crate::message::{Message, Severity};
 
 impl Call<'_, '_> {
     /// A finite number inside the declared range.
-    pub fn number(&mut self, index: usize) -> Result<f64, Raised> {
+    pub fn number(&mut self, index: usize) -> Result<f64, Unwind> {
         let ParameterType::Number(range) = self.parameter(index).kind else {
             unreachable!("declared as another kind")
         };
@@ -30,7 +30,7 @@ impl Call<'_, '_> {
     }
 
     /// `value` as a finite number.
-    fn finite(&mut self, index: usize, value: &Value) -> Result<f64, Raised> {
+    fn finite(&mut self, index: usize, value: &Value) -> Result<f64, Unwind> {
         match value.as_f64() {
             Some(x) if x.is_finite() => Ok(x),
             Some(_) => {
@@ -44,7 +44,7 @@ impl Call<'_, '_> {
         }
     }
 
-    fn out_of_range(&mut self, index: usize, range: Range, value: &Value) -> Raised {
+    fn out_of_range(&mut self, index: usize, range: Range, value: &Value) -> Unwind {
         match self.show(value) {
             Ok(shown) => {
                 let text = format!("{} must be {range}, got {shown}", self.place(index));
@@ -55,7 +55,7 @@ impl Call<'_, '_> {
     }
 
     /// A whole number inside the declared range.
-    pub fn integer(&mut self, index: usize) -> Result<i64, Raised> {
+    pub fn integer(&mut self, index: usize) -> Result<i64, Unwind> {
         let kind = self.parameter(index).kind;
         if let (None, ParameterDefault::Integer(default)) =
             (self.given(index), self.parameter(index).default)
@@ -82,13 +82,13 @@ impl Call<'_, '_> {
     }
 
     /// A whole number that fits a byte: the declared range does.
-    pub fn byte(&mut self, index: usize) -> Result<u8, Raised> {
+    pub fn byte(&mut self, index: usize) -> Result<u8, Unwind> {
         let n = self.integer(index)?;
         u8::try_from(n).map_err(|_| self.not_allowed(index, "0 to 255", n))
     }
 
     /// `f(): x must be ALLOWED, got GIVEN`.
-    pub fn not_allowed(&mut self, index: usize, allowed: &str, given: impl Display) -> Raised {
+    pub fn not_allowed(&mut self, index: usize, allowed: &str, given: impl Display) -> Unwind {
         let text = format!("{} must be {allowed}, got {given}", self.place(index));
         self.error(ExceptionKind::ValueError, text)
     }
@@ -100,7 +100,7 @@ impl Call<'_, '_> {
         k: usize,
         allowed: &str,
         item: &Value,
-    ) -> Raised {
+    ) -> Unwind {
         let kind = match item.as_i64() {
             Some(_) => ExceptionKind::ValueError,
             None => ExceptionKind::TypeError,
@@ -115,13 +115,13 @@ impl Call<'_, '_> {
     }
 
     /// `f(): x must be ALLOWED, not TYPE`.
-    pub fn not_this_type(&mut self, index: usize, wanted: &str) -> Raised {
+    pub fn not_this_type(&mut self, index: usize, wanted: &str) -> Unwind {
         let value = self.required(index);
         self.wrong_type(index, wanted, &value)
     }
 
     /// A text.
-    pub fn text(&mut self, index: usize) -> Result<String, Raised> {
+    pub fn text(&mut self, index: usize) -> Result<String, Unwind> {
         if let (None, ParameterDefault::Text(default)) =
             (self.given(index), self.parameter(index).default)
         {
@@ -135,7 +135,7 @@ impl Call<'_, '_> {
     }
 
     /// One of the declared words, by its place in the list.
-    pub fn word(&mut self, index: usize) -> Result<usize, Raised> {
+    pub fn word(&mut self, index: usize) -> Result<usize, Unwind> {
         let text = self.text(index)?;
         let ParameterType::Word(words) = self.parameter(index).kind else {
             unreachable!("declared as another kind")
@@ -147,7 +147,7 @@ impl Call<'_, '_> {
     }
 
     /// A truth value; 0 and 1 are taken too.
-    pub fn boolean(&mut self, index: usize) -> Result<bool, Raised> {
+    pub fn boolean(&mut self, index: usize) -> Result<bool, Unwind> {
         let Some(value) = self.given(index).cloned() else {
             return Ok(matches!(
                 self.parameter(index).default,
@@ -171,7 +171,7 @@ impl Call<'_, '_> {
         index: usize,
         value: &Value,
         wanted: &str,
-    ) -> Result<[f64; N], Raised> {
+    ) -> Result<[f64; N], Unwind> {
         let Some(items) = value.as_items() else {
             return Err(self.wrong_type(index, wanted, value));
         };
@@ -191,7 +191,7 @@ impl Call<'_, '_> {
     }
 
     /// Entry `k` of a list argument, which must be a finite number.
-    fn finite_item(&mut self, index: usize, k: usize, item: &Value) -> Result<f64, Raised> {
+    fn finite_item(&mut self, index: usize, k: usize, item: &Value) -> Result<f64, Unwind> {
         let Some(x) = item.as_f64() else {
             let text = format!(
                 "{}[{k}] must be a number, not {} ({})",
@@ -213,7 +213,7 @@ impl Call<'_, '_> {
     }
 
     /// The entries of a list or tuple.
-    pub fn list(&mut self, index: usize) -> Result<Vec<Value>, Raised> {
+    pub fn list(&mut self, index: usize) -> Result<Vec<Value>, Unwind> {
         let value = self.required(index);
         let wanted = match self.parameter(index).kind {
             ParameterType::NumberOrList => "a number or a list of numbers",
@@ -228,7 +228,7 @@ impl Call<'_, '_> {
     }
 
     /// Any count of finite numbers; a single one counts as a list where that is declared.
-    pub fn number_list(&mut self, index: usize) -> Result<Vec<f64>, Raised> {
+    pub fn number_list(&mut self, index: usize) -> Result<Vec<f64>, Unwind> {
         if self.parameter(index).kind == ParameterType::NumberOrList
             && let Some(value) = self.given(index).cloned()
             && value.as_f64().is_some()
@@ -243,7 +243,7 @@ impl Call<'_, '_> {
     }
 
     /// Truth values, as many as declared; 0 and 1 are taken too.
-    pub fn booleans(&mut self, index: usize) -> Result<Vec<bool>, Raised> {
+    pub fn booleans(&mut self, index: usize) -> Result<Vec<bool>, Unwind> {
         let items = self.list(index)?;
         if let ParameterType::Booleans(Some(count)) = self.parameter(index).kind
             && items.len() != count
@@ -278,7 +278,7 @@ impl Call<'_, '_> {
     }
 
     /// `N` numbers; zeros when omitted and declared so.
-    pub fn numbers<const N: usize>(&mut self, index: usize) -> Result<[f64; N], Raised> {
+    pub fn numbers<const N: usize>(&mut self, index: usize) -> Result<[f64; N], Unwind> {
         match self.given(index).cloned() {
             None => Ok([0.0; N]),
             Some(value) => self.fixed(index, &value, &format!("a list of {N} numbers")),
@@ -286,21 +286,21 @@ impl Call<'_, '_> {
     }
 
     /// Six joint positions.
-    pub fn joints(&mut self, index: usize) -> Result<JointPositions, Raised> {
+    pub fn joints(&mut self, index: usize) -> Result<JointPositions, Unwind> {
         let value = self.required(index);
         self.fixed(index, &value, "six joint positions in rad")
             .map(JointPositions)
     }
 
     /// A pose.
-    pub fn pose(&mut self, index: usize) -> Result<RpyPose, Raised> {
+    pub fn pose(&mut self, index: usize) -> Result<RpyPose, Unwind> {
         let value = self.required(index);
         self.fixed(index, &value, "a pose [x, y, z, Rx, Ry, Rz] in m and rad")
             .map(RpyPose::from_array)
     }
 
     /// Six joint positions, or `None` when omitted, `None` or the manual's symbolic empty text.
-    pub fn joints_or_default(&mut self, index: usize) -> Result<Option<JointPositions>, Raised> {
+    pub fn joints_or_default(&mut self, index: usize) -> Result<Option<JointPositions>, Unwind> {
         if self.is_symbolic_default(index) {
             Ok(None)
         } else {
@@ -309,7 +309,7 @@ impl Call<'_, '_> {
     }
 
     /// A pose, or `None` when omitted, `None` or the manual's symbolic text.
-    pub fn pose_or_default(&mut self, index: usize) -> Result<Option<RpyPose>, Raised> {
+    pub fn pose_or_default(&mut self, index: usize) -> Result<Option<RpyPose>, Unwind> {
         if self.is_symbolic_default(index) {
             Ok(None)
         } else {
@@ -331,7 +331,7 @@ impl Call<'_, '_> {
     }
 
     /// A number inside a range, or the nearest end of the range with a warning, once a task.
-    pub fn clamped(&mut self, index: usize, (min, max): (f64, f64)) -> Result<f64, Raised> {
+    pub fn clamped(&mut self, index: usize, (min, max): (f64, f64)) -> Result<f64, Unwind> {
         let given = self.number(index)?;
         if (min..=max).contains(&given) {
             return Ok(given);
@@ -349,7 +349,7 @@ impl Call<'_, '_> {
     }
 
     /// A frame of the manual: `"base"`, `"tool"` or a pose relative to the base.
-    pub fn frame(&mut self, index: usize) -> Result<FreedriveFrame, Raised> {
+    pub fn frame(&mut self, index: usize) -> Result<FreedriveFrame, Unwind> {
         let Some(value) = self.given(index).cloned() else {
             return Ok(FreedriveFrame::Base);
         };

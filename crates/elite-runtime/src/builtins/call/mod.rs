@@ -9,7 +9,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
-use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
 use motion_api::{
     CommandId, CommandKind, IoChange, MotionCommand, Origin, Outcome, PointList, Refusal,
     RobotState, SettingCommand,
@@ -25,7 +25,7 @@ pub(super) fn wait_for_future<T: 'static>(
     native: &mut NativeCall<'_>,
     function: &str,
     future: impl Future<Output = T> + 'static,
-) -> Result<T, Raised> {
+) -> Result<T, Unwind> {
     let outside = context.outside();
     let job = outside.start(future);
     if let Err(stopping) = wait_for_job(context, native, job) {
@@ -43,7 +43,7 @@ fn wait_for_job(
     context: &TaskContext,
     native: &mut NativeCall<'_>,
     job: JobId,
-) -> Result<(), Raised> {
+) -> Result<(), Unwind> {
     while !context.outside().is_done(job) {
         let wait = match context.run_wait_hook(native)? {
             true => Wait::Cycle(context.robot().moment().cycle + 1),
@@ -70,7 +70,7 @@ impl<'a, 'n> Call<'a, 'n> {
         builtin: &'static Builtin,
         context: &'a Rc<TaskContext>,
         native: &'a mut NativeCall<'n>,
-    ) -> Result<Self, Raised> {
+    ) -> Result<Self, Unwind> {
         let mut call = Self {
             builtin,
             context,
@@ -96,7 +96,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Runs a builtin whose answer comes from elsewhere: it is noted, or the recording gives it.
-    pub(super) fn run_external(&mut self, run: Body) -> Result<Value, Raised> {
+    pub(super) fn run_external(&mut self, run: Body) -> Result<Value, Unwind> {
         let (builtin, context) = (self.builtin, self.context);
         let arguments = self.native.args().to_vec();
         crate::external::call_external(context, self.native, builtin.name, &arguments, |native| {
@@ -134,7 +134,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// An exception with `text`, which should name the argument.
-    pub fn error(&mut self, kind: ExceptionKind, text: impl Into<String>) -> Raised {
+    pub fn error(&mut self, kind: ExceptionKind, text: impl Into<String>) -> Unwind {
         self.native.raise(kind, text.into())
     }
 
@@ -152,7 +152,7 @@ impl<'a, 'n> Call<'a, 'n> {
         format!("{}(): {}", self.builtin.name, self.parameter(index).name)
     }
 
-    fn wrong_type(&mut self, index: usize, wanted: &str, got: &Value) -> Raised {
+    fn wrong_type(&mut self, index: usize, wanted: &str, got: &Value) -> Unwind {
         match self.show(got) {
             Ok(shown) => {
                 let (place, name) = (self.place(index), got.type_name());
@@ -166,7 +166,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// A value as Python writes it, shortened so that one long list does not fill the log.
-    fn show(&mut self, value: &Value) -> Result<String, Raised> {
+    fn show(&mut self, value: &Value) -> Result<String, Unwind> {
         let text = self.native.repr(value)?;
         if text.chars().count() <= 60 {
             return Ok(text);
@@ -176,7 +176,7 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// Ends the program with an alarm that everybody sees and no script catches. In a secondary program it is an
     /// exception.
-    pub fn alarm(&mut self, sub_code: i32, text: &str) -> Raised {
+    pub fn alarm(&mut self, sub_code: i32, text: &str) -> Unwind {
         let text = format!("{}(): {text}", self.builtin.name);
         if self.context.is_secondary() {
             return self.error(ExceptionKind::RuntimeError, text);
@@ -197,7 +197,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Suspends the script thread until `wait` is over.
-    pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
+    pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Unwind> {
         if let Wait::Cycle(wanted) = wait {
             let now = || self.context.robot().moment().cycle;
             while now() + 1 < wanted && self.context.run_wait_hook(self.native)? {
@@ -213,12 +213,12 @@ impl<'a, 'n> Call<'a, 'n> {
     pub(crate) fn wait_for_future<T: 'static>(
         &mut self,
         future: impl Future<Output = T> + 'static,
-    ) -> Result<T, Raised> {
+    ) -> Result<T, Unwind> {
         wait_for_future(self.context, self.native, self.builtin.name, future)
     }
 
     /// Refuses what needs the network when scripts may not use it.
-    pub(crate) fn check_net(&mut self) -> Result<(), Raised> {
+    pub(crate) fn check_net(&mut self) -> Result<(), Unwind> {
         if self.context.permissions().network != NetworkAccess::Nothing {
             return Ok(());
         }
@@ -230,7 +230,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Refuses a machine that nobody plays where scripts may use no other.
-    pub(crate) fn check_simulated(&mut self, host: &str, port: u16) -> Result<(), Raised> {
+    pub(crate) fn check_simulated(&mut self, host: &str, port: u16) -> Result<(), Unwind> {
         let may_meet_others = self.context.permissions().network == NetworkAccess::Everything;
         if may_meet_others || self.context.has_responder(host, port) {
             return Ok(());
@@ -243,7 +243,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// A waiting time in seconds: `None`, for ever, when it is 0 or less.
-    pub(crate) fn patience(&mut self, index: usize) -> Result<Option<Duration>, Raised> {
+    pub(crate) fn patience(&mut self, index: usize) -> Result<Option<Duration>, Unwind> {
         let seconds = self.number(index)?;
         Ok(if seconds > 0.0 {
             Duration::try_from_secs_f64(seconds).ok()
@@ -260,11 +260,11 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Sends a command without waiting for its end; waits for room when the ring is full.
-    pub fn send(&mut self, kind: impl Into<CommandKind>) -> Result<CommandId, Raised> {
+    pub fn send(&mut self, kind: impl Into<CommandKind>) -> Result<CommandId, Unwind> {
         self.enter(kind.into(), false)
     }
 
-    fn enter(&mut self, kind: CommandKind, keep_outcome: bool) -> Result<CommandId, Raised> {
+    fn enter(&mut self, kind: CommandKind, keep_outcome: bool) -> Result<CommandId, Unwind> {
         let origin = self.origin();
         let robot = self.context.robot();
         loop {
@@ -289,7 +289,7 @@ impl<'a, 'n> Call<'a, 'n> {
     /// what the program asks from now on is answered as if it were done. Waits only for room in the ring.
     ///
     /// A refusal is an exception at the call.
-    pub fn set(&mut self, kind: impl Into<CommandKind>) -> Result<(), Raised> {
+    pub fn set(&mut self, kind: impl Into<CommandKind>) -> Result<(), Unwind> {
         let kind = kind.into();
         // Planned motions and streams wait and have been refused already; these return at once and the arm moves later.
         if kind.starts_motion() && self.context.is_secondary() {
@@ -314,7 +314,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// The first motion of a program that has replaced another begins when the arm has come to rest.
-    fn wait_for_rest(&mut self, kind: &CommandKind) -> Result<(), Raised> {
+    fn wait_for_rest(&mut self, kind: &CommandKind) -> Result<(), Unwind> {
         if kind.starts_motion()
             && let Some(stop) = self.context.braking()
         {
@@ -329,7 +329,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// What a refusal is for a script: an exception that it can catch.
-    pub(super) fn refusal_error(&mut self, refusal: &Refusal) -> Raised {
+    pub(super) fn refusal_error(&mut self, refusal: &Refusal) -> Unwind {
         let kind = match refusal {
             Refusal::BadValue { .. } => ExceptionKind::ValueError,
             _ => ExceptionKind::RuntimeError,
@@ -342,7 +342,7 @@ impl<'a, 'n> Call<'a, 'n> {
     /// Sends a command and waits for its end, or, for a motion with a blend, until the next may follow.
     ///
     /// A refusal is a `RuntimeError` that the script can catch. A protective stop ends the task and cannot be caught.
-    pub fn run_command(&mut self, kind: impl Into<CommandKind>) -> Result<(), Raised> {
+    pub fn run_command(&mut self, kind: impl Into<CommandKind>) -> Result<(), Unwind> {
         let kind = kind.into();
         self.wait_for_rest(&kind)?;
         let id = self.enter(kind, true)?;
@@ -350,7 +350,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Sends a moveml through points and waits for its end, as [`run_command`](Self::run_command) does.
-    pub fn run_points(&mut self, points: &Arc<PointList>, interval: f64) -> Result<(), Raised> {
+    pub fn run_points(&mut self, points: &Arc<PointList>, interval: f64) -> Result<(), Unwind> {
         let count = points.count();
         let kind = CommandKind::Motion(MotionCommand::MoveMl { count, interval });
         self.wait_for_rest(&kind)?;
@@ -365,7 +365,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Waits for the end of a command that was sent, or until the next motion may follow.
-    fn wait_for_command(&mut self, kind: &CommandKind, id: CommandId) -> Result<(), Raised> {
+    fn wait_for_command(&mut self, kind: &CommandKind, id: CommandId) -> Result<(), Unwind> {
         if kind.is_motion() {
             self.wait(Wait::Motion(id))?;
             if !self.context.robot().has_ended(id) {
@@ -382,7 +382,7 @@ impl<'a, 'n> Call<'a, 'n> {
     /// Waits until the arm has caught up with the motions of this thread whose calls have returned already: what a
     /// builtin reads and changes is that of the moment when the last of them has entered its blend. Where the arm would
     /// have to slow down for that, who `may_hurry` does not wait so long: only until the next motion is due.
-    pub(super) fn wait_for_queued_motions(&mut self, may_hurry: bool) -> Result<(), Raised> {
+    pub(super) fn wait_for_queued_motions(&mut self, may_hurry: bool) -> Result<(), Unwind> {
         if let Some(last) = self.context.last_ahead() {
             self.wait(match may_hurry {
                 true => Wait::Due(last),
@@ -397,7 +397,7 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// Changes an output, a register or how a point is configured: now, or, where the program is ahead of the arm, when
     /// that enters the blend zone of this thread's last motion.
-    pub fn change(&mut self, change: IoChange) -> Result<CommandId, Raised> {
+    pub fn change(&mut self, change: IoChange) -> Result<CommandId, Unwind> {
         if let Some(motion) = self.context.last_ahead() {
             if self.context.count_change_ahead(motion) <= CHANGES_AHEAD {
                 return self.send(SettingCommand::SetIoAtZone { motion, change });
@@ -413,7 +413,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Shows a message or sets a flag: now, or when the arm has caught up with this thread.
-    pub(super) fn show_effect(&mut self, effect: &Effect) -> Result<(), Raised> {
+    pub(super) fn show_effect(&mut self, effect: &Effect) -> Result<(), Unwind> {
         while !self.context.show(effect) {
             self.wait_for_queued_motions(false)?;
         }
@@ -421,7 +421,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Changes an output register; the next read of this thread sees it.
-    pub fn change_register(&mut self, change: IoChange) -> Result<(), Raised> {
+    pub fn change_register(&mut self, change: IoChange) -> Result<(), Unwind> {
         if self.context.last_ahead().is_some() {
             let id = self.change(change)?;
             self.context.note_register_change(id);
@@ -433,7 +433,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Waits until the output registers hold what this thread has written.
-    pub fn await_register_changes(&mut self) -> Result<(), Raised> {
+    pub fn await_register_changes(&mut self) -> Result<(), Unwind> {
         match self.context.take_register_change() {
             Some(id) if !self.context.robot().has_ended(id) => self.wait(Wait::Command(id)),
             _ => Ok(()),
@@ -441,7 +441,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// What the end of a command means for its caller.
-    fn check_outcome(&mut self, id: CommandId) -> Result<(), Raised> {
+    fn check_outcome(&mut self, id: CommandId) -> Result<(), Unwind> {
         match self.context.robot().take_outcome(id) {
             Some(Outcome::Done) | None => Ok(()),
             // The motion was ended by somebody else's stop; the program goes on after the call.

@@ -10,7 +10,7 @@ mod signature_check;
 use std::rc::Rc;
 use std::sync::LazyLock;
 
-use elite_lang::{NativeCall, Raised};
+use elite_lang::{NativeCall, Unwind};
 use elite_syntax::{ArgumentLiteral, CallHint, CallSite, KnownNames};
 use kinematics::RobotModel;
 
@@ -204,8 +204,8 @@ fn six_numbers(builtin: &Builtin, native: &NativeCall<'_>) -> Vec<(&'static Para
 pub(super) fn explain(
     builtin: &'static Builtin,
     native: &NativeCall<'_>,
-    raised: Raised,
-) -> Raised {
+    raised: Unwind,
+) -> Unwind {
     let slip = six_numbers(builtin, native)
         .into_iter()
         .find_map(|(parameter, numbers)| {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Unwind, Value};
 use io_bus::modbus::pdu::Request;
 use io_bus::modbus::{DeviceAddress, ModbusError, SignalKind, SignalSpec};
 use io_bus::modbus_server::map::{Map, meaning_of_coil, meaning_of_word};
@@ -19,7 +19,7 @@ fn check<T>(
     call: &mut Call<'_, '_>,
     function: &str,
     result: Result<T, ModbusError>,
-) -> Result<T, Raised> {
+) -> Result<T, Unwind> {
     result.map_err(|error| {
         let kind = match error {
             ModbusError::Length { .. } | ModbusError::BroadcastRead => ExceptionKind::ValueError,
@@ -29,12 +29,12 @@ fn check<T>(
     })
 }
 
-fn word(call: &mut Call<'_, '_>, index: usize) -> Result<u16, Raised> {
+fn word(call: &mut Call<'_, '_>, index: usize) -> Result<u16, Unwind> {
     // The declared ranges lie within 16 bits.
     Ok(u16::try_from(call.integer(index)?).unwrap_or_default())
 }
 
-fn device(call: &mut Call<'_, '_>, host: usize, port: usize) -> Result<DeviceAddress, Raised> {
+fn device(call: &mut Call<'_, '_>, host: usize, port: usize) -> Result<DeviceAddress, Unwind> {
     let (host, port) = (call.text(host)?, word(call, port)?);
     call.check_net()?;
     call.check_simulated(&host, port)?;
@@ -43,14 +43,14 @@ fn device(call: &mut Call<'_, '_>, host: usize, port: usize) -> Result<DeviceAdd
     Ok(DeviceAddress { host, port })
 }
 
-fn slave(call: &mut Call<'_, '_>, index: usize) -> Result<u8, Raised> {
+fn slave(call: &mut Call<'_, '_>, index: usize) -> Result<u8, Unwind> {
     Ok(match call.byte(index)? {
         248..=255 => 255,
         slave => slave,
     })
 }
 
-fn last_address(call: &mut Call<'_, '_>, at: usize, first: u16, count: u16) -> Result<(), Raised> {
+fn last_address(call: &mut Call<'_, '_>, at: usize, first: u16, count: u16) -> Result<(), Unwind> {
     if u32::from(first) + u32::from(count) <= 65536 {
         return Ok(());
     }
@@ -58,7 +58,7 @@ fn last_address(call: &mut Call<'_, '_>, at: usize, first: u16, count: u16) -> R
     Err(call.not_allowed(at, &allowed, first))
 }
 
-pub(super) fn modbus_add_signal(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_add_signal(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let spec = SignalSpec {
         device: device(call, 0, 7)?,
         slave: slave(call, 1)?,
@@ -80,7 +80,7 @@ pub(super) fn modbus_add_signal(call: &mut Call<'_, '_>) -> Result<Value, Raised
     Ok(Value::None)
 }
 
-pub(super) fn modbus_add_rw_signal(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_add_rw_signal(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (write_address, write_count) = (word(call, 4)?, word(call, 5)?);
     let spec = SignalSpec {
         device: device(call, 0, 8)?,
@@ -102,14 +102,14 @@ pub(super) fn modbus_add_rw_signal(call: &mut Call<'_, '_>) -> Result<Value, Rai
     Ok(Value::None)
 }
 
-pub(super) fn modbus_delete_signal(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_delete_signal(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let name = call.text(0)?;
     let deleted = task_memory::clone_uncounted(|| call.context().fieldbus().modbus.delete(&name));
     check(call, "modbus_delete_signal", deleted)?;
     Ok(Value::None)
 }
 
-pub(super) fn modbus_get_signal_status(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_get_signal_status(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let name = call.text(0)?;
     call.boolean(1)?;
     let fieldbus = Arc::clone(call.context().fieldbus());
@@ -125,7 +125,7 @@ pub(super) fn modbus_get_signal_status(call: &mut Call<'_, '_>) -> Result<Value,
     })
 }
 
-pub(super) fn modbus_send_custom_command(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_send_custom_command(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let device = device(call, 0, 5)?;
     let (slave, function) = (call.byte(1)?, call.byte(2)?);
     let repeats = !call.boolean(4)?;
@@ -156,7 +156,7 @@ fn one_or_more(call: &mut Call<'_, '_>, index: usize) -> Vec<Value> {
     value.as_items().unwrap_or_else(|| vec![value])
 }
 
-pub(super) fn modbus_set_output_register(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_set_output_register(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let name = call.text(0)?;
     let values = one_or_more(call, 1);
     // The low 16 bits, as the manual says.
@@ -176,7 +176,7 @@ pub(super) fn modbus_set_output_register(call: &mut Call<'_, '_>) -> Result<Valu
     Ok(Value::None)
 }
 
-pub(super) fn modbus_set_output_signal(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_set_output_signal(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let name = call.text(0)?;
     let levels: Option<Vec<bool>> = one_or_more(call, 1).iter().map(Value::as_bool).collect();
     let Some(levels) = levels else {
@@ -190,7 +190,7 @@ pub(super) fn modbus_set_output_signal(call: &mut Call<'_, '_>) -> Result<Value,
 
 pub(super) fn modbus_set_runstate_dependent_choice(
     call: &mut Call<'_, '_>,
-) -> Result<Value, Raised> {
+) -> Result<Value, Unwind> {
     let (name, choice) = (call.text(0)?, RunStateChoice::from_number(call.byte(1)?));
     let set = call
         .context()
@@ -201,7 +201,7 @@ pub(super) fn modbus_set_runstate_dependent_choice(
     Ok(Value::None)
 }
 
-pub(super) fn modbus_set_signal_update_frequency(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_set_signal_update_frequency(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (name, hertz) = (call.text(0)?, call.byte(1)?);
     let set = call
         .context()
@@ -212,7 +212,7 @@ pub(super) fn modbus_set_signal_update_frequency(call: &mut Call<'_, '_>) -> Res
     Ok(Value::None)
 }
 
-pub(super) fn modbus_set_signal_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_set_signal_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (name, time) = (call.text(0)?, call.number(1)?);
     let time = Duration::from_secs_f64(time);
     let set =
@@ -221,7 +221,7 @@ pub(super) fn modbus_set_signal_watchdog(call: &mut Call<'_, '_>) -> Result<Valu
     Ok(Value::None)
 }
 
-pub(super) fn modbus_get_error(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_get_error(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (name, source) = (call.text(0)?, call.byte(1)?);
     let codes = call.context().fieldbus().modbus.error_codes(&name);
     let [device, connection] = check(call, "modbus_get_error", codes)?.map(i64::from);
@@ -234,14 +234,14 @@ pub(super) fn modbus_get_error(call: &mut Call<'_, '_>) -> Result<Value, Raised>
 
 pub(super) fn modbus_get_time_since_signal_invalid(
     call: &mut Call<'_, '_>,
-) -> Result<Value, Raised> {
+) -> Result<Value, Unwind> {
     let name = call.text(0)?;
     let time = call.context().fieldbus().modbus.time_since_invalid(&name);
     let time = check(call, "modbus_get_time_since_signal_invalid", time)?;
     Ok(Value::Float(time.as_secs_f64()))
 }
 
-pub(super) fn modbus_reset_connection(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn modbus_reset_connection(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (device, wait) = (device(call, 0, 2)?, call.boolean(1)?);
     let fieldbus = Arc::clone(call.context().fieldbus());
     let reset = call.wait_for_future(async move { fieldbus.modbus.reset(&device, wait).await })?;
@@ -259,7 +259,7 @@ fn map<'a>(call: &'a Call<'_, '_>) -> Map<ProgramMap<'a>> {
 }
 
 /// The declared ranges are those of addresses.
-fn address(call: &mut Call<'_, '_>) -> Result<u16, Raised> {
+fn address(call: &mut Call<'_, '_>) -> Result<u16, Unwind> {
     Ok(u16::try_from(call.integer(0)?).unwrap_or(u16::MAX))
 }
 
@@ -267,7 +267,7 @@ fn address(call: &mut Call<'_, '_>) -> Result<u16, Raised> {
 fn on_map<T>(
     call: &mut Call<'_, '_>,
     act: impl Fn(&Map<ProgramMap<'_>>) -> Result<T, ModbusException>,
-) -> Result<Result<T, ModbusException>, Raised> {
+) -> Result<Result<T, ModbusException>, Unwind> {
     loop {
         let done = act(&map(call));
         match done {
@@ -280,19 +280,19 @@ fn on_map<T>(
     }
 }
 
-fn no_word(call: &mut Call<'_, '_>, address: u16) -> Raised {
+fn no_word(call: &mut Call<'_, '_>, address: u16) -> Unwind {
     let text = format!("there is no word {address} in the controller's Modbus map");
     call.error(ExceptionKind::ValueError, text)
 }
 
-pub(super) fn read_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn read_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let address = address(call)?;
     let levels = map(call).read_bits(Space::Outputs, address, 1);
     // The declared range is within the map.
     Ok(Value::Bool(levels.is_ok_and(|levels| levels == [true])))
 }
 
-pub(super) fn read_port_register(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn read_port_register(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (address, signed) = (address(call)?, call.boolean(1)?);
     let words = map(call).read_words(Space::Outputs, address, 1);
     let Ok(&[word]) = words.as_deref() else {
@@ -307,7 +307,7 @@ pub(super) fn read_port_register(call: &mut Call<'_, '_>) -> Result<Value, Raise
 
 /// The manual's own example writes a bit that the map has as an input, so what cannot be written is told without ending
 /// the program.
-pub(super) fn write_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn write_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (address, level) = (address(call)?, call.boolean(1)?);
     let written = on_map(call, |map| map.write_bits(address, &[level]))?;
     if written.is_err()
@@ -323,7 +323,7 @@ pub(super) fn write_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     Ok(Value::None)
 }
 
-pub(super) fn write_port_register(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+pub(super) fn write_port_register(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (address, value) = (address(call)?, call.integer(1)?);
     // The declared range is that of signed and unsigned words together.
     let word = value as u16;

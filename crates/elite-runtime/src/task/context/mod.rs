@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::debug::PendingEval;
-use elite_lang::{NativeCall, Raised, WaitToken};
+use elite_lang::{NativeCall, Unwind, WaitToken};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
 use platform::sockets::LocalStream;
@@ -290,7 +290,7 @@ impl TaskContext {
     }
 
     /// Answers whoever waits for this program, which waits itself; false where nobody ever does.
-    pub fn run_wait_hook(&self, native: &mut NativeCall<'_>) -> Result<bool, Raised> {
+    pub fn run_wait_hook(&self, native: &mut NativeCall<'_>) -> Result<bool, Unwind> {
         let answering = self.answering.borrow().clone();
         answering.map_or(Ok(false), |answer| answer(native))
     }

@@ -5,7 +5,7 @@ use elite_syntax::surrogate::{char_of, code_of, is_surrogate};
 use super::Codec;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::value::{R, Raised, Str, Value};
+use crate::value::{R, Str, Unwind, Value};
 
 /// What is done about what does not fit.
 pub(super) enum ErrorHandler {
@@ -243,7 +243,7 @@ impl Evaluator<'_> {
     fn ask_handler(
         &self,
         handler: &Value,
-        error: &Raised,
+        error: &Unwind,
         length: usize,
         verb: &str,
     ) -> R<(Value, usize)> {
@@ -252,7 +252,7 @@ impl Evaluator<'_> {
         } else {
             "(str, int)"
         };
-        let Raised::Exception(exception) = error else {
+        let Unwind::Exception(exception) = error else {
             return Err(error.clone());
         };
         let answer = self.call1(handler, Value::Instance(exception.clone()))?;
@@ -277,12 +277,12 @@ impl Evaluator<'_> {
         }
     }
 
-    fn handler_error(&self, verb: &str, wanted: &str) -> Raised {
+    fn handler_error(&self, verb: &str, wanted: &str) -> Unwind {
         self.type_error(format!("{verb} error handler must return {wanted} tuple"))
     }
 
     #[cold]
-    fn codec_error(&self, trouble: &CodecError, object: Value, encoding: bool) -> Raised {
+    fn codec_error(&self, trouble: &CodecError, object: Value, encoding: bool) -> Unwind {
         let kind = if encoding {
             ExceptionKind::UnicodeEncodeError
         } else {
@@ -297,7 +297,7 @@ impl Evaluator<'_> {
         ];
         let class = Value::Class(self.core.types.exception(kind).clone());
         match self.call(&class, &mut { args }, &[]) {
-            Ok(Value::Instance(exception)) => Raised::Exception(exception),
+            Ok(Value::Instance(exception)) => Unwind::Exception(exception),
             Ok(_) => self.value_error(trouble.reason),
             Err(raised) => raised,
         }

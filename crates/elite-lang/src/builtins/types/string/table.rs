@@ -9,7 +9,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::limits::chunked::WORK_PER_BYTE;
 use crate::value::int::Int;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Unwind, Value};
 
 pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     // Texts of derived classes are what they extend, but dictionaries are not.
@@ -80,7 +80,7 @@ pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 #[cold]
-fn not_text(ev: &Evaluator<'_>, place: usize, value: &Value) -> Raised {
+fn not_text(ev: &Evaluator<'_>, place: usize, value: &Value) -> Unwind {
     let name = ev.core.types.name_of_argument(value);
     ev.type_error(format!(
         "maketrans() argument {place} must be str, not {name}"
