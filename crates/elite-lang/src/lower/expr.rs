@@ -38,6 +38,9 @@ use crate::limits::deferred_drop::NodeList;
 use crate::value::symbol::known;
 use crate::value::{CellVar, Symbol, Value};
 
+/// Levels of the tree that a clause of a comprehension stands for: its walk and its loop share a native frame.
+const CLAUSE_LEVELS: usize = 2;
+
 impl Lower<'_> {
     pub(super) fn expr(&mut self, expr: &ast::Expr) -> BoxExpr {
         if self.charge_and_check(WORK_PER_NODE) {
@@ -460,13 +463,17 @@ impl Lower<'_> {
     }
 
     /// The clauses of a comprehension; the first iterable has been made in the scope around already.
-    pub(super) fn clauses(
+    /// The clauses of a comprehension. Each runs within the one before it, and what is collected within the last one:
+    /// afterwards the tree is deeper by [`CLAUSE_LEVELS`] for each.
+    fn clauses(
         &mut self,
         comprehension: &ast::Comprehension,
         first: BoxExpr,
     ) -> NodeList<Clause> {
         let mut first = Some(first);
         let clause = |clause: &ast::ComprehensionClause| {
+            self.depth += CLAUSE_LEVELS;
+            self.deepest = self.deepest.max(self.depth);
             let iterable = match first.take() {
                 Some(iterable) => iterable,
                 None => self.expr(&clause.iterable),
@@ -510,6 +517,7 @@ impl Lower<'_> {
         };
         let prefix = format!("{}{kind}.", self.prefix);
         let outer_prefix = std::mem::replace(&mut self.prefix, prefix);
+        let outer_depth = self.depth;
         let clauses = Clauses {
             clauses: self.clauses(comprehension, iterable),
             slots,
@@ -533,6 +541,7 @@ impl Lower<'_> {
             }),
             ComprehensionKind::Generator(_) => Box::new(Const(Value::None)),
         };
+        self.depth = outer_depth;
         self.scope = outer;
         self.prefix = outer_prefix;
         node
