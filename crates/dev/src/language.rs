@@ -17,6 +17,8 @@ const THREADS_MAX: usize = 16;
 /// Safepoints between two looks at the clock.
 const FUEL: u32 = 1000;
 
+/// Bytes of a program's output that are kept.
+const OUTPUT_MAX: usize = 1 << 16;
 /// Turns a program gets.
 const TURNS: usize = 60;
 
@@ -33,9 +35,8 @@ struct IsolatedHost {
 impl Host for IsolatedHost {
     fn print(&self, _: ThreadId, text: &str) {
         let mut output = self.output.borrow_mut();
-        if output.len() < 1 << 16 {
-            output.push_str(text);
-        }
+        let room = OUTPUT_MAX.saturating_sub(output.len());
+        output.push_str(&text[..text.floor_char_boundary(room)]);
     }
 
     fn unix_time(&self) -> f64 {

@@ -4,7 +4,9 @@
 mod shapes;
 mod support;
 
-use elite_lang::Limits;
+use std::sync::atomic::{AtomicIsize, Ordering};
+
+use elite_lang::{Limits, NativeBody, NativeFunction, Value};
 use shapes::{SHAPES, forget_peak, of_process, program};
 use support::Task;
 
@@ -120,6 +122,8 @@ const AT_ONCE: &[&str] = &[
     "int('9' * 4000) ** 100000",
     "x = 1\nwhile True: x = (x << 1000000) + 1; y = [x] * 1000; z = [a + 1 for a in y]",
     "def f(): return [f(), 'x' * 100000]\nf()",
+    "print(*['x' * 100000] * 400)",
+    "a = 'x' * 6000000\nprint a, a, a, a",
 ];
 
 /// Runs them, every fourth.
@@ -165,6 +169,45 @@ parts! {
     natives_that_make_much_at_once_ask_before_2 make_much_at_once 1;
     natives_that_make_much_at_once_ask_before_3 make_much_at_once 2;
     natives_that_make_much_at_once_ask_before_4 make_much_at_once 3;
+}
+
+/// A generator that is being run has a native stack of 64 KiB, and what it calls far down takes more.
+#[test]
+fn native_stacks_of_generators_count() {
+    static PEAK: AtomicIsize = AtomicIsize::new(0);
+    fn note(_: &mut elite_lang::NativeCall<'_>) -> elite_lang::ScriptResult {
+        PEAK.fetch_max(task_memory::live_bytes(), Ordering::Relaxed);
+        Ok(Value::None)
+    }
+    let limit = 16 * MEBIBYTE;
+    for first in [
+        "next(f())",
+        "sorted([2, 1], key=lambda _: next(f()))",
+        "[x for x in f()]",
+    ] {
+        let native = NativeFunction {
+            name: "note",
+            params: Vec::new(),
+            call: NativeBody::new(note),
+        };
+        let limits = Limits {
+            memory_bytes: limit,
+            ..Limits::default()
+        };
+        let task = Task::with(vec![native], limits);
+        let base = task_memory::live_bytes();
+        PEAK.store(0, Ordering::Relaxed);
+        let output = task.run(&format!(
+            "def f():\n    note()\n    try: yield {first}\n    finally: pass\nnext(f())"
+        ));
+        let last = support::last_but_help(&output);
+        let peak = (PEAK.load(Ordering::Relaxed) - base) as usize;
+        assert!(last.starts_with("MemoryError"), "{first}: {last}");
+        assert!(
+            (limit / 2..limit + limit / 8).contains(&peak),
+            "{first}: {peak} bytes"
+        );
+    }
 }
 
 /// Whoever handles the refusal has room to say so, whatever has filled the memory, and however often it happens.

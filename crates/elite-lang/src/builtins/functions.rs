@@ -102,13 +102,13 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     }
     let mut text = String::new();
     for (index, value) in args.positional.iter().enumerate() {
-        text.push_str(if index > 0 { &sep } else { "" });
+        ev.push_text(&mut text, if index > 0 { &sep } else { "" })?;
         match value {
-            Value::Str(part) => text.push_str(part.as_str()),
-            other => text.push_str(&ev.str(other)?),
+            Value::Str(part) => ev.push_text(&mut text, part.as_str())?,
+            other => ev.push_text(&mut text, &ev.str(other)?)?,
         }
     }
-    text.push_str(&end);
+    ev.push_text(&mut text, &end)?;
     ev.print(&text)?;
     Ok(Value::None)
 }

@@ -280,21 +280,32 @@ impl Evaluator<'_> {
         bytes: usize,
         inner: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
-        let pooled = bytes + RESERVE <= SEGMENT_STACK;
-        let stack = if pooled {
-            self.core.stacks.take(StackKind::Segment)
-        } else {
-            DefaultStack::new(bytes * 2).ok()
+        let large = (bytes + RESERVE > SEGMENT_STACK).then_some(bytes * 2);
+        let stack = match large {
+            None => self.core.stacks.take(StackKind::Segment),
+            Some(size) => {
+                let stack = DefaultStack::new(size).ok();
+                task_memory::add_external(stack.as_ref().map_or(0, |_| size / SCALE));
+                stack
+            }
         };
         let Some(mut stack) = stack else {
             let error = self.memory_error("the system has no memory for a deeper call");
             return Err(error.into());
         };
         let outer = self.stack_limit.replace(limit_of(&stack));
-        let result = on_stack(&mut stack, inner);
+        // What frees memory takes native stack itself, and only here there is enough of it.
+        let result = on_stack(&mut stack, || {
+            self.check_allocation(0)?;
+            inner()
+        });
         self.stack_limit.set(outer);
-        if pooled {
-            self.core.stacks.put_back(StackKind::Segment, stack);
+        match large {
+            None => self.core.stacks.put_back(StackKind::Segment, stack),
+            Some(size) => {
+                drop(stack);
+                task_memory::remove_external(size / SCALE);
+            }
         }
         result
     }

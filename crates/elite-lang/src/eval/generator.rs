@@ -270,6 +270,8 @@ impl Generator {
                 return Err(raised);
             }
             let ev = Evaluator::new(core, RequestSink::Generator(yielder), limit);
+            // The stack itself counts. What frees memory takes native stack, and here there is enough of it.
+            ev.check_allocation(0)?;
             let mut slots = slots;
             let code = function.code.clone();
             ev.with_stack(code.stack_bytes, || {

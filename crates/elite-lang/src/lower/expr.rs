@@ -465,11 +465,7 @@ impl Lower<'_> {
     /// The clauses of a comprehension; the first iterable has been made in the scope around already.
     /// The clauses of a comprehension. Each runs within the one before it, and what is collected within the last one:
     /// afterwards the tree is deeper by [`CLAUSE_LEVELS`] for each.
-    fn clauses(
-        &mut self,
-        comprehension: &ast::Comprehension,
-        first: BoxExpr,
-    ) -> NodeList<Clause> {
+    fn clauses(&mut self, comprehension: &ast::Comprehension, first: BoxExpr) -> NodeList<Clause> {
         let mut first = Some(first);
         let clause = |clause: &ast::ComprehensionClause| {
             self.depth += CLAUSE_LEVELS;

@@ -44,7 +44,8 @@ impl StmtNode for Print {
         for (index, value) in self.values.iter().enumerate() {
             let value = attempt!(value.eval(ev, f));
             text.push_str(if index > 0 { " " } else { "" });
-            text.push_str(&attempt!(ev.str(&value).trace_at(ev, f, self.span)));
+            let part = attempt!(ev.str(&value).trace_at(ev, f, self.span));
+            attempt!(ev.push_text(&mut text, &part).trace_at(ev, f, self.span));
         }
         text.push_str(self.end);
         attempt!(ev.print(&text).trace_at(ev, f, self.span));
