@@ -30,7 +30,8 @@ pub(crate) enum ClockDriver {
     Virtual(Option<IdlePacer>),
 }
 
-/// Starts the clock; under the real one the `pump` is woken after each cycle, and the world moves on a thread of its own.
+/// Starts the clock; under the real one the `pump` is woken after each cycle, and the world moves on a thread of its
+/// own.
 pub(crate) fn start_clock(
     (choice, phase): (ClockChoice, Option<Duration>),
     passes_alone: bool,

@@ -233,8 +233,8 @@ impl Condition {
         }));
     }
 
-    /// The two names that the last answer of `clearance()` was about, and their distance, m; `None` for a text that does
-    /// not ask for it.
+    /// The two names that the last answer of `clearance()` was about, and their distance, m; `None` for a text that
+    /// does not ask for it.
     pub fn nearest_pair(&self) -> Option<(String, String, f64)> {
         let scene = self.scene.borrow();
         let scene = scene.as_ref().filter(|_| self.uses_clearance)?;

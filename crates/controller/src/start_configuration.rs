@@ -67,8 +67,8 @@ pub enum RecordedSettingsError {
     },
 }
 
-/// The robot of a recording as settings of a controller here. Files that the recording holds the text of are wherever the
-/// caller has them: the arm's as `model`, the cell file as `cell`. What a recording does not say is as in `others`.
+/// The robot of a recording as settings of a controller here. Files that the recording holds the text of are wherever
+/// the caller has them: the arm's as `model`, the cell file as `cell`. What a recording does not say is as in `others`.
 ///
 /// # Errors
 /// [`RecordedSettingsError`]

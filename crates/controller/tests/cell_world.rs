@@ -1,4 +1,5 @@
-//! The world of parts around a controller: what a held part does to the arm, orders between two cycles, conditions over parts.
+//! The world of parts around a controller: what a held part does to the arm, orders between two cycles, conditions over
+//! parts.
 
 #![allow(
     clippy::unwrap_used,

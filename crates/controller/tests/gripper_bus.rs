@@ -1,4 +1,5 @@
-//! Grippers on the controller's serial lines and on Modbus TCP: programs speak to them in cycles that are the same every time.
+//! Grippers on the controller's serial lines and on Modbus TCP: programs speak to them in cycles that are the same
+//! every time.
 
 #![allow(
     clippy::unwrap_used,

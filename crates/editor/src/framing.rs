@@ -1,8 +1,8 @@
 //! Messages on a stream of bytes, as the language server and the debugger have them: a header with `Content-Length`, a
 //! blank line, then that many bytes of JSON. Whatever comes in is bounded.
 //!
-//! Owns the framing alone. What a body means, how long one may be, and whether a session outlives an error is decided by
-//! each protocol.
+//! Owns the framing alone. What a body means, how long one may be, and whether a session outlives an error is decided
+//! by each protocol.
 
 use std::io::{self, BufRead, Read, Write};
 

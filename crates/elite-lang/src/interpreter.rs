@@ -33,8 +33,8 @@ pub struct Interpreter {
     leftovers: Rc<FreeListPurge>,
 }
 
-/// The blocks that a task has left in the free lists of its thread. They go back to the system, if that is worth it, when
-/// the interpreter and everybody who has asked for this (`Interpreter::free_list_purge`) has dropped it.
+/// The blocks that a task has left in the free lists of its thread. They go back to the system, if that is worth it,
+/// when the interpreter and everybody who has asked for this (`Interpreter::free_list_purge`) has dropped it.
 #[derive(Default)]
 pub struct FreeListPurge {
     are_large: Cell<bool>,

@@ -1,13 +1,14 @@
 //! EliteScript at work: Python 3.11 as robot controllers speak it, with `end`, `sec` and one-line programs.
 //!
-//! A program that `elite-syntax` has compiled becomes executable nodes (`lower`) that evaluate themselves (`eval`, `ops`,
-//! `builtins`) on coroutines that the embedder drives. The crate knows nothing of robots, sockets, clocks or async: what
-//! a program can reach beyond itself goes through [`Host`] and [`NativeFunction`].
+//! A program that `elite-syntax` has compiled becomes executable nodes (`lower`) that evaluate themselves (`eval`,
+//! `ops`, `builtins`) on coroutines that the embedder drives. The crate knows nothing of robots, sockets, clocks or
+//! async: what a program can reach beyond itself goes through [`Host`] and [`NativeFunction`].
 //!
 //! # Running a program
 //!
-//! A [`Host`] is what a program sees of the world: where `print` goes, what time it is. An [`Interpreter`] has the globals
-//! of one task. Its script threads are [resumed](ScriptThread::resume) with an amount of fuel, and say why they stop.
+//! A [`Host`] is what a program sees of the world: where `print` goes, what time it is. An [`Interpreter`] has the
+//! globals of one task. Its script threads are [resumed](ScriptThread::resume) with an amount of fuel, and say why they
+//! stop.
 //!
 //! ```
 //! use std::cell::RefCell;
@@ -99,8 +100,8 @@
 //!
 //! # What a native may hold
 //!
-//! Values that a native holds must be where deferred drop and cycle collector find them. A closure that has captured one
-//! is found by neither, so it does not compile:
+//! Values that a native holds must be where deferred drop and cycle collector find them. A closure that has captured
+//! one is found by neither, so it does not compile:
 //!
 //! ```compile_fail,E0277
 //! use elite_lang::{NativeBody, Value};
@@ -111,8 +112,8 @@
 //!
 //! # Stopping a program
 //!
-//! [`Resume::Stop`] makes a thread run its `finally` and `with` blocks, with as much fuel as [`Limits`] allow, and nothing
-//! else. What bounds memory, pauses and depth of programs is explained in the module `limits`.
+//! [`Resume::Stop`] makes a thread run its `finally` and `with` blocks, with as much fuel as [`Limits`] allow, and
+//! nothing else. What bounds memory, pauses and depth of programs is explained in the module `limits`.
 
 mod advice;
 mod builtins;

@@ -1,7 +1,7 @@
 //! The commands that have been given: who waits for them, how they ended, and what they will have changed.
 //!
-//! Commands travel through a ring, so the state of the robot shows their effect a cycle or more later. A program sees its
-//! own commands at once: what the open ones set is laid over the state.
+//! Commands travel through a ring, so the state of the robot shows their effect a cycle or more later. A program sees
+//! its own commands at once: what the open ones set is laid over the state.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound;

@@ -190,7 +190,8 @@ pub trait Observer: Send + Sync {
     }
 
     /// A script thread stands at another line, has come round a loop to the same one, or is in another node of the
-    /// pendant's task. Lines come at most once a cycle and thread and when it ends; nodes as they are passed, of very many in a cycle the first and the last.
+    /// pendant's task. Lines come at most once a cycle and thread and when it ends; nodes as they are passed, of very
+    /// many in a cycle the first and the last.
     fn line_changed(
         &self,
         program: ProgramId,

@@ -1,8 +1,8 @@
 //! EliteScript as text: Python 3.11 as robot controllers speak it, with `end`, `sec` and one-line programs.
 //!
-//! Source text goes through [`lexer`], [`parser`] and [`resolve`]; what comes out is a tree whose names have their storage, and
-//! diagnostics with positions and fixes. Nothing here runs a program: `elite-lang` does, and needs the result of
-//! [`compile`]. Editors, `check`, formatters and translators need this crate alone.
+//! Source text goes through [`lexer`], [`parser`] and [`resolve`]; what comes out is a tree whose names have their
+//! storage, and diagnostics with positions and fixes. Nothing here runs a program: `elite-lang` does, and needs the
+//! result of [`compile`]. Editors, `check`, formatters and translators need this crate alone.
 //!
 //! # Checking a text
 //!
@@ -25,8 +25,8 @@
 //!
 //! # Reading the tree
 //!
-//! The tree ([`ast`]) is plain data with a [`Span`] on every node. [`ast::visit`] has the blocks of a statement and the parts of
-//! an expression, so that a walk names only the nodes that it is about.
+//! The tree ([`ast`]) is plain data with a [`Span`] on every node. [`ast::visit`] has the blocks of a statement and the
+//! parts of an expression, so that a walk names only the nodes that it is about.
 //!
 //! ```
 //! use elite_syntax::ast::visit::{blocks, own_expressions};
@@ -56,8 +56,8 @@
 //!
 //! # Following a text that changes
 //!
-//! An editor keeps a [`ParsedDocument`] and gives it each new text. Units of the top level that no change could reach keep
-//! their tree and their diagnostics.
+//! An editor keeps a [`ParsedDocument`] and gives it each new text. Units of the top level that no change could reach
+//! keep their tree and their diagnostics.
 //!
 //! ```
 //! use elite_syntax::{KnownNames, ParsedDocument, SourceFile};

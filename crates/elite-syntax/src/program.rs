@@ -154,8 +154,8 @@ fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Ve
 
 /// Parses and checks a text without running it: errors and warnings, in the order of the text. Codes of warnings:
 /// `undefined-name`, `unused-variable`, `unused-import`, `missing-module`, `unreachable`, `busy-loop`, and those of the
-/// embedder's hook. Not more than [`DIAGNOSTICS_MAX`](crate::DIAGNOSTICS_MAX); where there are so many there may be further
-/// ones.
+/// embedder's hook. Not more than [`DIAGNOSTICS_MAX`](crate::DIAGNOSTICS_MAX); where there are so many there may be
+/// further ones.
 pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
     let bytes = file.text().len();
     let found = with_deep_stack(|| match compile_here(file.clone(), known) {

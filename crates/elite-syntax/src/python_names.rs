@@ -1,5 +1,5 @@
-//! Names that programs find without defining them: builtins and modules. The library of `elite-lang` has what they name;
-//! a test there compares both.
+//! Names that programs find without defining them: builtins and modules. The library of `elite-lang` has what they
+//! name; a test there compares both.
 
 /// Names that every program finds defined.
 const NAMES: &[&str] = &[

@@ -155,7 +155,7 @@ pub enum MeshError {
         file: String,
         /// One of the triangles, from 0.
         triangle: usize,
-        /// The other triangle, from 0.
+        /// A further triangle with the edge, from 0.
         other: usize,
         /// Where the edge begins.
         from: Spot,

@@ -15,8 +15,8 @@
 //! let mut cycle = ControlLoop::new(config, motion_end)?;
 //!
 //! let target = JointPositions([0.2, -1.5, 1.6, -1.6, -1.5, 0.0]);
-//! let movej = CommandKind::Motion(MotionCommand::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0, radius: 0.0 });
-//! script_end.commands.send(Origin::default(), movej)?;
+//! let movej = CommandKind::Motion(MotionCommand::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0, radius:
+//! 0.0 }); script_end.commands.send(Origin::default(), movej)?;
 //! let ended = loop {
 //!     cycle.tick(CycleTiming::default());
 //!     if let Some(event) = script_end.events.next_event() {

@@ -82,7 +82,7 @@ impl ClearanceTracker {
             let moved = travel - std::mem::replace(&mut self.travels[number], travel);
             let bound = self.bounds[number] - moved;
             let way = scene.motion_bound(pair, &from, q);
-            // Also for a pair that must be looked at on both sides: every place of the stretch is this far at least.
+            // Every place of the stretch is this far at least, so a pair that is looked at on both sides needs no more.
             if bound - way >= search.threshold {
                 self.bounds[number] = bound - way;
                 continue;

@@ -1,7 +1,7 @@
 //! The meshes of a scene: a number for each, and its bytes as a page reads them. Pure.
 //!
-//! Layout, little endian: number of points (u32), number of triangles (u32), the points as x, y, z (f32, m, in the frame
-//! of the mesh), the corners of each triangle as indices of points (u32, counterclockwise from outside).
+//! Layout, little endian: number of points (u32), number of triangles (u32), the points as x, y, z (f32, m, in the
+//! frame of the mesh), the corners of each triangle as indices of points (u32, counterclockwise from outside).
 
 use std::sync::Arc;
 
@@ -63,7 +63,8 @@ fn encode(mesh: &Mesh) -> Vec<u8> {
     let (points, triangles) = (mesh.points(), mesh.triangles());
     let mut bytes = Vec::with_capacity(8 + 12 * (points.len() + triangles.len()));
     for count in [points.len(), triangles.len()] {
-        // Indices are u32 and triangles are bounded, so neither is larger; a page refuses counts that do not fit the bytes.
+        // Indices are u32 and triangles are bounded, so neither is larger; a page refuses counts that do not fit the
+        // bytes.
         let count = u32::try_from(count).unwrap_or(u32::MAX);
         bytes.extend_from_slice(&count.to_le_bytes());
     }

@@ -37,7 +37,8 @@ fn identify_error(error: &IdentifyError) -> PyErr {
     }
 }
 
-/// The answer as JSON. Options: from torques, times of the rests, and whether the axes of a tool are looked for as well.
+/// The answer as JSON. Options: from torques, times of the rests, and whether the axes of a tool are looked for as
+/// well.
 fn answer(
     py: Python<'_>,
     what: &str,
@@ -75,8 +76,8 @@ pub(crate) fn identified_files(
     answer(py, what, options, || Samples::read(&paths, start, end))
 }
 
-/// Finds numbers in cycles that are in memory: rows of time, `actual_q`, `actual_qd`, `target_qdd`, `actual_torque`, `raw_wrench`,
-/// `tcp_offset` and `gravity`.
+/// Finds numbers in cycles that are in memory: rows of time, `actual_q`, `actual_qd`, `target_qdd`, `actual_torque`,
+/// `raw_wrench`, `tcp_offset` and `gravity`.
 #[pyfunction]
 #[expect(
     clippy::needless_pass_by_value,

@@ -149,7 +149,7 @@ message! {
         stop_code: u64 [uint64, "37"],
         /// Cycles that the recording could not take so far.
         records_lost: u64 [uint64, "38"],
-        /// How I/O is configured: bits 0-5 domains, 8-23 tool pins, 24-25 use of tool analog pins, from 32 tool voltage.
+        /// How I/O is configured: bits 0-5 domains, 8-23 tool pins, 24-25 tool analog pins, from 32 tool voltage.
         io_config: u64 [uint64, "39"],
         /// What the joints carry beyond their own motion, Nm.
         external_torque: Vec<f64> [double repeated, "40"],

@@ -182,7 +182,8 @@ impl Recorder {
     /// Starts a recording into any output; `config.path` is only its name in messages.
     ///
     /// # Errors
-    /// [`RecordError`] when the files of the cell are too large, the output cannot be written or the thread not started.
+    /// [`RecordError`] when the files of the cell are too large, the output cannot be written or the thread not
+    /// started.
     pub fn start_on(
         out: impl Write + Send + 'static,
         config: RecorderConfig,

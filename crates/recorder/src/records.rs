@@ -14,8 +14,8 @@ use crate::files::MAX_RECORD_BYTES;
 use crate::layout;
 use crate::reader::FileEnd;
 
-/// No record and no chunk of a recording is larger, packed or unpacked, but for the few bytes around a file: the text of a program of 8 MiB is the largest
-/// thing, and JSON can make six bytes of one.
+/// No record and no chunk of a recording is larger, packed or unpacked, but for the few bytes around a file: the text
+/// of a program of 8 MiB is the largest thing, and JSON can make six bytes of one.
 const MAX_BYTES: usize = 64 << 20;
 /// Asked of the file at once.
 const READ_BYTES: usize = 256 << 10;

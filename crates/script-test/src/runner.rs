@@ -50,7 +50,7 @@ pub const WALL_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// The usual simulated time.
 pub fn usual_timeout() -> Seconds {
-    // It is above 0 and bounded.
+    // The constant is above 0 and bounded, so the default of zero is never taken.
     Seconds::new(TIMEOUT_S).unwrap_or_default()
 }
 

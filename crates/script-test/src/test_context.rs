@@ -68,10 +68,10 @@ pub(crate) enum InvariantCheck {
 /// A reason why a program does not run.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum StartError {
-    /// Its text is no program.
+    /// The text of the program does not compile.
     #[error("{program} does not compile: line {line}: {reason}")]
     NotCompiled {
-        /// Its name.
+        /// Name of the program.
         program: String,
         /// The line of the first finding.
         line: u32,

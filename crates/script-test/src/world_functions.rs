@@ -1,4 +1,5 @@
-//! The functions of `test` that see and change the parts of the cell: `part`, `parts`, `place`, `remove`, `add`, `gripper`, `count`, `fault`.
+//! The functions of `test` that see and change the parts of the cell: `part`, `parts`, `place`, `remove`, `add`,
+//! `gripper`, `count`, `fault`.
 //!
 //! A test and the world take turns, so what a test changes is there before the next cycle.
 

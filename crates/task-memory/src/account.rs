@@ -1,7 +1,7 @@
 //! The account of a thread: bytes that it holds, the alarm, and what is counted by hand.
 //!
-//! Two things are counted by hand: memory that does not come from the allocator (`add_external`, `remove_external`), and
-//! memory that changes its thread. Whatever is made for another thread, or freed on behalf of one, goes through
+//! Two things are counted by hand: memory that does not come from the allocator (`add_external`, `remove_external`),
+//! and memory that changes its thread. Whatever is made for another thread, or freed on behalf of one, goes through
 //! `uncounted`: otherwise the account of a task that runs for days would drift.
 
 use std::cell::Cell;
@@ -71,7 +71,8 @@ pub fn live_bytes() -> isize {
     allocated_bytes() - free_lists::cost()
 }
 
-/// Live bytes together with the free lists of this thread, whose size changes little. One load, so it may be asked often.
+/// Live bytes together with the free lists of this thread, whose size changes little. One load, so it may be asked
+/// often.
 #[inline]
 pub fn allocated_bytes() -> isize {
     ACCOUNT.with(|account| account.allocated.get())
@@ -121,8 +122,8 @@ pub fn clone_uncounted<T: Clone>(work: impl FnOnce() -> T) -> T {
     own
 }
 
-/// Withholds the fuel once this thread holds more than `bytes`; `isize::MAX` never does. Blocks of its free lists do not
-/// count as held; taking one of them raises no alarm.
+/// Withholds the fuel once this thread holds more than `bytes`; `isize::MAX` never does. Blocks of its free lists do
+/// not count as held; taking one of them raises no alarm.
 pub fn set_alarm(bytes: isize) {
     let alarm = bytes.saturating_add(free_lists::cost());
     ACCOUNT.with(|account| account.alarm.set(alarm));

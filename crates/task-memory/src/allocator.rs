@@ -64,9 +64,9 @@ unsafe fn alloc_anew(layout: Layout) -> *mut u8 {
 }
 
 // SAFETY: a block comes from `pages` if its layout is big, else from the system's allocator, for the layout asked for
-// or, if that is small, for the larger one of its size class. Which of these depends on the layout alone: whoever frees or
-// enlarges the block finds the same. A block is either in use or in one free list. Counting touches a cell of the thread
-// only, which allocates nothing and cannot unwind.
+// or, if that is small, for the larger one of its size class. Which of these depends on the layout alone: whoever frees
+// or enlarges the block finds the same. A block is either in use or in one free list. Counting touches a cell of the
+// thread only, which allocates nothing and cannot unwind.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]

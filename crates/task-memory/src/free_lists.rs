@@ -96,7 +96,8 @@ pub(super) fn pop(size: SizeClass) -> *mut u8 {
         let list = &lists.0[size.0];
         let block = list.first.get();
         if !block.is_null() {
-            // SAFETY: what lies in a free list is a block of its size that nobody uses, whose first word `put` has written.
+            // SAFETY: what lies in a free list is a block of its size that nobody uses, whose first word `put` has
+            // written.
             #[allow(unsafe_code)]
             list.first.set(unsafe { (*block).next });
             list.spare_blocks.set(list.spare_blocks.get() + 1);

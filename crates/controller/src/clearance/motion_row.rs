@@ -12,7 +12,7 @@ pub struct LeastDistance {
     pub distance: f64,
     /// What moves with the arm.
     pub a: String,
-    /// The other one.
+    /// What it comes near to: a thing of the cell, or another part of the arm.
     pub b: String,
     /// Simulated time, s.
     pub time: f64,

@@ -84,7 +84,7 @@ pub enum OptimizeError {
     Touches {
         /// What moves with the arm.
         a: String,
-        /// The other one.
+        /// What is touched: a thing of the cell, or another part of the arm.
         b: String,
         /// How deep, m.
         depth: f64,

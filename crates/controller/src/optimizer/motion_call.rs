@@ -23,7 +23,7 @@ pub(super) enum CallNumber {
     Computed,
 }
 
-/// Which motion a call is.
+/// The kinds of motion that calls make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MotionKind {
     /// The joints go straight: speeds in rad/s.

@@ -66,7 +66,7 @@ pub enum PlanError {
     /// No path, for a reason that lies in the cell.
     #[error("{detail}")]
     NoPath {
-        /// Which kind of reason.
+        /// The kind of reason.
         reason: NoPathReason,
         /// The sentence.
         detail: String,

@@ -1,4 +1,5 @@
-//! The world of a cell file that was read: it begins, moves for some cycles with an arm and outputs that change, and stays finite.
+//! The world of a cell file that was read: it begins, moves for some cycles with an arm and outputs that change, and
+//! stays finite.
 
 use std::sync::OnceLock;
 
@@ -23,7 +24,8 @@ pub(super) fn ask_all(cell: &Cell) {
     live(cell);
 }
 
-/// Moves the world of a cell: every output is on in every other cycle, and a copy made half-way goes on as the original does.
+/// Moves the world of a cell: every output is on in every other cycle, and a copy made half-way goes on as the original
+/// does.
 fn live(cell: &Cell) {
     let Some(model) = model() else { return };
     let start = WorldStart {

@@ -1,4 +1,5 @@
-//! Bodies of responses and events, in the form of the Debug Adapter Protocol. Lines and columns count as the client does.
+//! Bodies of responses and events, in the form of the Debug Adapter Protocol. Lines and columns count as the client
+//! does.
 
 use serde::Serialize;
 use serde_json::Value as Json;

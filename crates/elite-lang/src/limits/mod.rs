@@ -11,34 +11,35 @@
 //!
 //! # Safepoints
 //!
-//! Back-edges of loops and calls take one unit of *fuel* ([`task_memory::consume_fuel`]). Without fuel a thread does the
-//! safepoint duties, in this order: it compares the memory account with the limit, drops a portion of what was deferred,
-//! runs finalizers, sweeps symbols if their number has doubled, does a slice of a collector run, and then suspends, so that
-//! other script threads run and a stop is seen.
+//! Back-edges of loops and calls take one unit of *fuel* ([`task_memory::consume_fuel`]). Without fuel a thread does
+//! the safepoint duties, in this order: it compares the memory account with the limit, drops a portion of what was
+//! deferred, runs finalizers, sweeps symbols if their number has doubled, does a slice of a collector run, and then
+//! suspends, so that other script threads run and a stop is seen.
 //!
 //! # Work of builtins (`yielding`, `chunked`)
 //!
-//! A builtin counts its work in units of about a nanosecond ([`Evaluator::charge`](crate::eval::Evaluator::charge)). When
-//! `YIELD_BUDGET` is used up, other threads run. Nothing may be borrowed across a charge. Long texts and bytes are worked on
-//! in chunks (`chunked`), with a charge after each. Work is counted and never measured: a run is the same every time.
+//! A builtin counts its work in units of about a nanosecond ([`Evaluator::charge`](crate::eval::Evaluator::charge)).
+//! When `YIELD_BUDGET` is used up, other threads run. Nothing may be borrowed across a charge. Long texts and bytes are
+//! worked on in chunks (`chunked`), with a charge after each. Work is counted and never measured: a run is the same
+//! every time.
 //!
 //! # Memory (`growth`, `task_memory`)
 //!
 //! The allocator counts for each thread. The alarm at the limit withholds all fuel, so the next safepoint compares. A
-//! builtin asks before it grows a buffer (`growth`), because the allocator cannot refuse. The handler of a `MemoryError` has
-//! a reserve of its own.
+//! builtin asks before it grows a buffer (`growth`), because the allocator cannot refuse. The handler of a
+//! `MemoryError` has a reserve of its own.
 //!
 //! # Dropping (`deferred_drop`, `value_vec`)
 //!
-//! Values within values are dropped by recursion down to a depth of sixteen, deeper ones by a queue. A container of very
-//! many values hands them over when it is dropped, and a portion of them goes at each safepoint. [`ValueVec`](value_vec::ValueVec)
-//! is a `Vec` that does so. Code and trees of a text that a program has made are dropped in portions as well: a text may
-//! have a megabyte, whose tree takes more than 5 ms to drop at once.
+//! Values within values are dropped by recursion down to a depth of sixteen, deeper ones by a queue. A container of
+//! very many values hands them over when it is dropped, and a portion of them goes at each safepoint. [`ValueVec`](value_vec::ValueVec)
+//! is a `Vec` that does so. Code and trees of a text that a program has made are dropped in portions as well: a text
+//! may have a megabyte, whose tree takes more than 5 ms to drop at once.
 //!
 //! # Cycles (`gc`)
 //!
-//! A trial-deletion collector with two generations finds objects that only refer to each other. A run is done in slices at
-//! safepoints. It knows what natives hold because their data reports it (`Contents` in `value::data`).
+//! A trial-deletion collector with two generations finds objects that only refer to each other. A run is done in slices
+//! at safepoints. It knows what natives hold because their data reports it (`Contents` in `value::data`).
 //!
 //! # Symbols (`symbol_sweep`)
 //!

@@ -1,5 +1,5 @@
-//! Natives that keep a value, in chains of 200,000: each is dropped without ending the process, which it would not be if
-//! the value lay in a closure of Rust, where deferred drop cannot see it.
+//! Natives that keep a value, in chains of 200,000: each is dropped without ending the process, which it would not be
+//! if the value lay in a closure of Rust, where deferred drop cannot see it.
 
 use super::run;
 

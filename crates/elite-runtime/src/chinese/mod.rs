@@ -86,8 +86,8 @@ fn headline(english: &str) -> Option<String> {
     Some(format!("{kind}: {said}"))
 }
 
-/// A report of an error line by line: titles and advice of findings, and the lines with a type and a message. Lines of programs
-/// stay.
+/// A report of an error line by line: titles and advice of findings, and the lines with a type and a message. Lines of
+/// programs stay.
 pub fn report(english: &str) -> String {
     let lines = english.split_inclusive('\n').map(|line| {
         let (text, end) = line.split_at(line.trim_end_matches('\n').len());

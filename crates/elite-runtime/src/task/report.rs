@@ -319,8 +319,8 @@ impl Task {
     }
 }
 
-/// Where in the program the error was raised, or what led to it there; other texts have lines of their own. The call stack of a
-/// thread may begin in the library.
+/// Where in the program the error was raised, or what led to it there; other texts have lines of their own. The call
+/// stack of a thread may begin in the library.
 pub(super) fn place_in_program(error: &ScriptError) -> Option<&TraceFrame> {
     let mut frames = error.traceback.iter();
     let outermost = frames.find(|frame| !frame.is_in_library())?;

@@ -50,7 +50,7 @@ pub struct Solution {
     pub residual_rms: f64,
 }
 
-/// Why there is no solution.
+/// A reason why measurements have no least-squares solution.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// Fewer measurements than unknowns and some more.

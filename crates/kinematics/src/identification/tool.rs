@@ -18,7 +18,7 @@ pub struct ToolFit {
     pub residual_max: f64,
 }
 
-/// Why there is none.
+/// A reason why a tool cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ToolFitError {
     /// Fewer than four rests.

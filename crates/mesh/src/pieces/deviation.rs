@@ -13,7 +13,7 @@ use crate::solid::bounds_of;
 
 /// A bound is good enough when it is this little above what was found.
 const SHARE: f64 = 0.02;
-/// Or this little, in metres.
+/// A bound above what was found by less than this is good enough as well, in metres.
 const MARGIN_M: f64 = 1e-6;
 /// A fragment that is farther than this from its hull, in metres, is not convex but for rounding.
 const NEAR_M: f64 = 1e-4;

@@ -163,7 +163,7 @@ fn build(triangles: &mut [[Vector3<f64>; 3]], first: usize, nodes: &mut Vec<Node
 /// 1 where a ray leaves through a triangle, -1 where it enters, 0 where it misses.
 fn crossing(point: &Vector3<f64>, ray: &Vector3<f64>, [a, b, c]: &[Vector3<f64>; 3]) -> i64 {
     let (a, b, c) = (a - point, b - point, c - point);
-    // The same edge gives the same number with the other sign, so neighbours share no gap.
+    // An edge gives one number, with opposite signs in its two triangles, so there is no gap between neighbours.
     let edge = |from: &Vector3<f64>, to: &Vector3<f64>| ray.dot(&from.cross(to));
     let weights = [edge(&b, &c), edge(&c, &a), edge(&a, &b)];
     let sum: f64 = weights.iter().sum();

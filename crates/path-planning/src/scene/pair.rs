@@ -1,5 +1,5 @@
-//! Which two things count: links that are no neighbours, the tool and what is held against the inner links, and all of
-//! them against the obstacles.
+//! Pairs of things whose distance counts: links that are no neighbours, the tool and what is held against the inner
+//! links, and all of them against the obstacles.
 
 use kinematics::DOF;
 
@@ -25,9 +25,9 @@ pub(super) enum PairPartner {
 /// Names of two things that may touch. A `*` stands for any letters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TouchRule {
-    /// One of the two.
+    /// A name or a pattern.
     pub a: String,
-    /// The other one.
+    /// The one that may touch `a`.
     pub b: String,
 }
 

@@ -49,7 +49,8 @@ impl Arc {
         point
     }
 
-    /// Adds it to a path, its end being exactly `to`. Arcs stay arcs; a helix becomes lines that stay within `tolerance`.
+    /// Adds it to a path, its end being exactly `to`. Arcs stay arcs; a helix becomes lines that stay within
+    /// `tolerance`.
     pub fn add_to(
         &self,
         path: &mut Toolpath,

@@ -2,7 +2,8 @@
 
 use super::{Point, StepKind, Toolpath, ToolpathError};
 
-/// Reads a table with lengths in `unit_m` metres. A first line without numbers is a head and may name the columns in any order.
+/// Reads a table with lengths in `unit_m` metres. A first line without numbers is a head and may name the columns in
+/// any order.
 ///
 /// # Errors
 ///

@@ -1,7 +1,7 @@
 //! DXF drawings: lines, polylines with bulges, arcs, circles, ellipses and splines of chosen layers.
 //!
-//! A reader of our own: the file is pairs of a number and a value, remarks need its lines, and the crates that read all of
-//! DXF bring libraries for pictures and identifiers with them.
+//! A reader of our own: the file is pairs of a number and a value, remarks need its lines, and the crates that read all
+//! of DXF bring libraries for pictures and identifiers with them.
 
 use core::f64::consts::{PI, TAU};
 
@@ -191,7 +191,8 @@ impl Drawing<'_> {
         Ok(point)
     }
 
-    /// Whether the entity is drawn from below: its x runs the other way. Other directions of extrusion are not understood.
+    /// Whether the entity is drawn from below: its x runs the other way. Other directions of extrusion are not
+    /// understood.
     fn mirror(&self, entity: &[Pair<'_>]) -> Result<Option<bool>, ToolpathError> {
         let across = [
             number(entity, 210, 0.0)?,
@@ -581,7 +582,8 @@ impl Contour {
     }
 }
 
-/// The arc between two vertices: the bulge is the tangent of a quarter of its turn, counter-clockwise where it is above 0.
+/// The arc between two vertices: the bulge is the tangent of a quarter of its turn, counter-clockwise where it is above
+/// 0.
 fn bulged(from: Point, to: Point, bulge: f64) -> Arc {
     let chord = [to[0] - from[0], to[1] - from[1]];
     let length = chord[0].hypot(chord[1]);

@@ -82,7 +82,7 @@ impl fmt::Display for Remark {
     }
 }
 
-/// Why a file is no toolpath.
+/// A reason why a file is no toolpath.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ToolpathError {
     /// More than anybody drives.

@@ -1,6 +1,7 @@
 //! A toolpath as a program in EliteScript.
 //!
-//! Rows of lines and arcs become one motion without stops: each corner is rounded with the largest radius that keeps the tolerance.
+//! Rows of lines and arcs become one motion without stops: each corner is rounded with the largest radius that keeps
+//! the tolerance.
 
 use core::fmt::Write;
 

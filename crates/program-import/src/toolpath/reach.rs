@@ -57,7 +57,8 @@ impl Reach<'_> {
         remarks
     }
 
-    /// Whether the TCP stays above `top`, the height of the work, when the joints go straight from one point to the other.
+    /// Whether the TCP stays above `top`, the height of the work, when the joints go straight from one point to the
+    /// other.
     pub fn is_free(&self, options: &ProgramOptions, top: f64, from: Point, to: Point) -> bool {
         let height = |point: Point| height(options, point);
         if height(from).min(height(to)) <= top || distance(from, to) < DISTANCE_MIN_M {

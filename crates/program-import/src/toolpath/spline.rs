@@ -23,8 +23,9 @@ const FIT_DISTANCE_MIN_M: f64 = 1e-9;
 const HALVINGS_MAX: u32 = 12;
 
 impl Spline {
-    /// The cubic spline through points, as programs for drawings make it: of steady curvature, by the length of chords. A
-    /// tangent says the direction at an end; without one the curve is not bent there. `None`: there are no two points.
+    /// The cubic spline through points, as programs for drawings make it: of steady curvature, by the length of chords.
+    /// A tangent says the direction at an end; without one the curve is not bent there. `None`: there are no two
+    /// points.
     pub fn through(points: &[Point], tangents: [Option<Point>; 2]) -> Option<Self> {
         let mut through: Vec<Point> = Vec::with_capacity(points.len());
         for point in points {
@@ -65,7 +66,7 @@ impl Spline {
         })
     }
 
-    /// Why it is none.
+    /// A reason why the data are no spline, if there is one.
     pub fn problem(&self) -> Option<String> {
         let (count, degree) = (self.points.len(), self.degree);
         if degree == 0 || degree > DEGREE_MAX {
@@ -166,8 +167,8 @@ impl Spline {
     }
 }
 
-/// Derivatives at the points by the length of chords, such that curvature is steady: a tridiagonal system, solved from both ends.
-/// There is a chord less than points, and at least one.
+/// Derivatives at the points by the length of chords, such that curvature is steady: a tridiagonal system, solved from
+/// both ends. There is a chord less than points, and at least one.
 fn slopes(points: &[Point], chords: &[f64], tangents: [Option<Point>; 2]) -> Vec<Point> {
     let last = chords.len();
     let secant = |index: usize| {

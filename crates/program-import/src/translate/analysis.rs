@@ -1,5 +1,5 @@
-//! What is known of a whole text before it is written anew: kinds of its variables, what is changed in place, and whether poses
-//! must carry their kind with them while the program runs.
+//! What is known of a whole text before it is written anew: kinds of its variables, what is changed in place, and
+//! whether poses must carry their kind with them while the program runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -406,7 +406,8 @@ impl Analysis {
         param.is_some_and(|param| self.mutated.contains(&(function, param.clone())))
     }
 
-    /// Whether rotations are read or written number by number, or a value may be a pose or joint positions where it matters.
+    /// Whether rotations are read or written number by number, or a value may be a pose or joint positions where it
+    /// matters.
     fn wants_pose_objects(&self, body: &[Stmt], scope: ScopeId) -> bool {
         body.iter().any(|stmt| {
             let mut found = false;

@@ -474,7 +474,8 @@ fn has_escapes(args: &[Argument]) -> bool {
     })
 }
 
-/// A call of a helper with a number that is known is what the helper would do. Gives the call and the function it calls.
+/// A call of a helper with a number that is known is what the helper would do. Gives the call and the function it
+/// calls.
 fn folded(head: &str, args: &[String]) -> (String, String) {
     let number = args.first().and_then(|arg| arg.parse::<u32>().ok());
     let rest = args.get(1).map(String::as_str).unwrap_or_default();

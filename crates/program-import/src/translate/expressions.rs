@@ -25,8 +25,8 @@ impl Translator<'_> {
         self.emit(expr, scope, Form::Value).0
     }
 
-    /// A value for a variable, an item, a parameter: lists of Universal Robots are copied when they are stored. No copy is made
-    /// where nobody could tell the difference.
+    /// A value for a variable, an item, a parameter: lists of Universal Robots are copied when they are stored. No copy
+    /// is made where nobody could tell the difference.
     pub(super) fn stored(&mut self, expr: &Expr, scope: ScopeId, is_changed: bool) -> String {
         let text = self.value(expr, scope);
         let (is_variable, is_call) = match &without_parens(expr).kind {

@@ -1,8 +1,9 @@
 //! Functions of URScript and what stands for each of them in EliteScript, as a table.
 //!
 //! A row has the signature there, the call here, what the call gives, and a note for the report. A signature writes
-//! `name:kind=default!`: kinds are `p` (a pose, also given as joint positions), `j` (joint positions, also given as a pose) and `t`
-//! (a value that becomes text); a default with `!` differs from the one here, so it is written out. A call is one of
+//! `name:kind=default!`: kinds are `p` (a pose, also given as joint positions), `j` (joint positions, also given as a
+//! pose) and `t` (a value that becomes text); a default with `!` differs from the one here, so it is written out. A
+//! call is one of
 //!
 //! - `=`: the same name and arguments,
 //! - `=name`: another name, the same arguments,

@@ -1,6 +1,7 @@
 //! What kinds of values an expression or a variable can have, as far as the text tells.
 //!
-//! Poses and joint positions are both lists of six numbers here, so the difference must be found before the program runs.
+//! Poses and joint positions are both lists of six numbers here, so the difference must be found before the program
+//! runs.
 
 /// Kinds of values, as a set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -106,7 +107,8 @@ impl Type {
         self.own.has(Kinds::POSE) && !self.is_pose()
     }
 
-    /// Whether a copy of it can be changed without the original: numbers, texts and truth values cannot be changed at all.
+    /// Whether a copy of it can be changed without the original: numbers, texts and truth values cannot be changed at
+    /// all.
     pub const fn is_shared(self) -> bool {
         self.own.is_unknown() || self.own.has(Kinds(8 | 16 | 32))
     }

@@ -1,8 +1,8 @@
 //! URScript to EliteScript.
 //!
-//! [`translate`] reads a text ([`crate::urscript`]), finds out what its names and values are (`scopes`, `analysis`), and writes
-//! every statement anew (`statements`, `expressions`, `calls`), with the functions of the table (`functions`) in place of those
-//! of Universal Robots. What a program needs beyond that comes with it (`helpers`).
+//! [`translate`] reads a text ([`crate::urscript`]), finds out what its names and values are (`scopes`, `analysis`),
+//! and writes every statement anew (`statements`, `expressions`, `calls`), with the functions of the table
+//! (`functions`) in place of those of Universal Robots. What a program needs beyond that comes with it (`helpers`).
 
 mod analysis;
 mod calls;

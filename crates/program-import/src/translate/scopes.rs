@@ -1,5 +1,5 @@
-//! Where names live: a name without a qualifier is the global or the variable of an outer function where there is one, and a local
-//! variable otherwise.
+//! Where names live: a name without a qualifier is the global or the variable of an outer function where there is one,
+//! and a local variable otherwise.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -145,8 +145,8 @@ impl Scopes {
         id
     }
 
-    /// The scope outside that a name without a qualifier stands for. Variables that an outer scope gets only after the function
-    /// count where the function reads them first.
+    /// The scope outside that a name without a qualifier stands for. Variables that an outer scope gets only after the
+    /// function count where the function reads them first.
     fn owner_outside(&self, id: ScopeId, name: &str, is_read_before: bool) -> Option<ScopeId> {
         let mut scope = id;
         while scope != 0 {

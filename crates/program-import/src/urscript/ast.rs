@@ -83,7 +83,7 @@ pub enum Scope {
 /// A function, a thread or a secondary program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Function {
-    /// Which of the three.
+    /// Function, thread or secondary program.
     pub kind: FunctionKind,
     /// Name of the function.
     pub name: String,

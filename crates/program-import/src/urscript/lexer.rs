@@ -1,5 +1,5 @@
-//! Characters to tokens. Line ends are no tokens, because URScript needs none: every token says whether it is the first of
-//! its line.
+//! Characters to tokens. Line ends are no tokens, because URScript needs none: every token says whether it is the first
+//! of its line.
 
 use super::SyntaxError;
 

@@ -1,7 +1,7 @@
 //! URScript as text: tokens, syntax tree.
 //!
-//! Knows the grammar that controllers of Universal Robots accept, the labels (`$ 3 "Waypoint"`) of programs that PolyScope makes
-//! included, and nothing of robots.
+//! Knows the grammar that controllers of Universal Robots accept, the labels (`$ 3 "Waypoint"`) of programs that
+//! PolyScope makes included, and nothing of robots.
 
 pub mod ast;
 mod lexer;
@@ -10,7 +10,7 @@ mod parser;
 pub use lexer::Comment;
 pub use parser::{Source, parse};
 
-/// Why a text is no URScript: a sentence and the line, counted from 1.
+/// A reason why a text is no URScript: a sentence and the line, counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {text}")]
 pub struct SyntaxError {

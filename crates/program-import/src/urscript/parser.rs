@@ -1,5 +1,5 @@
-//! Tokens to the syntax tree. Line ends count in two places only: a `(` or `[` that begins a line begins no call and no index, and
-//! a `return` without a value ends with its line.
+//! Tokens to the syntax tree. Line ends count in two places only: a `(` or `[` that begins a line begins no call and no
+//! index, and a `return` without a value ends with its line.
 
 use super::SyntaxError;
 use super::ast::{

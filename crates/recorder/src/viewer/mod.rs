@@ -114,7 +114,8 @@ impl ViewerMessages {
         self.scene_drawn = None;
     }
 
-    /// What is drawn beside arm and obstacles is this from now on. A body with the identifier of an obstacle takes its place.
+    /// What is drawn beside arm and obstacles is this from now on. A body with the identifier of an obstacle takes its
+    /// place.
     pub fn set_bodies(&mut self, bodies: Arc<[SceneBody]>) {
         self.gone.extend(self.meshes.ids());
         self.gone

@@ -1,4 +1,5 @@
-//! What is drawn: the arm from its capsules, the obstacles, what lives in the cell, the way of the TCP, the force on it. Pure shapes.
+//! What is drawn: the arm from its capsules, the obstacles, what lives in the cell, the way of the TCP, the force on
+//! it. Pure shapes.
 
 use std::sync::Arc;
 

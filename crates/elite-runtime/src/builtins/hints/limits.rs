@@ -1,5 +1,5 @@
-//! What an arm cannot do: speeds, accelerations and radii far beyond it, places that it does not reach, joint positions in
-//! which it stands in itself.
+//! What an arm cannot do: speeds, accelerations and radii far beyond it, places that it does not reach, joint positions
+//! in which it stands in itself.
 //!
 //! Where it is not known which arm a program is for, only what no built-in arm can do is wrong, and a long tool is
 //! allowed for.

@@ -60,8 +60,8 @@ pub fn known_names() -> KnownNames {
     natives().with_call_hook(|site| hints(site, &ANY))
 }
 
-/// Names and checks of [`known_names`], for programs of one arm: what this arm cannot do is wrong. `tool` is how far the
-/// TCP is from the flange at most, m.
+/// Names and checks of [`known_names`], for programs of one arm: what this arm cannot do is wrong. `tool` is how far
+/// the TCP is from the flange at most, m.
 pub fn known_names_for(model: RobotModel, tool: f64) -> KnownNames {
     let limits = ArmLimits::of(model, tool);
     natives().with_call_hook(move |site| hints(site, &limits))
