@@ -265,6 +265,37 @@ mod tests {
     }
 
     #[test]
+    fn words_of_other_robots_stand_for_functions_that_are_there() {
+        for (written, meant) in [
+            ("print_msg", "print"),
+            ("TPWrite", "textmsg"),
+            ("clock", "controller_timestamp"),
+            ("get_time", "controller_timestamp"),
+            ("ClkRead", "controller_timestamp"),
+            ("rand", "random"),
+            ("zero_ft", "zero_ftsensor"),
+            ("get_flange_pose", "get_actual_tool_flange_pose"),
+            ("CJointT", "get_actual_joint_positions"),
+            ("Offs", "pose_add"),
+            ("RelTool", "pose_trans"),
+            ("SLIN", "movel"),
+            ("inverse_pose", "pose_inv"),
+            ("conveyor_pulse_decode", "encoder_enable_pulse_decode"),
+            ("read_input_bit_register", "read_input_boolean_register"),
+            ("rtde_set_watchdog", "rtsi_set_watchdog"),
+            ("substring", "str_sub"),
+            ("arctan2", "atan2"),
+            ("power_off", "powerdown"),
+        ] {
+            let names = [meant, "movej", "sleep", "set_payload"];
+            let found = nearest(written, names.iter());
+            assert_eq!(found.as_deref(), Some(meant), "{written}");
+            // A program's own name of this spelling is not unknown; where nothing does the same, nothing is said.
+            assert_eq!(nearest(written, ["set_payload"].iter()), None, "{written}");
+        }
+    }
+
+    #[test]
     fn slips_of_the_finger_come_last() {
         check(&[
             ("mvoej", "movej"),

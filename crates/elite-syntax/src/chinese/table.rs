@@ -142,6 +142,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "位置参数不能在关键字参数之后",
     ),
     (
+        "a program asks nobody at the robot: popup() shows a message",
+        "程序不向机器人旁的人提问：popup() 显示消息",
+    ),
+    (
         "a relative import finds nothing: a program is no part of a package",
         "相对导入找不到任何模块：程序不属于任何包",
     ),
@@ -372,8 +376,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "变量 '{0}' 被赋值却从未使用",
     ),
     (
-        "there is a way through this endless loop that does not wait: while it is taken, \
-         the loop keeps the controller busy",
+        "there is a way through this endless loop that does not wait: while it is taken, the loop keeps the controller busy",
         "这个无限循环中有一条不等待的路径：走这条路径时会使控制器一直繁忙",
     ),
     ("there is no directive '{}'", "没有指令 '{0}'"),
@@ -454,6 +457,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "write 'except (A, B):'; to name the exception, 'except A as e:'",
         "请写 'except (A, B):'；命名异常写 'except A as e:'",
     ),
+    ("write 'for i in range(3):'", "请写 'for i in range(3):'"),
     (
         "write 'for i in range(first, last + 1):'",
         "请写 'for i in range(first, last + 1):'",
@@ -462,6 +466,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "write 'for i in range(n):' or 'while True:'",
         "写 'for i in range(n):' 或 'while True:'",
     ),
+    (
+        "write 'import math' at the beginning of the program",
+        "请在程序开头写 'import math'",
+    ),
+    (
+        "write 'import time' at the beginning of the program",
+        "请在程序开头写 'import time'",
+    ),
     ("write 'not'", "请写 'not'"),
     ("write 'or'", "请写 'or'"),
     (
@@ -469,6 +481,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "写 'while not' 加条件",
     ),
     ("write 'x += 1'", "请写 'x += 1'"),
+    (
+        "write a loop: 'while not get_standard_digital_in(0): sync()'",
+        "请写循环：'while not get_standard_digital_in(0): sync()'",
+    ),
     (
         "write math.pi, and 'import math' at the beginning of the program",
         "请写 math.pi，并在程序开头写 'import math'",

@@ -311,7 +311,9 @@ impl<'f> Parser<'f> {
             token.span,
             format!("expected {expected}, found {found}"),
         );
-        if token.kind == TokenKind::Equal && expected == "'in'" {
+        if self.begins_loop_of_c() {
+            diagnostic = diagnostic.with_help("write 'for i in range(3):'");
+        } else if token.kind == TokenKind::Equal && expected == "'in'" {
             diagnostic = diagnostic.with_help("write 'for i in range(first, last + 1):'");
         } else if token.kind == TokenKind::Equal {
             diagnostic = diagnostic
@@ -348,6 +350,14 @@ impl<'f> Parser<'f> {
         token.kind == TokenKind::LeftBrace
             || (token.kind == TokenKind::Name
                 && matches!(self.text(token), "then" | "do" | "begin"))
+    }
+
+    /// Whether the text up to here is that of a loop of C: `for (i =`, `for (int i`.
+    fn begins_loop_of_c(&self) -> bool {
+        let before = self.tokens[..self.at].iter().rev().map(|token| token.kind);
+        let before = before.skip_while(|kind| *kind == TokenKind::Name).take(2);
+        let begins_loop = before.eq([TokenKind::LeftParen, TokenKind::For]);
+        begins_loop && matches!(self.kind(), TokenKind::Equal | TokenKind::Name)
     }
 
     /// Advice where an operator of another language stands.
