@@ -29,7 +29,7 @@ use crate::lockstep::LockstepTimeline;
 use crate::simulated_peers::PeerRegistry;
 use crate::test_context::{ContextParts, Invariant, InvariantCheck, RunnerRequest, TestContext};
 use crate::test_object::functions;
-use crate::trace::{CycleTrace, TraceObserver};
+use crate::trace::{CycleTrace, Mover, TestCommands, TraceObserver};
 
 /// What the text of a test holds that asks for distances.
 const CLEARANCE: &str = "clearance";
@@ -171,9 +171,11 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         Arc::new(PeerRegistry::default()),
     );
     let follower = Arc::new(PositionTracker::default());
+    let commands = Arc::new(TestCommands::default());
     let tracing: Arc<dyn Observer> = Arc::new(TraceObserver {
         trace: trace.clone(),
         follower: follower.clone(),
+        commands: commands.clone(),
     });
     // Distances take time in every cycle: they are measured where the test asks for them.
     let clearance = match case.file.text.contains(CLEARANCE) {
@@ -201,6 +203,7 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
     });
     let controller = controller.map_err(|error| error.to_string())?;
     follower.connect(controller.robot());
+    commands.connect(controller.robot());
     if let Some(world) = controller.world() {
         let trace = trace.clone();
         world.follow(Box::new(move |message| trace.take_world(message)));
@@ -244,7 +247,10 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         methods: Arc::new(move |attendance| functions(&own, attendance)),
         has_company: turns.program_flag().clone(),
     };
-    let told = Arc::new(ResultCollector::new(Arc::new(EndObserver(requests))));
+    let told = Arc::new(ResultCollector::new(Arc::new(TestTaskObserver {
+        requests,
+        commands,
+    })));
     let tests = controller
         .supervisor()
         .test_supervisor(told.clone(), attendant);
@@ -566,12 +572,11 @@ fn check_invariant(
                         condition.advance_world(message);
                     });
             }
-            let position = trace.position_at(judged.cycles);
-            let holds = condition.holds(&cycle, &position);
+            let mover = trace.mover_at(judged.cycles);
+            let holds = condition.holds(&cycle, &mover.program);
             judged.cycles += 1;
             if holds.map_err(|error| error.to_string())? != watched.always {
-                let line = (position.line > 0).then_some(position.line);
-                let mut text = broken(watched, state, &cycle, line);
+                let mut text = broken(watched, state, &cycle, &mover);
                 if let Some(part) = condition.deciding_part() {
                     text.push_str(&format!("; part {part:?}"));
                 }
@@ -584,19 +589,16 @@ fn check_invariant(
     }
 }
 
-fn broken(
-    watched: &Invariant,
-    state: &RobotState,
-    cycle: &CycleMessage,
-    line: Option<u32>,
-) -> String {
+fn broken(watched: &Invariant, state: &RobotState, cycle: &CycleMessage, mover: &Mover) -> String {
     let mut text = match watched.always {
         true => format!("always: `{}` did not hold", watched.text),
         false => format!("never: `{}` held", watched.text),
     };
     text.push_str(&format!(" at {:.3} s, cycle {}", state.time, state.cycle));
-    if let Some(line) = line {
-        text.push_str(&format!(", line {line} of the program"));
+    match (mover.test_line, mover.program.line) {
+        (0, 0) => {}
+        (0, line) => text.push_str(&format!(", line {line} of the program")),
+        (line, _) => text.push_str(&format!(", line {line} of the test")),
     }
     // The values of what the condition names.
     let named = cycle.fields().into_iter().filter(|(name, _)| {
@@ -618,12 +620,19 @@ fn broken(
     text
 }
 
-/// Says that the test has ended.
-struct EndObserver(UnboundedSender<RunnerRequest>);
+/// Says which program the test is, and that it has ended.
+struct TestTaskObserver {
+    requests: UnboundedSender<RunnerRequest>,
+    commands: Arc<TestCommands>,
+}
 
-impl Observer for EndObserver {
+impl Observer for TestTaskObserver {
+    fn program_started(&self, program: ProgramId, _: &str, _: &str) {
+        self.commands.set_test(program);
+    }
+
     fn program_ended(&self, _: ProgramId) {
         // Nobody listens once it has been said.
-        let _ = self.0.send(RunnerRequest::Ended);
+        let _ = self.requests.send(RunnerRequest::Ended);
     }
 }

@@ -1,13 +1,14 @@
 //! What the arm did in the course of a test: every cycle for conditions and paths, peaks for everything else.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock, Weak};
 
 use controller::Peaks;
 use controller::cell_world::topic::WorldMessage;
 use controller::program_position::{PositionTracker, ProgramPosition};
+use elite_runtime::Robot;
 use elite_runtime::message::Observer;
 use elite_syntax::TaskNode;
-use motion_api::{CycleFrame, ProgramId, RobotState, ThreadNumber};
+use motion_api::{CommandId, CycleFrame, ProgramId, RobotState, ThreadNumber};
 use parking_lot::Mutex;
 
 /// Cycles that are kept; what comes after them is counted only. At 4 ms it is the first 400 s of a test.
@@ -25,6 +26,15 @@ pub(crate) struct PathSample {
     pub pose: [f64; 6],
 }
 
+/// What moves the arm in a cycle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Mover {
+    /// What the program beside the test does.
+    pub program: ProgramPosition,
+    /// Line of the test that asked for the running command; 0 where the test did not.
+    pub test_line: u32,
+}
+
 /// Keeps the cycles of a test.
 #[derive(Default)]
 pub(crate) struct CycleTrace(Mutex<TraceData>);
@@ -32,8 +42,8 @@ pub(crate) struct CycleTrace(Mutex<TraceData>);
 #[derive(Default)]
 struct TraceData {
     states: Vec<RobotState>,
-    /// What the program did, from which of the states on.
-    doings: Vec<(usize, ProgramPosition)>,
+    /// What moved the arm, from which of the states on.
+    movers: Vec<(usize, Mover)>,
     missed: usize,
     peaks: Peaks,
     /// What was new among the parts of the cell, in the order of cycles.
@@ -54,14 +64,14 @@ impl CycleTrace {
         (states.copied().collect(), kept.missed)
     }
 
-    /// What the program did in the cycle with this number.
-    pub(crate) fn position_at(&self, cycle: usize) -> ProgramPosition {
+    /// What moved the arm in the cycle with this number.
+    pub(crate) fn mover_at(&self, cycle: usize) -> Mover {
         let kept = self.0.lock();
-        let after = kept.doings.partition_point(|(from, _)| *from <= cycle);
+        let after = kept.movers.partition_point(|(from, _)| *from <= cycle);
         let before = after
             .checked_sub(1)
-            .and_then(|place| kept.doings.get(place));
-        before.map(|(_, doing)| doing.clone()).unwrap_or_default()
+            .and_then(|place| kept.movers.get(place));
+        before.map(|(_, mover)| mover.clone()).unwrap_or_default()
     }
 
     /// Keeps what is new among the parts of the cell, as long as cycles are kept.
@@ -99,12 +109,14 @@ impl CycleTrace {
         kept.states.iter().map(place).collect()
     }
 
-    fn take(&self, state: &RobotState, doing: &ProgramPosition) {
+    fn take(&self, state: &RobotState, program: &ProgramPosition, test_line: u32) {
         let mut kept = self.0.lock();
         kept.peaks.update(state);
         let from = kept.states.len();
-        if from < CYCLES_MAX && kept.doings.last().is_none_or(|(_, last)| last != doing) {
-            kept.doings.push((from, doing.clone()));
+        let is_new = |last: &Mover| last.test_line != test_line || last.program != *program;
+        if from < CYCLES_MAX && kept.movers.last().is_none_or(|(_, last)| is_new(last)) {
+            let program = program.clone();
+            kept.movers.push((from, Mover { program, test_line }));
         }
         match kept.states.len() < CYCLES_MAX {
             true => kept.states.push(*state),
@@ -118,6 +130,35 @@ impl CycleTrace {
 pub(crate) struct TraceObserver {
     pub trace: Arc<CycleTrace>,
     pub follower: Arc<PositionTracker>,
+    pub commands: Arc<TestCommands>,
+}
+
+/// Knows which commands the test itself has given.
+#[derive(Default)]
+pub(crate) struct TestCommands {
+    robot: OnceLock<Weak<Robot>>,
+    /// The test, once it is started.
+    test: OnceLock<ProgramId>,
+}
+
+impl TestCommands {
+    /// Says whose commands they are, once.
+    pub(crate) fn connect(&self, robot: &Arc<Robot>) {
+        let _ = self.robot.set(Arc::downgrade(robot));
+    }
+
+    /// Says which program is the test, once.
+    pub(crate) fn set_test(&self, test: ProgramId) {
+        let _ = self.test.set(test);
+    }
+
+    /// The line of the test that asked for this command; 0 for a command of others.
+    fn line_of(&self, command: CommandId) -> u32 {
+        let robot = self.robot.get().and_then(Weak::upgrade);
+        let origin = robot.and_then(|robot| Some(robot.command(command)?.origin));
+        let of_test = origin.filter(|origin| self.test.get() == Some(&origin.program));
+        of_test.map_or(0, |origin| origin.line)
+    }
 }
 
 impl Observer for TraceObserver {
@@ -134,7 +175,8 @@ impl Observer for TraceObserver {
 
     fn cycle_ended(&self, frame: &CycleFrame) {
         self.follower.cycle_ended(&frame.state);
+        let test_line = self.commands.line_of(frame.state.command_id);
         self.follower
-            .with_position(|doing| self.trace.take(&frame.state, doing));
+            .with_position(|program| self.trace.take(&frame.state, program, test_line));
     }
 }

@@ -368,6 +368,42 @@ def test_halts():
 }
 
 #[test]
+fn a_broken_condition_names_the_line_that_moved_the_arm() {
+    let results = run_text(
+        r#"
+def test_never_by_the_test():
+    test.never("actual_q[0] > 0.05")
+    movej([0.01, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)
+    movej([0.5, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)
+
+def test_never_by_the_program():
+    test.never("actual_q[0] > 0.05")
+    test.run("sleep(0.1)\nmovej([0.5, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)")
+
+def test_never_beside_a_program():
+    test.never("actual_q[0] > 0.05")
+    test.start("while True:\n    sync()\nend\n")
+    movej([0.5, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)
+    test.stop()
+
+def test_never_by_nobody():
+    test.never("time > 0.1")
+    test.advance(0.2)
+"#,
+    );
+    for (name, place) in [
+        ("test_never_by_the_test", ", line 5 of the test;"),
+        ("test_never_by_the_program", ", line 2 of the program;"),
+        ("test_never_beside_a_program", ", line 14 of the test;"),
+        ("test_never_by_nobody", ", cycle "),
+    ] {
+        let message = &results[name].message;
+        assert!(message.contains(place), "{name}: {message}");
+    }
+    assert!(!results["test_never_by_nobody"].message.contains("line"));
+}
+
+#[test]
 fn machines_on_the_network_are_played_within_the_test() {
     assert_all_passed(&run_text(
         r#"
