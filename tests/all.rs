@@ -37,6 +37,7 @@ mod real_robot;
 mod recording;
 mod registers;
 mod replay;
+mod reports;
 mod rerun;
 mod rtsi_docs;
 mod script_tests;

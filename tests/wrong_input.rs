@@ -264,6 +264,7 @@ const NAMES: &[&str] = &[
     "Model Context Protocol",
     "Rx Ry Rz",
     "Universal Robots",
+    "eliteserver test",
     "identify friction",
     "identify payload",
     "identify tool",
@@ -272,10 +273,11 @@ const NAMES: &[&str] = &[
 /// Whether a line is not a sentence: a question, how a command is written, a comment of a program, Python's report of an
 /// error.
 fn is_code(line: &str) -> bool {
+    let line = line.trim_start();
     ["$ ", "# ", "Traceback ", "用法: "]
         .iter()
         .any(|begin| line.starts_with(begin))
-        || line.trim_start().starts_with("eliteserver ")
+        || line.starts_with("eliteserver ")
         || line.contains(", line ")
 }
 
@@ -312,7 +314,7 @@ fn mixture(line: &str) -> Option<String> {
     })
 }
 
-fn assert_no_mixture(text: &str) {
+pub(crate) fn assert_no_mixture(text: &str) {
     let found: Vec<_> = text
         .lines()
         .filter_map(|line| Some((line, mixture(line)?)))

@@ -337,7 +337,7 @@ fn older_controllers_are_recorded_and_calibrated_as_far_as_they_tell() {
     record.args(["--duration", "1", "--out"]).arg(&short);
     let (text, status) = ended(record, "");
     assert_eq!(status, Some(0), "{text}");
-    assert!(text.contains("48 of output_int_register"), "{text}");
+    assert!(text.contains("48 × output_int_register"), "{text}");
     assert!(cycles_of(&short) > 50, "{text}");
 
     let arm = folder.path().join("arm.toml");

@@ -12,6 +12,8 @@ use elite_syntax::chinese::PhraseTable;
 mod of_commands;
 #[path = "../../server/src/language/libraries.rs"]
 mod of_libraries;
+#[path = "../../server/src/language/script_tests.rs"]
+mod of_script_tests;
 #[path = "../../server/src/language/words.rs"]
 mod words_of_commands;
 
@@ -53,17 +55,36 @@ const OF_COMMANDS: &[&str] = &[
     "server/src/cli/robot.rs",
     "server/src/cli/ros2.rs",
     "server/src/cli/test.rs",
+    "server/src/commands/calibrate.rs",
     "server/src/commands/cell/mod.rs",
     "server/src/commands/check.rs",
     "server/src/commands/clearance.rs",
     "server/src/commands/compare/bag",
+    "server/src/commands/doctor",
     "server/src/commands/excite.rs",
+    "server/src/commands/fleet/file.rs",
+    "server/src/commands/fleet/mod.rs",
+    "server/src/commands/fleet/robot.rs",
     "server/src/commands/identify",
     "server/src/commands/import.rs",
+    "server/src/commands/mcp/mod.rs",
     "server/src/commands/optimize.rs",
     "server/src/commands/place.rs",
     "server/src/commands/plan.rs",
+    "server/src/commands/record",
+    "server/src/commands/replay/csv.rs",
+    "server/src/commands/replay/diff.rs",
+    "server/src/commands/replay/error_line.rs",
+    "server/src/commands/replay/find.rs",
+    "server/src/commands/replay/mod.rs",
+    "server/src/commands/replay/plot.rs",
+    "server/src/commands/replay/programs.rs",
+    "server/src/commands/replay/rerun.rs",
     "server/src/commands/replay/rosbag.rs",
+    "server/src/commands/replay/script.rs",
+    "server/src/commands/replay/serve/mod.rs",
+    "server/src/commands/replay/state.rs",
+    "server/src/commands/replay/summary.rs",
     "server/src/commands/robot_consent.rs",
     "server/src/commands/ros2.rs",
     "server/src/commands/run/bag.rs",
@@ -71,11 +92,16 @@ const OF_COMMANDS: &[&str] = &[
     "server/src/commands/send/program/mod.rs",
     "server/src/commands/serve_error.rs",
     "server/src/commands/shell",
+    "server/src/commands/test.rs",
     "server/src/commands/translate.rs",
     "server/src/config",
     "server/src/options.rs",
+    "server/src/plot/canvas.rs",
+    "server/src/plot/mod.rs",
     "controller/src/cell",
     "controller/src/clearance",
+    "controller/src/command_replay.rs",
+    "controller/src/condition.rs",
     "controller/src/loaded_model.rs",
     "controller/src/optimizer",
     "controller/src/options/declared.rs",
@@ -83,9 +109,13 @@ const OF_COMMANDS: &[&str] = &[
     "controller/src/options/values.rs",
     "controller/src/planned_path",
     "controller/src/recorded_run.rs",
+    "controller/src/rerun.rs",
+    "controller/src/search.rs",
     "controller/src/start.rs",
     "controller/src/start_configuration.rs",
     "controller/src/stepped.rs",
+    "elite-runtime/src/external/calls.rs",
+    "elite-runtime/src/external/rerun.rs",
     "elite-runtime/src/preset.rs",
     "kinematics/src/calibration",
     "kinematics/src/identification",
@@ -95,26 +125,55 @@ const OF_COMMANDS: &[&str] = &[
     "kinematics/src/urdf",
     "mesh/src",
     "motion/src/config_error.rs",
+    "motion/src/realtime.rs",
     "path-planning/src",
     "program-import/src/toolpath",
     "program-import/src/translate",
     "program-import/src/urscript",
+    "recorder/src/arguments.rs",
+    "recorder/src/compare.rs",
+    "recorder/src/cycle.rs",
     "recorder/src/files.rs",
+    "recorder/src/json_values.rs",
     "recorder/src/messages.rs",
     "recorder/src/read_error.rs",
     "recorder/src/reader.rs",
     "recorder/src/recorder.rs",
     "recorder/src/records.rs",
     "recorder/src/setup.rs",
+    "recorder/src/table.rs",
     "robot-client/src/address.rs",
+    "robot-client/src/calibrate.rs",
     "robot-client/src/interpreter.rs",
     "robot-client/src/primary.rs",
+    "robot-client/src/rtsi.rs",
+    "script-test/src/discover.rs",
+    "script-test/src/pool.rs",
     "ros2/src/names.rs",
+    "wire/src/rtsi.rs",
     "world/src/check.rs",
     "world/src/check_entry.rs",
     "world/src/error.rs",
     "world/src/fingers.rs",
     "world/src/orders.rs",
+];
+
+/// Where tests of programs say what they have found. Reports for machines stay English.
+const OF_SCRIPT_TESTS: &[&str] = &[
+    "script-test/src/discover.rs",
+    "script-test/src/expect.rs",
+    "script-test/src/golden_path.rs",
+    "script-test/src/near.rs",
+    "script-test/src/pool.rs",
+    "script-test/src/report/human.rs",
+    "script-test/src/report/mod.rs",
+    "script-test/src/runner.rs",
+    "script-test/src/simulated_peers",
+    "script-test/src/simulated_servers.rs",
+    "script-test/src/test_context.rs",
+    "script-test/src/test_object.rs",
+    "script-test/src/world_functions.rs",
+    "server/src/commands/test.rs",
 ];
 
 /// What the debugger says at a terminal has its Chinese beside it or in the tables; much of it is the protocol's.
@@ -128,6 +187,42 @@ const PROGRAM: &str = "eliteserver: ";
 
 /// Texts of commands that stay as they are.
 const COMMANDS_STAY: &[&str] = &[
+    // Fields of a cycle, and their units.
+    "cycle: {}",
+    "kg, m, kg m²",
+    "m/s, rad/s",
+    "robot_mode: {}",
+    "safety_mode: {}",
+    "time: {} s",
+    "TCP {} m, rad",
+    "{} s {}",
+    "{} s {}: {}",
+    // An answer to an assistant.
+    "the settings of the tests in {} allow more than there is here: of files fs, which is the folder that eliteserver \
+     mcp was started in, of machines those that a test plays",
+    // Texts of pictures, whose letters are Latin.
+    ", too many to be marked: {}; --from and --to show a part",
+    "Force on the tool, TCP frame",
+    "Joint accelerations, target",
+    "Joint positions, actual",
+    "Joint speeds, actual",
+    "Joint torques, actual",
+    "{}   {}, {} plant",
+    // How a report of Python's form begins, and a line of it.
+    "in node",
+    "Traceback (most recent call last):",
+    // Parts of sentences that are in the table as wholes.
+    "(by {})",
+    "({} line {})",
+    ", line {}",
+    ", node {}",
+    "and {} more fields",
+    "command: {} {}{}",
+    "cycle {}, {} parts moved",
+    "program {} at cycle {}",
+    "script: {} line {}{} (thread {})",
+    // Messages of a recording.
+    "line {}, column {}: {}{}",
     // Numbers with their units.
     "kg m²",
     "m, rad",
@@ -199,6 +294,19 @@ const COMMANDS_STAY: &[&str] = &[
     "Ports and server",
     "Ports of --serve",
     // Lines of the log, which stays English.
+    "all robots are restarted",
+    "all robots have ended",
+    "no advice for: {}",
+    "nothing is restarted: {}",
+    "nothing is restarted: {} has other robots now; end the fleet and start it again",
+    "robot {} did not come up, the others are not restarted",
+    "robot {} did not come up, the others are not restarted: {}",
+    "robot {} is restarted",
+    "robot {}: {}; it is started again in {} s",
+    "the recording ends at {} s",
+    "{} is off in a replay",
+    "{} on {}:{}",
+    "{} robots, page on http://{}/",
     "cell: {}",
     // What no person sees.
     "knots are in order",
@@ -214,6 +322,41 @@ const COMMANDS_STAY: &[&str] = &[
     "command {} cannot be given again: {}",
 ];
 
+/// Texts of tests of programs that stay as they are: names, units, commands, an answer to an assistant, and parts of
+/// sentences that are in the table as wholes.
+const SCRIPT_TESTS_STAY: &[&str] = &[
+    "--timeout {}",
+    "--wall-timeout {}",
+    "; part {}",
+    "; {} was {}",
+    "; {} was {} mm from {}",
+    ", line {} of the program",
+    ", line {} of the test",
+    "<class '",
+    "AssertionError: {}",
+    "always: `{}` did not hold",
+    "at {}",
+    "at {} s, cycle {}",
+    "did not end in its time",
+    "eliteserver test {} -k {} --seed {}",
+    "ended by a protective stop",
+    "ended by an emergency stop",
+    "never: `{}` held",
+    "one has {} items, the other {}{}",
+    "one is a number, the other is not{}",
+    "the program under test {}{}: {}",
+    "the settings of the tests in {} allow more than there is here: of files fs, which is the folder that eliteserver \
+     mcp was started in, of machines those that a test plays",
+    "the test {}",
+    "they differ by {}{}",
+    "was stopped",
+    "{} and {} cannot be compared{}; numbers and lists of numbers can",
+    "{} ms",
+    "{} s",
+    "{} µs",
+    "{}, line",
+];
+
 /// Sentences of commands that the source makes of parts.
 const COMPOSED: &[&str] = &[
     "## {}",
@@ -224,20 +367,35 @@ const COMPOSED: &[&str] = &[
     "is {} here; {}",
     "is {} of the program's head",
     "is {} of the program's head; {}",
+    "command: {} {} ({} line {})",
+    "command: {} {}",
     "goal_in_collision: {}",
+    "in node {}",
     "no path was found {}; most often in the way were {}; --time gives it longer",
     "no path was found {}; most often in the way were {}; a position in --via or a smaller --margin may help",
     "no_path: {}",
     "out_of_reach: {}",
     "start_in_collision: {}",
+    "program {} at cycle {}, line {}: {}",
+    "program {} at cycle {}: {}",
+    "script: {} line {} (thread {})",
+    "script: {} line {}, node {} (thread {})",
     "the condition cannot be read:",
+    "the condition fails at {} s:",
     "names are the columns of --csv /cycle, line, program, command and the names of modes; functions are norm, and part, \
      held, count, fallen of a cell with parts",
     "there is no order {}; did you mean {}?",
     "there is no order {}; help lists the orders",
     "there is nothing called {} in the cell that could be held; there is nothing",
+    "world cycle {}, {} parts moved and cycle {}, {} parts moved",
+    "world cycle {}, {} parts moved and nothing",
+    "world nothing and cycle {}, {} parts moved",
+    "{} and {} (by {})",
+    "{} and {} (by {}) and {} more fields",
+    "{} and {} and {} more fields",
     "{}, {}",
     "{}; {}",
+    "{}, line {}, column {}, in {}",
     "{}: {} has {} = nothing; {}",
     "| line | name | what |",
 ];
@@ -467,6 +625,55 @@ fn every_sentence_of_commands_is_there_in_chinese() {
     assert_eq!(dead, [&""; 0], "no source says so any more");
 }
 
+/// What makes the sentences of tests of programs, the source of which has parts, begin.
+const SCRIPT_TESTS_COMPOSED: &[&str] = &[
+    "always: `{}` did not hold at {} s, cycle {}",
+    "never: `{}` held at {} s, cycle {}",
+    "one has {} items",
+    "one is a number",
+    "part {}",
+    "a text of {} characters: {}",
+    "a {} of {} items",
+    "the left side is {}",
+    "the program under test ",
+    "the test ",
+    "they differ by {}",
+    "{} and {} cannot be compared",
+    "{} was {}",
+];
+
+#[test]
+fn every_sentence_of_tests_of_programs_is_there_in_chinese() {
+    use elite_runtime::chinese as robot;
+    let own = english(&[of_script_tests::SENTENCES, of_script_tests::WORDS]);
+    let others = [
+        of_commands::SENTENCES,
+        words_of_commands::WORDS,
+        robot::SENTENCES,
+    ];
+    let known: BTreeSet<&str> = own.union(&english(&others)).copied().collect();
+    let said: BTreeSet<String> = declared(OF_SCRIPT_TESTS)
+        .iter()
+        .map(|text| text.trim_matches('\n').to_owned())
+        .filter(|text| !text.contains('\n'))
+        .collect();
+    let without: Vec<String> = gaps(&said, &known)
+        .into_iter()
+        .filter(|text| !known.contains(text.trim()) && !SCRIPT_TESTS_STAY.contains(&text.trim()))
+        .collect();
+    assert_eq!(without, [""; 0]);
+    let is_composed = |known: &str| {
+        let mut begins = SCRIPT_TESTS_COMPOSED.iter();
+        begins.any(|begin| known.starts_with(begin))
+    };
+    let is_dead = |known: &&&str| {
+        let trimmed = said.iter().any(|text| text.trim() == **known);
+        !trimmed && !is_composed(known)
+    };
+    let dead: Vec<_> = own.iter().filter(is_dead).collect();
+    assert_eq!(dead, [&""; 0], "no source says so any more");
+}
+
 #[test]
 fn a_gap_is_found() {
     let declared = ["a sentence that is new: {}".to_owned(), "code".to_owned()].into();
@@ -489,6 +696,8 @@ fn tables_keep_what_varies_and_are_in_order() {
         words_of_commands::WORDS,
         of_libraries::SENTENCES,
         of_libraries::WORDS,
+        of_script_tests::SENTENCES,
+        of_script_tests::WORDS,
     ];
     for table in tables {
         assert!(table.is_sorted_by_key(|(english, _)| *english));

@@ -236,7 +236,7 @@ impl RtsiClient {
         append_packet(&mut request, packet_type::START, |_| {});
         self.send(&request).await?;
         match self
-            .wait_for_packet(packet_type::START, "the start")
+            .wait_for_packet(packet_type::START, "the start of the stream")
             .await?
             .as_slice()
         {

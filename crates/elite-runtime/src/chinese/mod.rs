@@ -60,6 +60,11 @@ pub fn message(message: &Message) -> Message {
     told
 }
 
+/// What a program or the robot reported, one line, as it stands in a log or a recording.
+pub fn reported(english: &str) -> Option<String> {
+    headline(english).or_else(|| log_line(english))
+}
+
 /// A line of the log; a warning about a motion has its command in front: `movel: a speed of …`.
 fn log_line(english: &str) -> Option<String> {
     ALL.sentence(english).or_else(|| {

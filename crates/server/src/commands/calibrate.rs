@@ -5,6 +5,7 @@ use robot_client::calibrate::read;
 
 use crate::cli::CalibrateArgs;
 use crate::command::{CommandError, CommandResult, CommandStatus};
+use crate::language::told;
 use crate::{logging, ready_file};
 
 /// An arm that moves may be so far on between two values of one state, m.
@@ -13,7 +14,7 @@ const UNEXPLAINED_MAX: f64 = 0.0005;
 /// Exit status: 0 written, 2 not.
 pub fn calibrate(args: &CalibrateArgs) -> CommandResult {
     let summary = written(args).map_err(CommandError::sentence)?;
-    logging::say(&summary);
+    logging::say(&told(&summary));
     Ok(CommandStatus::Success)
 }
 
@@ -30,11 +31,11 @@ fn written(args: &CalibrateArgs) -> Result<String, String> {
     ready_file::replace(&args.out, &reading.calibration.to_toml())
         .map_err(|error| format!("cannot write the calibration file {out}: {error}"))?;
     if let Some(unexplained) = reading.tcp_residual.filter(|by| *by > UNEXPLAINED_MAX) {
-        logging::say(&format!(
+        logging::say(&told(&format!(
             "the robot has its TCP {:.3} mm from where these numbers put it: it counts with something that it does \
              not send, such as offsets of its joints",
             unexplained * 1e3
-        ));
+        )));
     }
     let distance = reading.distance;
     Ok(format!(

@@ -138,10 +138,7 @@ fn lines(run: &ClearanceRun, margin: f64) -> String {
 
 /// For people: a line a motion, and one for all.
 pub(crate) fn table(run: &ClearanceRun, margin: f64, language: Language) -> String {
-    let told = |english: &str| match language {
-        Language::Chinese => language::in_chinese(english),
-        Language::English => english.to_owned(),
-    };
+    let told = |english: &str| language::told_in(language, english).into_owned();
     let mut text = String::new();
     if !run.rows.is_empty() {
         text.push_str(&told(

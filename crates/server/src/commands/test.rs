@@ -22,6 +22,7 @@ use script_test::{
 use crate::cli::{TestArgs, TestFormat};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::config::robot_for_tests;
+use crate::language;
 
 /// The settings of the tests of a folder.
 const SETTINGS: &str = "test.toml";
@@ -66,13 +67,14 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
         files: FileScope::default(),
         stop: Arc::default(),
     };
+    let wording = &wording();
     let width = cases.iter().map(|case| case.name.chars().count()).max();
     let (width, started) = (width.unwrap_or(0), Instant::now());
     let mut results: Vec<TestResult> = Vec::new();
     let counts = run(&cases, &options, &|case| settings.of(case), &mut |result| {
         match args.format {
             TestFormat::Json => say(&json::line(&result)),
-            TestFormat::Human | TestFormat::Github => say(&human::line(&result, width)),
+            TestFormat::Human | TestFormat::Github => say(&human::line(&result, width, wording)),
         }
         results.push(result);
     })
@@ -80,12 +82,12 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
     results.sort_by(by_place);
     match args.format {
         TestFormat::Json => {}
-        TestFormat::Human => say(&human::summary(&results, started.elapsed())),
+        TestFormat::Human => say(&human::summary(&results, started.elapsed(), wording)),
         TestFormat::Github => {
             results
                 .iter()
                 .for_each(|result| say(&github::annotation(result)));
-            say(&human::summary(&results, started.elapsed()));
+            say(&human::summary(&results, started.elapsed(), wording));
         }
     }
     if let Some(path) = &args.junit {
@@ -95,6 +97,18 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
         write(path, &lcov::trace_file(&counts))?;
     }
     Ok(results.iter().all(|result| result.status == Status::Passed))
+}
+
+/// The report in the language of this process.
+fn wording() -> human::Wording {
+    match language::is_chinese() {
+        true => human::Wording {
+            statuses: ["通过", "失败", "错误"],
+            line: language::test_line_in_chinese,
+            report: language::test_report_in_chinese,
+        },
+        false => human::ENGLISH,
+    }
 }
 
 /// Orders results by path and line.

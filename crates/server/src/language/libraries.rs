@@ -13,8 +13,24 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("Broken pipe (os error 32)", "管道已断开（系统错误 32）"),
     (
+        "Cannot allocate memory (os error 12)",
+        "内存不足（系统错误 12）",
+    ),
+    (
+        "Cannot assign requested address (os error 99)",
+        "本机没有此地址（系统错误 99）",
+    ),
+    (
         "Connection refused (os error 111)",
         "连接被拒绝（系统错误 111）",
+    ),
+    (
+        "Connection reset by peer (os error 104)",
+        "连接被对方重置（系统错误 104）",
+    ),
+    (
+        "Connection timed out (os error 110)",
+        "连接超时（系统错误 110）",
     ),
     ("EOF while parsing a list", "数组没有结束"),
     ("EOF while parsing a string", "字符串没有结束"),
@@ -44,6 +60,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("Is a directory (os error 21)", "是文件夹（系统错误 21）"),
     (
+        "Network is unreachable (os error 101)",
+        "网络不可达（系统错误 101）",
+    ),
+    (
+        "No route to host (os error 113)",
+        "没有到主机的路由（系统错误 113）",
+    ),
+    (
         "No space left on device (os error 28)",
         "磁盘已满（系统错误 28）",
     ),
@@ -56,10 +80,18 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "没有此文件或文件夹（系统错误 2）",
     ),
     ("Not a directory (os error 20)", "不是文件夹（系统错误 20）"),
+    (
+        "Operation not permitted (os error 1)",
+        "不允许的操作（系统错误 1）",
+    ),
     ("Permission denied (os error 13)", "没有权限（系统错误 13）"),
     (
         "Read-only file system (os error 30)",
         "文件系统只读（系统错误 30）",
+    ),
+    (
+        "Resource temporarily unavailable (os error 11)",
+        "资源暂时不可用（系统错误 11）",
     ),
     (
         "Too many levels of symbolic links (os error 40)",
@@ -88,12 +120,21 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "给 {0} 赋值时需要等号",
     ),
     ("error: {}", "错误：{0~}"),
+    ("exit status: {}", "退出状态：{0}"),
     ("expected `{}`", "应为 `{0}`"),
     ("expected `{}` or `{}`", "应为 `{0}` 或 `{1}`"),
     ("expected ident", "应为 true、false 或 null"),
     ("expected value", "应为一个值"),
     ("expected {}", "应为{0~}"),
     ("extra `{}`, expected nothing", "多余的 `{0}`"),
+    (
+        "failed to lookup address information: Name or service not known",
+        "找不到该主机名",
+    ),
+    (
+        "failed to lookup address information: Temporary failure in name resolution",
+        "暂时无法解析主机名",
+    ),
     ("invalid IP address syntax", "不是 IP 地址"),
     (
         "invalid UTF-8 was detected in one or more arguments",
@@ -137,6 +178,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("number too small to fit in target type", "数过小"),
     ("number would be zero for non-zero type", "不能为 0"),
     ("recursion limit exceeded", "嵌套过深"),
+    ("signal: {}", "信号：{0}"),
     ("some similar arguments exist: {}", "有相近的参数：{0}"),
     ("some similar subcommands exist: {}", "有相近的子命令：{0}"),
     ("some similar values exist: {}", "有相近的值：{0}"),

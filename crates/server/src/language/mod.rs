@@ -5,6 +5,7 @@
 
 mod help;
 mod libraries;
+mod script_tests;
 mod sentences;
 mod words;
 
@@ -36,6 +37,21 @@ const ALL: Translations = Translations {
     ],
     words: &[texts::WORDS],
 };
+
+/// What tests of programs report: their own sentences, those about conditions and the robot. What programs raise is
+/// Python's own in part, so that only these are looked for in it.
+const OF_SCRIPT_TESTS: Translations = Translations {
+    sentences: &[script_tests::SENTENCES, chinese::SENTENCES],
+    words: &[
+        script_tests::WORDS,
+        libraries::SENTENCES,
+        libraries::WORDS,
+        chinese::WORDS,
+    ],
+};
+
+/// Begins how the program under test has ended.
+const PROGRAM_UNDER_TEST: &str = "the program under test ";
 
 /// Stands before what is wrong.
 const PROGRAM: &str = "eliteserver: ";
@@ -130,10 +146,24 @@ pub fn message(message: &Message) -> Cow<'_, Message> {
 
 /// Lines of a command for people, in the language of this process: those that the tables have.
 pub fn told(english: &str) -> Cow<'_, str> {
-    match is_chinese() {
-        true => Cow::Owned(in_chinese(english)),
-        false => Cow::Borrowed(english),
+    told_in(chosen(), english)
+}
+
+/// Lines of a command in one of the languages. What programs read is asked for in English.
+pub fn told_in(language: Language, english: &str) -> Cow<'_, str> {
+    match language {
+        Language::Chinese => Cow::Owned(in_chinese(english)),
+        Language::English => Cow::Borrowed(english),
     }
+}
+
+/// What a program or the robot reported, one line, in one of the languages. Python's own words stay.
+pub fn reported_in(language: Language, english: &str) -> Cow<'_, str> {
+    let chinese = match language {
+        Language::Chinese => chinese::reported(english),
+        Language::English => None,
+    };
+    chinese.map_or(Cow::Borrowed(english), Cow::Owned)
 }
 
 /// Lines of a command in Chinese, those that the tables have.
@@ -161,6 +191,51 @@ pub fn report(english: &str) -> Cow<'_, str> {
         true => Cow::Owned(chinese::report(english)),
         false => Cow::Borrowed(english),
     }
+}
+
+/// A line of the report of tests in Chinese.
+pub fn test_line_in_chinese(english: &str) -> String {
+    let text = english.trim_start();
+    let blanks = &english[..english.len() - text.len()];
+    let chinese = OF_SCRIPT_TESTS.sentence(text);
+    format!("{blanks}{}", chinese.as_deref().unwrap_or(text))
+}
+
+/// What a test of a program reported, in Chinese, line by line. Python's own words stay.
+pub fn test_report_in_chinese(english: &str) -> String {
+    let lines = english.split_inclusive('\n').map(|line| {
+        let text = line.trim();
+        let (before, after) = line.split_once(text).unwrap_or((line, ""));
+        let own = match text.split_once(": ") {
+            Some((end, error)) if end.starts_with(PROGRAM_UNDER_TEST) => {
+                let end = OF_SCRIPT_TESTS.sentence(end);
+                let error = chinese::reported(error).unwrap_or_else(|| error.to_owned());
+                end.map(|end| format!("{end}：{error}"))
+            }
+            Some((kind, said)) if is_exception(kind) || kind == "help" => {
+                let said = OF_SCRIPT_TESTS.sentence(said);
+                said.map(|said| format!("{kind}: {said}"))
+            }
+            _ => OF_SCRIPT_TESTS.sentence(text),
+        };
+        match own {
+            Some(own) => format!("{before}{own}{after}"),
+            None => chinese::report(line),
+        }
+    });
+    lines.collect()
+}
+
+/// Whether a word is the type of an exception, as it stands at the beginning of a report.
+fn is_exception(word: &str) -> bool {
+    let is_name = word
+        .bytes()
+        .all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+    is_name
+        && word
+            .bytes()
+            .next()
+            .is_some_and(|byte| byte.is_ascii_uppercase())
 }
 
 /// A text with blanks behind it, so wide on a terminal: Chinese letters take two columns.

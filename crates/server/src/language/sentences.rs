@@ -73,7 +73,9 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "--units is for tables (.csv): G-code and drawings say their unit themselves",
         "--units 用于表格（.csv）：G 代码和图纸自带单位",
     ),
+    ("1 core may be used", "可用 1 个核心"),
     ("1 to {} Hz are allowed", "允许 1 到 {0} Hz"),
+    (": {} line {}", "：{0} 第 {1} 行"),
     (
         ":log takes how many lines, as :log 100",
         ":log 后面是行数，如 :log 100",
@@ -133,21 +135,40 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "[[{0}]]：有 {1} 项，最多允许 {2} 项",
     ),
     (
+        "`bind` is {}; an IP address is needed",
+        "`bind` 为 {0}；需要 IP 地址",
+    ),
+    (
         "`eliteserver plan` finds a way around; what may touch is named by [[touch]] in the cell file",
         "`eliteserver plan` 可求绕行的路径；允许接触的物体在单元文件的 [[touch]] 中给出",
+    ),
+    ("`http-port` is {}; {}", "`http-port` 为 {0}；{1~}"),
+    (
+        "`record` in [defaults] can only be \"off\": without it every robot records into a folder of its own",
+        "[defaults] 中的 `record` 只能是 \"off\"：不写时每个机器人记录到自己的文件夹",
     ),
     (
         "`size` is a length in m or a list of lengths",
         "`size` 是以 m 为单位的长度或长度的列表",
+    ),
+    ("`trust-host` has {}; {}", "`trust-host` 中有 {0}；{1~}"),
+    (
+        "`trust-host` is {}; a list of names is needed",
+        "`trust-host` 为 {0}；需要名称列表",
     ),
     (
         "`value` is true, false or a number",
         "`value` 是 true、false 或数",
     ),
     (
+        "`{}` belongs to a robot, not to [defaults]",
+        "`{0}` 属于单个机器人，不属于 [defaults]",
+    ),
+    (
         "`{}` has no number: it is `{}`",
         "`{0}` 没有序号：应为 `{1}`",
     ),
+    ("`{}` is given twice", "`{0}` 给出了两次"),
     (
         "`{}` is no input or output; names are like standard_digital_in[0], configurable_digital_out[7], tool_digital_in[0], standard_analog_out[1], tool_analog_in, input_float_register[0]",
         "`{0}` 不是输入或输出；名称如 standard_digital_in[0]、configurable_digital_out[7]、tool_digital_in[0]、standard_analog_out[1]、tool_analog_in、input_float_register[0]",
@@ -195,6 +216,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "a collision shape of the URDF link `{}` {}",
         "URDF 连杆 `{0}` 的碰撞形状{1~}",
     ),
+    ("a condition cannot start threads", "条件不能启动线程"),
     (
         "a conveyor is linear, with direction and ticks_per_meter, or circular, with center and ticks_per_revolution",
         "传送带为直线型（direction 和 ticks_per_meter）或圆周型（center 和 ticks_per_revolution）",
@@ -231,6 +253,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "a face names point {}; before this line there are {} points, from 1 or, backwards, from -1",
         "一个面引用点 {0}；此行之前有 {1} 个点，从 1 起编号，倒数则从 -1 起",
     ),
+    ("a fault of the controller: {}", "控制器的缺陷：{0}"),
     (
         "a feed of {}: allowed is more than 0",
         "进给为 {0}：必须大于 0",
@@ -278,6 +301,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "a number of seconds above 0 is needed, at most 1e9",
         "需要大于 0、不超过 1e9 的秒数",
+    ),
+    (
+        "a packet of {} bytes; the shortest has {}",
+        "{0} 字节的数据包；最短为 {1} 字节",
     ),
     (
         "a path was found, but driven it does not keep the margin",
@@ -403,6 +430,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "全部 {0} 个点都可到达，距关节范围的边界 {1} rad，从第一点到最后一点 {2} s",
     ),
     (
+        "allow it: LimitMEMLOCK=infinity in a systemd unit, 'USER - memlock unlimited' in /etc/security/limits.conf, or --ulimit memlock=-1 of a container",
+        "请允许：systemd 单元中 LimitMEMLOCK=infinity，/etc/security/limits.conf 中 'USER - memlock unlimited'，或容器的 --ulimit memlock=-1",
+    ),
+    (
+        "allow it: LimitRTPRIO=99 in a systemd unit, 'USER - rtprio 99' in /etc/security/limits.conf, or --cap-add SYS_NICE of a container",
+        "请允许：systemd 单元中 LimitRTPRIO=99，/etc/security/limits.conf 中 'USER - rtprio 99'，或容器的 --cap-add SYS_NICE",
+    ),
+    (
         "allowed are \"tool\", \"masterboard\" and \"tcp:PORT\" with a port from 1 to 65535",
         "允许 \"tool\"、\"masterboard\" 和 \"tcp:端口\"，端口为 1 到 65535",
     ),
@@ -508,6 +543,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("an analog input is needed", "需要一个模拟输入"),
     ("an analog output is needed", "需要一个模拟输出"),
     (
+        "an answer of {}() is longer than {} bytes",
+        "{0}() 的一个回答超过 {1} 字节",
+    ),
+    (
         "an arc needs a centre (I, J, K) or a radius (R)",
         "圆弧需要圆心（I、J、K）或半径（R）",
     ),
@@ -538,11 +577,16 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "需要输出 close 或 open",
     ),
     ("an output is needed", "需要一个输出"),
+    ("and {} more", "还有 {0} 项"),
     ("at most {} of them are simulated", "最多仿真 {0} 个"),
     ("at {}:{}:{}", "位于 {0}:{1}:{2}"),
     (
         "blocks and brackets lie more than {} deep",
         "块和括号嵌套超过 {0} 层",
+    ),
+    (
+        "boot with clocksource=tsc tsc=reliable where the processor has an invariant counter",
+        "处理器有恒定计数器时，以 clocksource=tsc tsc=reliable 启动系统",
     ),
     (
         "break takes a line, the name of a function, or 'when' and a condition of the arm",
@@ -569,6 +613,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "cannot read the configuration file {}: {}",
         "无法读取配置文件 {0}：{1~}",
     ),
+    (
+        "cannot read the fleet {}: {}",
+        "无法读取机器人组文件 {0}：{1~}",
+    ),
     ("cannot read the model {}: {}", "无法读取型号 {0}：{1~}"),
     ("cannot read the points {}: {}", "无法读取点文件 {0}：{1~}"),
     ("cannot read the script {}: {}", "无法读取脚本 {0}：{1~}"),
@@ -578,6 +626,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "cannot remove the old ready file {}: {}",
         "无法删除旧的就绪文件 {0}：{1~}",
     ),
+    (
+        "cannot remove the ready file {}: {}",
+        "无法删除就绪文件 {0}：{1~}",
+    ),
     ("cannot start a thread: {}", "无法启动线程：{0~}"),
     (
         "cannot start the recorder's thread: {}",
@@ -585,7 +637,13 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("cannot start: {}", "无法启动：{0~}"),
     ("cannot use the model {}: {}", "无法使用型号 {0}：{1~}"),
+    ("cannot write the answer: {}", "无法写出回答：{0~}"),
     ("cannot write the bag: {}", "无法写入 bag：{0~}"),
+    (
+        "cannot write the calibration file {}: {}",
+        "无法写入标定文件 {0}：{1~}",
+    ),
+    ("cannot write the picture {}: {}", "无法写入图片 {0}：{1~}"),
     (
         "cannot write the ready file {}: {}",
         "无法写入就绪文件 {0}：{1~}",
@@ -600,21 +658,72 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("cannot write {}: {}", "无法写入 {0}：{1~}"),
     (
+        "choose another place with --record, or --record off",
+        "用 --record 选择其他位置，或用 --record off",
+    ),
+    (
+        "choose one from 1024 on with {}, or allow it: AmbientCapabilities=CAP_NET_BIND_SERVICE",
+        "用 {0} 选择 1024 以上的端口，或允许：AmbientCapabilities=CAP_NET_BIND_SERVICE",
+    ),
+    (
         "ci_pair is {}, it must be 0 to 3 (CI0/1, CI2/3, CI4/5, CI6/7)",
         "ci_pair 为 {0}，应为 0 到 3（CI0/1、CI2/3、CI4/5、CI6/7）",
     ),
+    (
+        "clearance() needs the arm and its cell, which are not known here",
+        "clearance() 需要机械臂及其单元，这里不知道",
+    ),
+    (
+        "command {} cannot be given again: {}",
+        "命令 {0} 不能再次发出：{1~}",
+    ),
+    (
+        "command {} is missing in the recording, command {} comes in its place",
+        "记录中缺少命令 {0}，其位置上是命令 {1}",
+    ),
+    (
+        "command {}, a moveml, cannot be given again: {}",
+        "命令 {0}（moveml）不能再次发出：{1~}",
+    ),
+    ("command: none", "命令：无"),
+    ("command: {} {}", "命令：{0} {1}"),
+    (
+        "command: {} {} ({} line {})",
+        "命令：{0} {1}（{2} 第 {3} 行）",
+    ),
+    ("commands: {}{}", "命令：{0}{1}"),
+    ("connected again", "已重新连接"),
     ("copies need their distances", "copies 需要间距"),
+    (
+        "cpupower frequency-set -g performance: a core that has slowed down wakes up late",
+        "cpupower frequency-set -g performance：降频的核心唤醒较晚",
+    ),
     ("cups need their radius, m", "吸盘需要半径，m"),
     (
         "cycle time {} s before, {} s after: {} % shorter (simulated runs: {})",
         "节拍由 {0} s 变为 {1} s：缩短 {2} %（仿真运行 {3} 次）",
     ),
     (
+        "cycle {}: the motion generator {} is not known to this version",
+        "周期 {0}：此版本不认识运动生成器 {1}",
+    ),
+    (
+        "cycle {}: {} has {} elements, it needs {}",
+        "周期 {0}：{1} 有 {2} 个元素，需要 {3} 个",
+    ),
+    ("cycles: {}", "周期：{0}"),
+    (
+        "defaults must be a table, [defaults]",
+        "defaults 应为表 [defaults]",
+    ),
+    (
         "delete takes the number that break shows",
         "delete 后面是 break 显示的编号",
     ),
+    ("different: {} of {} cycles", "不同：{1} 个周期中的 {0} 个"),
     ("discarded: {}", "已丢弃：{0}"),
     ("drop the statements that wait", "丢弃等待中的语句"),
+    ("duration: {} s", "时长：{0} s"),
     ("either at or when is needed", "需要 at 或 when 之一"),
     ("either every or when is needed", "需要 every 或 when 之一"),
     (
@@ -622,9 +731,23 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "需要 mass 或 density 之一",
     ),
     (
+        "end it ('ss -ltnp sport = :{}' names it), or choose another with {}",
+        "结束该程序（'ss -ltnp sport = :{0}' 可查），或用 {1} 选择其他端口",
+    ),
+    (
         "end, once everything before is done (Ctrl-D as well)",
         "前面的语句都完成后退出（也可按 Ctrl-D）",
     ),
+    ("ending: complete", "结尾：完整"),
+    (
+        "ending: cut, the recorder was killed or is still writing; readable up to {} s, the last complete chunk",
+        "结尾：不完整，记录程序被中止或仍在写入；可读到 {0} s，即最后一个完整的块",
+    ),
+    (
+        "ending: damaged ({}); readable up to {} s, the last chunk before that",
+        "结尾：损坏（{0~}）；可读到 {1} s，即此前的最后一个块",
+    ),
+    ("errors: {}", "错误：{0}"),
     (
         "every obstacle needs a name of its own",
         "每个障碍物需要各自的名称",
@@ -634,12 +757,44 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "每个平面需要各自的名称",
     ),
     (
+        "every robot is a table, [[robot]]",
+        "每个机器人应为表 [[robot]]",
+    ),
+    (
         "every way to bring the TCP to {} needs a joint beyond its range",
         "使 TCP 到达 {0} 的每种方式都会有关节超出范围",
     ),
     ("finite numbers are needed", "需要有限的数"),
+    (
+        "first difference at cycle {} ({} s): {}",
+        "首个差异在周期 {0}（{1} s）：{2~}",
+    ),
+    (
+        "first difference at cycle {}: {} (recorded and rerun)",
+        "首个差异在周期 {0}：{1~}（记录与重新运行）",
+    ),
+    (
+        "first difference of the programs: {}",
+        "程序的首个差异：{0~}",
+    ),
+    (
+        "first s     last s   times    spent s   line",
+        "首次 s     末次 s    次数     用时 s     行",
+    ),
+    (
+        "first s     last s   times    spent s   node",
+        "首次 s     末次 s    次数     用时 s   节点",
+    ),
     ("force mode: {}", "力控模式：{0~}"),
     ("found {} where {} is needed", "此处应为 {1}，却是{0~}"),
+    (
+        "found: 1 time, {} of {} cycles",
+        "找到 1 次，{1} 个周期中的 {0} 个",
+    ),
+    (
+        "found: {} times, {} of {} cycles",
+        "找到 {0} 次，{2} 个周期中的 {1} 个",
+    ),
     (
         "four numbers in m are needed, least and largest x, least and largest y, as in -1,1,-0.5,0.5",
         "需要四个以 m 为单位的数：最小和最大 x、最小和最大 y，如 -1,1,-0.5,0.5",
@@ -651,6 +806,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "fs= needs a folder, fs=/data for instance",
         "fs= 需要一个文件夹，例如 fs=/data",
+    ),
+    (
+        "give it two: the control cycle shares the one with every program and every client",
+        "请给两个：否则控制周期要与所有程序和客户端共用一个核心",
     ),
     ("goal_in_collision: {}", "终点碰撞：{0~}"),
     (
@@ -670,6 +829,12 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "how the robot is, and which statement it is at",
         "机器人的状态，以及执行到哪条语句",
     ),
+    ("identical: {} cycles", "相同：{0} 个周期"),
+    (
+        "identical: {} programs, {} commands",
+        "相同：{0} 个程序，{1} 个命令",
+    ),
+    ("in node {}", "节点 {0}"),
     (
         "indices of triangles must have a bufferView and nothing sparse",
         "三角形的索引必须有 bufferView，且不得有 sparse",
@@ -677,6 +842,42 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "interpreter mode of the robot at {}",
         "机器人 {0} 的解释器模式",
+    ),
+    (
+        "is the address of --bind one of this machine's?",
+        "--bind 的地址是本机的吗？",
+    ),
+    (
+        "it calls {}() where {}() was recorded",
+        "调用了 {0}()，记录中为 {1}()",
+    ),
+    ("it can be locked", "可以锁定"),
+    ("it cannot be started: {}", "无法启动：{0~}"),
+    ("it cannot be waited for: {}", "无法等待其结束：{0~}"),
+    ("it does not define {}", "没有定义 {0}"),
+    (
+        "it ended ({}); its log says why",
+        "已结束（{0~}）；原因见其日志",
+    ),
+    (
+        "it gives {} after cycle {}, which took it in the recording",
+        "在周期 {1} 之后才发出 {0}，记录中该周期已取走它",
+    ),
+    (
+        "it gives {} where {} of line {} was recorded",
+        "发出了 {0}，记录中为第 {2} 行的 {1}",
+    ),
+    (
+        "it gives {} with other arguments than recorded: {}, not {}",
+        "发出的 {0} 参数与记录不同：{1}，而不是 {2}",
+    ),
+    (
+        "it gives {}, and nothing more was recorded of it",
+        "发出了 {0}，记录中此后没有它的内容",
+    ),
+    (
+        "it goes on where it had ended when it was recorded",
+        "记录中已结束，这里却继续运行",
     ),
     (
         "it goes with a surface: pose and size of a belt, radius of a turntable",
@@ -693,12 +894,26 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "它有蒙皮，形状随骨骼而变；只允许刚性网格",
     ),
     (
+        "it has ended without giving {}, which was recorded",
+        "已结束，却没有发出记录中的 {0}",
+    ),
+    ("it has more than {} values", "值超过 {0} 个"),
+    (
         "it has no uri; only the first buffer of a GLB file with a binary chunk may be without",
         "它没有 uri；只有带二进制数据块的 GLB 文件的第一个缓冲区可以没有",
     ),
     (
+        "it has not given {}, which was taken in this cycle",
+        "没有发出本周期取走的 {0}",
+    ),
+    (
         "it has the joints of several arms, which begin with {} and {}",
         "含有多台机械臂的关节，名称以 {0} 和 {1} 开头",
+    ),
+    ("it has too many values", "值太多"),
+    (
+        "it has {} bytes, a table takes at most {}",
+        "有 {0} 字节，表格最多 {1} 字节",
     ),
     (
         "it has {} bytes, at most {} are read",
@@ -713,9 +928,18 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "有 {0} 个关节，最多读取 {1} 个",
     ),
     (
+        "it has {} robots, at most {} are started",
+        "其中有 {0} 个机器人，最多启动 {1} 个",
+    ),
+    (
+        "it held {} MB, {} MB are allowed",
+        "占用 {0} MB，允许 {1} MB",
+    ),
+    (
         "it is a folder, a pipe or a device; recordings are files",
         "它是文件夹、管道或设备；记录是文件",
     ),
+    ("it is empty", "是空的"),
     ("it is empty or ends at once", "文件为空或刚开始就结束"),
     ("it is larger than {} MiB", "超过 {0} MiB"),
     (
@@ -734,6 +958,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "it is no text: its byte {} is not UTF-8",
         "不是文本：第 {0} 个字节不是 UTF-8",
     ),
+    ("it is not one expression", "不是单个表达式"),
     (
         "it is reached twice; a node hangs on one other, and never on itself",
         "它被到达两次；一个节点只能挂在另一个节点下，且不能挂在自己下面",
@@ -742,6 +967,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "it is the default scene; there are {} scenes",
         "它是默认场景；但只有 {0} 个场景",
     ),
+    ("it is too large", "过大"),
     (
         "it lies more than 100 m away: are the units right?",
         "它在 100 m 之外：单位是否正确？",
@@ -796,6 +1022,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "它的元素 {0} 引用点 {1}；只有 {2} 个点",
     ),
     ("its matrix is no finite one", "它的矩阵含有非有限的数"),
+    (
+        "its ports did not listen within {} s",
+        "其端口在 {0} s 内没有监听",
+    ),
     ("its program may go on", "其程序可能仍在运行"),
     (
         "its schemas and channels have more than {} bytes together",
@@ -804,6 +1034,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "its sparse entry {} changes element {}; there are {}",
         "它的 sparse 条目 {0} 改动元素 {1}；只有 {2} 个元素",
+    ),
+    (
+        "its syntax is {}, not proto2 or proto3",
+        "语法为 {0}，不是 proto2 或 proto3",
     ),
     (
         "its type is {}; here it must be {}",
@@ -825,6 +1059,11 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "joint {} would be at {} rad, allowed is {} to {} rad",
         "关节 {0} 将位于 {1} rad，允许 {2} 到 {3} rad",
     ),
+    ("joints {} rad", "关节 {0} rad"),
+    (
+        "keep other load off this machine, set the governor to performance, and for a real cell use a kernel with PREEMPT_RT; a virtual machine is never quite on time",
+        "不要在本机上运行其他负载，调频策略设为 performance，真实单元请用带 PREEMPT_RT 的内核；虚拟机总会有些延迟",
+    ),
     ("kind = \"{}\" has no such key", "kind = \"{0}\" 没有此键"),
     (
         "limit {} is {} {}, it must be at least {}",
@@ -838,6 +1077,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "limit {} of joint {} is {}, allowed is {} up to the arm's {}",
         "关节 {1} 的限值 {0} 为 {2}，允许 {3} 到机械臂的 {4}",
     ),
+    ("limits reached: {}", "到达限值：{0}"),
     (
         "line {}: the path has more than {} steps",
         "第 {0} 行：路径超过 {1} 步",
@@ -854,6 +1094,18 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("list takes the number of a line", "list 后面是行号"),
     (
+        "longest cycle: {} µs, latest wake-up: {} µs",
+        "最长周期：{0} µs，最大唤醒延迟：{1} µs",
+    ),
+    (
+        "make room, or bound what recordings take with --record-budget and --record-rotate",
+        "腾出空间，或用 --record-budget 和 --record-rotate 限制记录的大小",
+    ),
+    (
+        "memory cannot be locked ({}); cycles may be late when memory is short",
+        "无法锁定内存（{0~}）；内存不足时周期可能延迟",
+    ),
+    (
         "message {} of {} cannot be decoded: {}",
         "无法解码 {1} 的第 {0} 条消息：{2~}",
     ),
@@ -865,15 +1117,21 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "message {} of {} in {} cannot be read: {}",
         "无法读取 {2} 中 {1} 的第 {0} 条消息：{3~}",
     ),
+    ("messages missing: {}", "缺失的消息：{0}"),
     (
         "metres for a unit of the file are needed, above 0",
         "需要文件单位对应的米数，大于 0",
     ),
+    ("missing: {}", "缺失：{0}"),
     (
         "model {}, with the kinematics measured in {}",
         "型号 {0}，运动学参数取自 {1} 的测量",
     ),
     ("model {}: {}", "型号 {0}：{1~}"),
+    (
+        "more commands than the ring holds were taken in cycle {}",
+        "周期 {0} 取走的命令多于环形缓冲区的容量",
+    ),
     (
         "more than 0 up to {} N/m, or none for a hard one",
         "大于 0、不超过 {0} N/m；坚硬物体不必给出",
@@ -934,12 +1192,17 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "no path was found {}; most often in the way were {}{}",
         "{0~}没有找到路径；最常挡路的是{1~}{2~}",
     ),
+    ("no program ran", "没有运行程序"),
     ("no program was started", "没有启动程序"),
     (
         "no simulated time passed for {} s: the program computes without waiting; it was stopped{}",
         "{0} s 内没有仿真时间经过：程序只计算不等待；已停止{1~}",
     ),
     ("no statement begins here or below", "该处及其后没有语句"),
+    (
+        "no test has {} in its path or name",
+        "没有测试的路径或名称包含 {0}",
+    ),
     ("no_path: {}", "没有路径：{0~}"),
     ("nobody can be asked: {}", "无法询问任何人：{0~}"),
     (
@@ -947,9 +1210,16 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "没有测试扮演 {0}:{1}，而 --allow net=played 不连接其他机器",
     ),
     (
+        "norm() takes a list of numbers, for example norm(tcp_force[0:3])",
+        "norm() 的参数是数的列表，例如 norm(tcp_force[0:3])",
+    ),
+    ("not known: {}", "未知：{0}"),
+    (
         "nothing can be gained: the cycle takes {} s (simulated runs: {})",
         "没有可加快之处：节拍为 {0} s（仿真运行 {1} 次）",
     ),
+    ("nothing can be written into {}: {}", "无法写入 {0}：{1~}"),
+    ("nothing is to be done", "无需处理"),
     ("nothing stands in the cell", "单元中没有任何东西"),
     ("nothing was sent", "没有发送任何内容"),
     ("numbers above 0 are needed", "需要大于 0 的数"),
@@ -963,21 +1233,83 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "一个编码器只由一条传送带带动",
     ),
     ("one value is needed", "需要一个值"),
+    ("only in {}: {} cycles", "只在 {0} 中：{1} 个周期"),
+    ("out of order: {}", "乱序：{0}"),
     ("out_of_reach: {}", "不可达：{0~}"),
+    ("overruns: {}", "超时周期：{0}"),
+    ("peak TCP force: {} N", "TCP 力峰值：{0} N"),
+    ("peak TCP speed: {} m/s", "TCP 速度峰值：{0} m/s"),
+    ("peak joint speeds: {} rad/s", "关节速度峰值：{0} rad/s"),
+    ("peak joint torques: {} Nm", "关节力矩峰值：{0} Nm"),
     ("press Enter", "请按回车键"),
     ("print takes an expression", "print 后面是表达式"),
+    (
+        "program {} at cycle {}, line {}: {}",
+        "程序 {0}，周期 {1}，第 {2} 行：{3~}",
+    ),
+    ("program {} at cycle {}: {}", "程序 {0}，周期 {1}：{2~}"),
     (
         "program {} cannot be repeated from cycle {} on: {}, which is not in the recording",
         "程序 {0} 从第 {1} 周期起不能重复：{2~}，而记录中没有它",
     ),
+    (
+        "program {}: {}, {} s to {} s",
+        "程序 {0}：{1}，{2} s 到 {3} s",
+    ),
+    (
+        "program {}: {}, {} s to {} s, still running",
+        "程序 {0}：{1}，{2} s 到 {3} s，仍在运行",
+    ),
+    ("programs: {}", "程序：{0}"),
     ("protective stop", "保护性停止"),
+    ("protective stops: {}", "保护性停止：{0}"),
+    (
+        "raise the limit on processes (ulimit -u, TasksMax= of a unit)",
+        "提高进程数上限（ulimit -u，单元的 TasksMax=）",
+    ),
+    ("real-time priority is given", "有实时优先级"),
+    (
+        "record onto another disk (--record): what it does not take in time is left out, and counted",
+        "记录到其他磁盘（--record）：磁盘来不及写入的部分会被略去并计数",
+    ),
     (
         "recording stopped, the robot goes on: {}",
         "记录已停止，机器人继续运行：{0~}",
     ),
     (
+        "recording the {} at {}, controller {}.{}.{}: {} of {} variables at {} Hz into {}",
+        "正在记录 {1} 处的 {0}，控制器 {2}.{3}.{4}：{6} 个变量中的 {5} 个，{7} Hz，写入 {8}",
+    ),
+    ("recording: {}", "记录：{0}"),
+    ("robot {} has no `name`", "第 {0} 个机器人没有 `name`"),
+    (
+        "robot {}: `memory` is {}; {}",
+        "机器人 {0}：`memory` 为 {1}；{2~}",
+    ),
+    (
+        "robot {}: `name` is {}; 1 to {} letters, digits, `-` and `_` are allowed",
+        "第 {0} 个机器人：`name` 为 {1}；允许 1 到 {2} 个字母、数字、`-` 和 `_`",
+    ),
+    (
+        "robot {}: `{}` is the fleet's to say",
+        "机器人 {0}：`{1}` 由机器人组决定",
+    ),
+    ("robot {}: {}", "机器人 {0}：{1~}"),
+    (
+        "robot: {}, {} plant, {} clock, step {} ms, seed {}, eliteserver {}",
+        "机器人：{0~}，模型 {1}，时钟 {2}，步长 {3} ms，种子 {4}，eliteserver {5}",
+    ),
+    (
         "ros2 is started by 'eliteserver serve --ros2', with a socket as its standard input ({})",
         "ros2 由 'eliteserver serve --ros2' 启动，标准输入为套接字（{0~}）",
+    ),
+    (
+        "script: {} line {} (thread {})",
+        "脚本：{0} 第 {1} 行（线程 {2}）",
+    ),
+    (
+        "script: {} line {}, node {} (thread {})",
+        "脚本：{0} 第 {1} 行，节点 {2}（线程 {3}）",
     ),
     ("sent {} to the robot at {}", "已把 {0} 发送到机器人 {1}"),
     (
@@ -1098,6 +1430,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the cell has {} files; a recording takes at most {}",
         "单元有 {0} 个文件；一个记录最多接受 {1} 个",
     ),
+    ("the cell of the recording: {}", "记录中的单元：{0~}"),
     (
         "the cell's modbus signal {} cannot be added: {}",
         "无法添加单元的 Modbus 信号 {0}：{1~}",
@@ -1110,12 +1443,23 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the checksum of a chunk is not that of its content",
         "块的校验和与内容不符",
     ),
+    ("the clock was not made", "没有建立时钟"),
     ("the clock was not started", "时钟没有启动"),
+    ("the compiled-in font is broken", "内置字体损坏"),
     (
         "the compression {} of a chunk is not known; zstd and lz4 are",
         "块的压缩方式 {0} 未知；可用 zstd 和 lz4",
     ),
     ("the condition cannot be read:", "无法读取条件："),
+    ("the condition fails at {} s:", "条件在 {0} s 处失败："),
+    (
+        "the condition takes too long for one cycle",
+        "条件对一个周期来说计算太久",
+    ),
+    (
+        "the connection for data to the robot at {} broke: {}",
+        "与 {0} 处机器人的数据连接中断：{1~}",
+    ),
     (
         "the connection for statements to the robot at {} broke: {}",
         "与机器人 {0} 的语句连接中断：{1~}",
@@ -1123,6 +1467,19 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the connection to the robot at {} broke: {}",
         "与机器人 {0} 的连接中断：{1~}",
+    ),
+    ("the controller does not offer {}", "控制器不提供 {0}"),
+    (
+        "the controller does not start like this: {} to mend",
+        "控制器这样无法启动：有 {0} 项要处理",
+    ),
+    (
+        "the controller of the recording cannot be made: {}",
+        "无法建立记录中的控制器：{0~}",
+    ),
+    (
+        "the controller runs; {} of it could be better",
+        "控制器可以运行；有 {0} 项可改善",
     ),
     ("the data breakpoint is {}: {}", "数据断点 {0}：{1~}"),
     ("the debugger has ended", "调试器已结束"),
@@ -1134,6 +1491,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the eight bytes that begin and end an MCAP file are not there",
         "缺少 MCAP 文件首尾的八个字节",
     ),
+    ("the encoding {} is not supported", "不支持编码 {0}"),
     ("the end of the file", "文件末尾"),
     ("the end of the program", "程序的结尾"),
     ("the file cannot be read: {}", "无法读取文件：{0~}"),
@@ -1160,6 +1518,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the files of the cell have {} bytes together; a recording takes at most {}",
         "单元的文件共有 {0} 字节；一个记录最多接受 {1} 字节",
+    ),
+    (
+        "the first request of a client must be initialize",
+        "客户端的第一个请求必须是 initialize",
     ),
     (
         "the flange lies alike in all rests: turn it about two axes by 20 degrees or more between them",
@@ -1197,6 +1559,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("the motion does not tell {}", "此运动无法判断{0~}"),
     (
+        "the motion thread gets no FIFO priority {} ({}); cycles may be late under load",
+        "运动线程得不到 FIFO 优先级 {0}（{1~}）；有负载时周期可能延迟",
+    ),
+    (
         "the name leads to no regular file, but for instance to a folder or a device",
         "此名称所指不是普通文件，而是文件夹、设备之类",
     ),
@@ -1204,7 +1570,23 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the name of a link (shoulder, upper_arm, forearm, wrist_1, wrist_2, wrist_3, base), of the tool, or of something in this cell; * stands for any letters",
         "应为连杆（shoulder、upper_arm、forearm、wrist_1、wrist_2、wrist_3、base）、工具或此单元中物体的名称；* 代表任意字符",
     ),
+    (
+        "the name of a value is longer than {} bytes",
+        "某个值的名称超过 {0} 字节",
+    ),
     ("the opening in m is needed", "需要开口宽度，m"),
+    (
+        "the operating system gives none: {}",
+        "操作系统不提供线程：{0~}",
+    ),
+    (
+        "the operating system refused what a fleet needs: {}",
+        "操作系统拒绝了机器人组所需的资源：{0~}",
+    ),
+    (
+        "the operating system refused what a run needs: {}",
+        "操作系统拒绝了运行所需的资源：{0~}",
+    ),
     (
         "the operating system refused what a server needs: {}",
         "操作系统拒绝了服务器所需的资源：{0~}",
@@ -1229,6 +1611,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the payload mass is {} kg, it must not be negative",
         "负载质量为 {0} kg，不能为负",
     ),
+    ("the picture cannot be drawn: {}", "无法绘制图片：{0~}"),
+    ("the picture cannot be encoded: {}", "无法编码图片：{0~}"),
     ("the point is more than 100 m away", "点在 100 m 之外"),
     (
         "the position range of joint {} is {} to {} rad; it must not be empty and must lie within the arm's {} to {} rad",
@@ -1276,8 +1660,16 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("the program was stopped{}", "程序被停止{0~}"),
     (
+        "the programs were not run again: {}",
+        "没有重新运行程序：{0~}",
+    ),
+    (
         "the recording cannot be run again in this version: {}",
         "此版本不能重新运行该记录：{0~}",
+    ),
+    (
+        "the recording covers {} s to {} s",
+        "记录的范围是 {0} s 到 {1} s",
     ),
     (
         "the recording did not keep up and dropped messages",
@@ -1300,6 +1692,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the recording has more of {} than are run again ({})",
         "记录中的{0~}多于可重新运行的数量（{1}）",
     ),
+    ("the recording has no cycles", "记录中没有周期"),
+    ("the recording has stopped: {}", "记录已停止：{0~}"),
     (
         "the recording has {} cycles up to cycle {}; at most {} missing ones are run",
         "到第 {1} 周期为止记录有 {0} 个周期；缺少的周期最多补运行 {2} 个",
@@ -1310,9 +1704,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("the recording is not complete: {}", "记录不完整：{0}"),
     (
+        "the recording jumps from cycle {} to cycle {}; at most {} missing cycles are run",
+        "记录从周期 {0} 跳到周期 {1}；缺少的周期最多补运行 {2} 个",
+    ),
+    (
         "the recording takes nothing, no time can pass",
         "记录不再接收数据，时间无法前进",
     ),
+    ("the recording {} has failed", "记录 {0} 失败"),
     (
         "the recordings have more than {} cycles: use --from and --to",
         "记录超过 {0} 个周期：请用 --from 和 --to",
@@ -1338,12 +1737,24 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "机器人 `{0}` 存在，但其尺寸和质量没有公开，因此不能仿真；内置的有 {1}",
     ),
     (
+        "the robot at {} answers {} with something else",
+        "{0} 处的机器人对{1~}的应答不符",
+    ),
+    (
+        "the robot at {} does not answer on its port for data ({})",
+        "{0} 处的机器人在数据端口上没有应答（{1~}）",
+    ),
+    (
         "the robot at {} does not answer on its port for statements: {} s",
         "机器人 {0} 的语句端口没有应答：{1} s",
     ),
     (
         "the robot at {} has closed the connection",
         "机器人 {0} 已关闭连接",
+    ),
+    (
+        "the robot at {} has closed the connection for data",
+        "{0} 处的机器人关闭了数据连接",
     ),
     (
         "the robot at {} has closed the connection for statements",
@@ -1358,8 +1769,17 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "机器人 {0} 没有启动进入解释器模式的程序",
     ),
     (
+        "the robot at {} is of type {}, which is none of {}",
+        "{0} 处的机器人型号为 {1}，不在 {2} 之中",
+    ),
+    ("the robot at {} refuses {}", "{0} 处的机器人拒绝{1~}"),
+    (
         "the robot at {} says nothing any more: no state for {} s",
         "机器人 {0} 不再发送数据：{1} s 没有状态",
+    ),
+    (
+        "the robot at {} sends states without the configuration of its arm",
+        "{0} 处的机器人发送的状态没有机械臂配置",
     ),
     (
         "the robot at {} takes no statement: {} s",
@@ -1368,6 +1788,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the robot at {} takes nothing: {} s",
         "机器人 {0} 不接收数据：{1} s",
+    ),
+    (
+        "the robot has its TCP {} mm from where these numbers put it: it counts with something that it does not send, such as offsets of its joints",
+        "机器人的 TCP 与按这些数计算的位置相差 {0} mm：它还用了没有发送的数据，例如关节零位偏差",
     ),
     (
         "the robot model {} cannot be read: {}",
@@ -1402,6 +1826,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "脚本 {0} 不是 UTF-8 文本（第 {1} 个字节不是）",
     ),
     (
+        "the session with the client cannot begin: {}",
+        "与客户端的会话无法开始：{0}",
+    ),
+    (
+        "the session with the client has failed: {}",
+        "与客户端的会话失败：{0}",
+    ),
+    (
         "the shape of a finger is needed: {} for a box",
         "需要手指的形状：箱体用 {0}",
     ),
@@ -1424,6 +1856,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "需要含有 a、d、alpha 和可选 theta 的表",
     ),
     ("the target is more than 100 m away", "目标在 100 m 之外"),
+    ("the tests cannot be run: {}", "无法运行测试：{0~}"),
     (
         "the text has no end: its quote is missing",
         "字符串没有结束：缺少引号",
@@ -1493,6 +1926,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("there is no chunk JSON", "没有 JSON 数据块"),
     (
+        "there is no command {} in this version",
+        "此版本没有命令 {0}",
+    ),
+    (
         "there is no line, polyline, arc, circle, ellipse or spline{}",
         "没有直线、多段线、圆弧、圆、椭圆或样条曲线{0~}",
     ),
@@ -1515,6 +1952,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("there is no point in it", "其中没有点"),
     ("there is no recording", "没有记录"),
     (
+        "there is no robot; each is a table [[robot]]",
+        "没有机器人；每个机器人是一个表 [[robot]]",
+    ),
+    (
         "there is no room for the motion about --home: {}",
         "--home 附近没有运动的空间：{0~}",
     ),
@@ -1522,7 +1963,12 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "there is no script (*.script) below {}",
         "{0} 之内没有脚本（*.script）",
     ),
+    ("there is no state at {} s: {}", "{0} s 处没有状态：{1~}"),
     ("there is no such place", "没有这个位置"),
+    (
+        "there is no test: tests are functions test_… in files test_*.script or *_test.script",
+        "没有测试：测试是文件 test_*.script 或 *_test.script 中名为 test_… 的函数",
+    ),
     (
         "there is no topic {} in the recording; it has {}",
         "记录中没有主题 {0}；有 {1}",
@@ -1532,6 +1978,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "there is no {}; break lists what there is",
         "没有 {0}；break 列出已有的停止条件",
     ),
+    ("there is none", "没有"),
     (
         "there is nothing called {} in the cell that could be held; there is nothing",
         "单元中没有名为 {0} 的可夹持物体；单元中没有可夹持的物体",
@@ -1539,6 +1986,18 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "there is nothing called {} in the cell that could be held; there is {}",
         "单元中没有名为 {0} 的可夹持物体；有{1~}",
+    ),
+    (
+        "there is nothing to draw from {} s to {} s: the recording covers {} s to {} s",
+        "{0} s 到 {1} s 没有可画的内容：记录的范围是 {2} s 到 {3} s",
+    ),
+    (
+        "there is nothing to draw from {} s to {} s; time goes forward, for a hundred years at most",
+        "{0} s 到 {1} s 没有可画的内容；时间只向前，最多一百年",
+    ),
+    (
+        "there is nothing to draw: the recording has no cycles",
+        "没有可画的内容：记录中没有周期",
     ),
     ("this cannot be assigned to", "不能对它赋值"),
     (
@@ -1577,6 +2036,15 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "two revolute joints, `{}` and `{}`, move on the same link `{}`: the arm must not branch",
         "两个旋转关节 `{0}` 和 `{1}` 都连在连杆 `{2}` 上：机械臂不能分叉",
     ),
+    ("two robots are called {}", "两个机器人都名为 {0}"),
+    (
+        "two robots have the address {}; each needs one of its own",
+        "两个机器人的地址都是 {0}；每个需要自己的地址",
+    ),
+    (
+        "unknown key `{}`; beside [defaults] and [[robot]] there are {}",
+        "未知的键 `{0}`；[defaults] 和 [[robot]] 之外有 {1}",
+    ),
     (
         "until takes a line or a condition of the arm",
         "until 后面是行号或机械臂的条件",
@@ -1586,6 +2054,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "本次会话的变量，或 :vars NAME NAME",
     ),
     ("warning: {}", "警告：{0~}"),
+    ("warnings: {}", "警告：{0}"),
     (
         "what came to its programs from outside is not in the recording: it was made by an earlier version",
         "记录中没有外部传给程序的内容：它由较早的版本生成",
@@ -1595,6 +2064,11 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "what stands before = is no name of a variable",
         "= 之前的不是变量名",
     ),
+    (
+        "what the robot sends is no arm of its type: {}",
+        "机器人发送的数据不是其型号的机械臂：{0~}",
+    ),
+    ("what {} sends is not RTSI: {}", "{0} 发送的不是 RTSI：{1~}"),
     (
         "what {} sends is not the stream of port 30001: {}",
         "{0} 发送的不是 30001 端口的数据流：{1~}",
@@ -1616,8 +2090,16 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "加上 {0}，单元的网格共有 {1} 个三角形，允许 {2} 个",
     ),
     (
+        "woken {} µs late in the median, {} µs in 99 of 100 cycles, {} µs at most, of {} cycles of {} ms",
+        "唤醒延迟：中位数 {0} µs，百分之九十九的周期不超过 {1} µs，最大 {2} µs，共 {3} 个 {4} ms 的周期",
+    ),
+    (
         "x, y, z in m, up to 10, and Rx, Ry, Rz in rad, up to 1000, are needed, separated by commas, as in 0,0,0.1,0,0,0",
         "需要以逗号分隔的 x、y、z（m，不超过 10）和 Rx、Ry、Rz（rad，不超过 1000），如 0,0,0.1,0,0,0",
+    ),
+    (
+        "{} GB, {} hours of a moving arm",
+        "{0} GB，可记录机械臂运动 {1} 小时",
     ),
     (
         "{} and {} are both {}; every service needs a port of its own",
@@ -1664,6 +2146,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{} comes within {} mm of {} {}",
         "{0~}与{2~}相距不到 {1} mm，{3~}",
     ),
+    ("{} cores may be used", "可用 {0} 个核心"),
     (
         "{} did not turn far enough (0.2 rad) to tell its friction",
         "{0~}转动不足（0.2 rad），无法判断摩擦",
@@ -1677,10 +2160,18 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0} 没有说明控制器是如何启动的，因此没有可写的坐标系",
     ),
     ("{} does not take {}", "{0} 不接受 {1~}"),
+    (
+        "{} does not tell its room: {}",
+        "无法得知 {0} 的可用空间：{1~}",
+    ),
     ("{} does nothing without {}", "没有 {1} 时 {0} 不起作用"),
     (
         "{} elements of {} bytes, {} apart, from byte {} are beyond the {} bytes of bufferViews[{}]",
         "{0~} 个元素，每个 {1} 字节，间隔 {2} 字节，从字节 {3} 起，超出 bufferViews[{5}] 的 {4} 字节",
+    ),
+    (
+        "{} ends in the middle, its writer was killed or is still writing; the answer is about what is there",
+        "{0} 在中间结束，写入程序被中止或仍在写入；回答依据已有的内容",
     ),
     ("{} gives `{}` twice", "{0} 两次给出 `{1}`"),
     (
@@ -1708,6 +2199,15 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "{} has no points: six numbers a line are needed, x y z Rx Ry Rz",
         "{0} 中没有点：每行需要六个数，x y z Rx Ry Rz",
+    ),
+    ("{} has no settings", "{0} 没有设置"),
+    (
+        "{} has {} bytes, at most {} are read",
+        "{0} 有 {1} 字节，最多读取 {2} 字节",
+    ),
+    (
+        "{} holds more than {} files; name the folders with the tests",
+        "{0} 中超过 {1} 个文件；请指明测试所在的文件夹",
     ),
     (
         "{} is a bag, which does not say tool, payload and place of its arm: run the script with 'run --record FILE' and compare the bag with that recording",
@@ -1776,6 +2276,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0} 行没有对应：程序运行到那里时引发 `NotImplementedError`。",
     ),
     (
+        "{} may not be opened by this user",
+        "此用户不能打开端口 {0}",
+    ),
+    (
         "{} measurements for {} unknowns: {} or more are needed",
         "{0} 个测量值对 {1} 个未知量：需要 {2} 个或更多",
     ),
@@ -1786,6 +2290,15 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "{} of {} has not the joints of the arm; the first message has {}",
         "{1} 的 {0} 没有机械臂的关节；第一条消息含有 {2}",
+    ),
+    ("{} on {} are free", "{1} 上的 {0} 空闲"),
+    (
+        "{} on {} cannot be opened: {}",
+        "无法打开 {1} 上的端口 {0}：{2~}",
+    ),
+    (
+        "{} on {} is taken by another program",
+        "{1} 上的端口 {0} 已被其他程序占用",
     ),
     (
         "{} rests with a force reading: three or more with other orientations are needed",
@@ -1801,6 +2314,16 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("{} runs {} mm into {} {}", "{0~}与{2~}重叠 {1} mm，{3~}"),
     (
+        "{} s joint {} at its position limit",
+        "{0} s 关节 {1} 到达位置限值",
+    ),
+    (
+        "{} s joint {} at its speed limit",
+        "{0} s 关节 {1} 到达速度限值",
+    ),
+    ("{} s reason {}", "{0} s 原因 {1}"),
+    ("{} s to {} s ({} cycles)", "{0} s 到 {1} s（{2} 个周期）"),
+    (
         "{} says nothing about identify {}; it is for identify {}",
         "{0} 与 identify {1} 无关；它用于 identify {2}",
     ),
@@ -1811,6 +2334,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("{} takes a number", "{0} 取一个数"),
     ("{} takes nothing behind it", "{0} 后面不能有内容"),
     ("{} takes true or false", "{0} 取 true 或 false"),
+    (
+        "{} takes {} MB a second, one of them within {} ms; a recording needs {}",
+        "{0} 每秒写入 {1} MB，每 MB 最多用时 {2} ms；记录每秒需要 {3} MB",
+    ),
     (
         "{} the robot at {}? It may move. [y/N]",
         "{0~}机器人 {1}？它可能会运动。[y/N]",
@@ -1841,16 +2368,25 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{} {}: {} is {}, which is wired to the safety system as {}: the program does not see it alone",
         "{0} {1}：{2} 为 {3}，它作为 {4} 接到安全系统：不只是程序使用它",
     ),
+    (
+        "{}(): nobody is there to ask, the run is repeated from a recording",
+        "{0}()：无人可问，运行是按记录重复的",
+    ),
     ("{}, byte {}: {}", "{0~}，字节 {1}：{2~}"),
     (
         "{}, least distance {} mm: {} and {} in line {} at {} s",
         "{0~}，最小间隙 {1} mm：{2~}与{3~}，第 {4} 行，{5} s 时",
+    ),
+    (
+        "{}, line {}, column {}, in {}",
+        "{3} 中，{0} 第 {1} 行第 {2} 列",
     ),
     ("{}, line {}: {}", "{0~}，第 {1} 行：{2~}"),
     (
         "{}, nothing that could be touched",
         "{0~}，没有可能碰到的物体",
     ),
+    ("{}, read in nanoseconds", "{0}，读取只需几纳秒"),
     (
         "{}, triangle {}: a corner is at {} m; allowed are coordinates within {} m (a file in millimetres needs a scale of 0.001)",
         "{0~}，三角形 {1}：有一个顶点位于 {2} m；坐标允许在 {3} m 以内（以毫米为单位的文件需要 0.001 的 scale）",
@@ -1865,6 +2401,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("{}, triangle {}: {}", "{0~}，三角形 {1}：{2~}"),
     (
+        "{}, which takes a microsecond and more to read",
+        "{0}，读取需一微秒以上",
+    ),
+    (
         "{}, {} rad in {} s, {}; planned in {} s",
         "{0~}，{2} s 内转动 {1} rad，{3~}；规划用时 {4} s",
     ),
@@ -1875,6 +2415,11 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{}: allowed are files that end with .gcode, .nc, .ngc, .dxf or .csv",
         "{0}：只允许以 .gcode、.nc、.ngc、.dxf 或 .csv 结尾的文件",
     ),
+    (
+        "{}: argument {} is {}, which does not fit",
+        "{0}：参数 {1} 为 {2}，不合适",
+    ),
+    ("{}: cycles would be missed", "{0~}：会错过周期"),
     (
         "{}: distances are known as far as it runs: {}",
         "{0}：只有运行到的部分才知道间隙：{1~}",
@@ -1896,6 +2441,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{}: only the first {} findings are shown",
         "{0}：只显示前 {1} 个发现",
     ),
+    ("{}: other in {} cycles", "{0}：{1} 个周期中不同"),
     (
         "{}: the extent along {} is {} m; allowed is {} m and more",
         "{0~}：沿 {1} 的尺寸为 {2} m；允许 {3} m 及以上",
@@ -1929,8 +2475,21 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0~}：表面没有围出体积：在 {2} × {3} × {4} m 的范围内为 {1} m³",
     ),
     (
+        "{}: the {} at {}, whose flange is up to {} mm ({} mm on average) and {} degrees from where its sheet has it",
+        "{0}：{2} 处的 {1}，其法兰与数据表中的位置最多相差 {3} mm（平均 {4} mm）和 {5} 度",
+    ),
+    ("{}: up to {}, in cycle {}", "{0}：最多 {1}，在周期 {2}"),
+    (
         "{}: {} and {} run {} mm into each other in line {} at {} s",
         "{0~}：{1~}与{2~}重叠 {3} mm，第 {4} 行，{5} s 时",
+    ),
+    (
+        "{}: {} cycles as a bag of ROS 2",
+        "{0}：{1} 个周期，写为 ROS 2 的 bag",
+    ),
+    (
+        "{}: {} cycles, {} missing, {} out of order left out, {} lost here, {} reconnects{}",
+        "{0}：{1} 个周期，缺失 {2} 个，乱序略去 {3} 个，本机丢失 {4} 个，重新连接 {5} 次{6~}",
     ),
     (
         "{}: {} has an unknown key `{}`; the keys are {}",
@@ -1943,7 +2502,17 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{}: {} has {} triangles and {} cm³, its convex pieces ({}) keep within {} mm",
         "{0}：{1} 有 {2} 个三角形、{3} cm³，其凸块（{4} 个）偏差在 {5} mm 以内",
     ),
+    ("{}: {} robots can be started", "{0}：可以启动 {1} 个机器人"),
+    (
+        "{}:{}: there are two tests called {}; only the second would ever run",
+        "{0}:{1}：有两个名为 {2} 的测试；只有第二个会运行",
+    ),
+    (
+        "{}:{}: {} takes arguments; a test is called without any",
+        "{0}:{1}：{2} 有参数；测试调用时没有参数",
+    ),
     ("{}; the program may go on", "{0~}；程序可能仍在运行"),
+    ("{}; trying again", "{0~}；正在重试"),
     ("| line | name | what |", "| 行 | 名称 | 说明 |"),
     ("| {} | `{}` | {} |", "| {0} | `{1}` | {2~} |"),
 ];

@@ -9,7 +9,7 @@ use controller::ControllerConfig;
 use controller::options::RecordTarget;
 use platform::machine;
 
-use super::HealthCheck;
+use super::{HealthCheck, OFF};
 
 /// What is written to try the disk: so many pieces of so many bytes.
 const PIECES: usize = 32;
@@ -24,7 +24,7 @@ const HOURS: f64 = 24.0;
 /// Looks where recordings would go.
 pub(super) fn look(robot: &ControllerConfig) -> Vec<HealthCheck> {
     let folder = match &robot.record {
-        RecordTarget::Off => return vec![HealthCheck::good("recording", "off")],
+        RecordTarget::Off => return vec![HealthCheck::good("recording", OFF)],
         RecordTarget::NewFileIn(folder) => folder.clone(),
         RecordTarget::File(file) => match file.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),

@@ -12,6 +12,7 @@ use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
+use editor::analysis::words::Language;
 use motion::realtime::{RealtimeOptions, SetupWarning};
 use motion::rehearsal::{LatencyTest, run_latency_test};
 use platform::machine;
@@ -20,6 +21,7 @@ use serde_json::{Value, json};
 use crate::cli::FindingFormat;
 use crate::command::CommandStatus;
 use crate::config::ServeConfig;
+use crate::language::{self, columns_of, padded};
 use crate::options::PortSetting;
 
 /// The timer is tried for about so long.
@@ -34,6 +36,9 @@ const FAST_CLOCK_SOURCES: [&str; 5] = [
     "hyperv_clocksource_tsc_page",
     "riscv_clocksource",
 ];
+
+/// What is found of recordings that are not made.
+const OFF: &str = "off";
 
 /// How good something is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -103,7 +108,7 @@ pub fn doctor(config: &ServeConfig, format: FindingFormat) -> (String, CommandSt
     findings.extend(disk::look(&config.robot));
     let worst = findings.iter().map(|f| f.grade).max();
     let report = match format {
-        FindingFormat::Human => to_text(&findings),
+        FindingFormat::Human => to_text(&findings, language::chosen()),
         FindingFormat::Json => to_json(&findings),
     };
     (
@@ -112,32 +117,61 @@ pub fn doctor(config: &ServeConfig, format: FindingFormat) -> (String, CommandSt
     )
 }
 
-fn to_text(findings: &[HealthCheck]) -> String {
-    let width = findings.iter().map(|f| f.subject.len()).max().unwrap_or(0);
+fn to_text(findings: &[HealthCheck], language: Language) -> String {
+    let told = |english: &str| language::told_in(language, english).into_owned();
+    let word = |english: &'static str| match language {
+        Language::Chinese => chinese_word(english),
+        Language::English => english,
+    };
+    let subjects = findings.iter().map(|f| columns_of(word(f.subject)));
+    let width = subjects.max().unwrap_or(0);
     let mut out = String::new();
     for finding in findings {
         // Writing into a text cannot fail.
         let _ = writeln!(
             out,
-            "{:4}  {:width$}  {}",
-            finding.grade.name(),
-            finding.subject,
-            finding.found
+            "{}  {}  {}",
+            padded(word(finding.grade.name()), 4),
+            padded(word(finding.subject), width),
+            match &*finding.found {
+                OFF => word(OFF).to_owned(),
+                found => told(found),
+            }
         );
         if !finding.advice.is_empty() {
-            let _ = writeln!(out, "      {:width$}  -> {}", "", finding.advice);
+            let _ = writeln!(out, "      {:width$}  -> {}", "", told(&finding.advice));
         }
     }
     let count = |grade| findings.iter().filter(|f| f.grade == grade).count();
-    let _ = match (count(CheckResult::Bad), count(CheckResult::Poor)) {
-        (0, 0) => writeln!(out, "nothing is to be done"),
-        (0, poor) => writeln!(out, "the controller runs; {poor} of it could be better"),
-        (bad, _) => writeln!(
-            out,
-            "the controller does not start like this: {bad} to mend"
-        ),
+    let sum = match (count(CheckResult::Bad), count(CheckResult::Poor)) {
+        (0, 0) => "nothing is to be done".to_owned(),
+        (0, poor) => format!("the controller runs; {poor} of it could be better"),
+        (bad, _) => format!("the controller does not start like this: {bad} to mend"),
     };
+    let _ = writeln!(out, "{}", told(&sum));
     out
+}
+
+/// Grades and subjects in Chinese. The tables lack them, where they would stand for names as well.
+fn chinese_word(english: &'static str) -> &'static str {
+    match english {
+        "good" => "良好",
+        "poor" => "欠佳",
+        "bad" => "不行",
+        "processors" => "处理器",
+        "priority" => "优先级",
+        "memory" => "内存",
+        "timer" => "定时器",
+        "threads" => "线程",
+        "clock" => "时钟",
+        "governor" => "调频策略",
+        "ports" => "端口",
+        "recording" => "记录",
+        "disk" => "磁盘",
+        "room" => "空间",
+        OFF => "关闭",
+        other => other,
+    }
 }
 
 /// One JSON object a line.
@@ -347,13 +381,44 @@ mod tests {
     }
 
     #[test]
+    fn reports_are_in_chinese_and_stand_below_each_other() {
+        let step = Duration::from_millis(4);
+        let mut findings = timing_checks(
+            &rehearsal(
+                &[900; 500],
+                vec![SetupWarning::Memory {
+                    reason: "Operation not permitted (os error 1)".to_owned(),
+                }],
+            ),
+            step,
+        );
+        findings.push(HealthCheck::good("recording", OFF));
+        let text = to_text(&findings, Language::Chinese);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(
+            lines,
+            [
+                "良好  优先级  有实时优先级",
+                "欠佳  内存    无法锁定内存（不允许的操作（系统错误 1））；内存不足时周期可能延迟",
+                "              -> 请允许：systemd 单元中 LimitMEMLOCK=infinity，/etc/security/limits.conf 中 'USER - memlock \
+                 unlimited'，或容器的 --ulimit memlock=-1",
+                "欠佳  定时器  唤醒延迟：中位数 900 µs，百分之九十九的周期不超过 900 µs，最大 900 µs，共 500 个 4 ms 的周期",
+                "              -> 不要在本机上运行其他负载，调频策略设为 performance，真实单元请用带 PREEMPT_RT \
+                 的内核；虚拟机总会有些延迟",
+                "良好  记录    关闭",
+                "控制器可以运行；有 2 项可改善",
+            ]
+        );
+    }
+
+    #[test]
     fn reports_have_a_line_for_each_and_the_worst_is_summed_up() {
         let findings = [
             HealthCheck::good("timer", "on time"),
             HealthCheck::bad("ports", "30001 is taken", "end it"),
         ];
         assert_eq!(
-            to_text(&findings),
+            to_text(&findings, Language::English),
             "good  timer  on time\nbad   ports  30001 is taken\n             -> end it\n\
              the controller does not start like this: 1 to mend\n"
         );

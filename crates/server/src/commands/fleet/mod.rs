@@ -24,11 +24,11 @@ use tokio_util::sync::CancellationToken;
 
 use crate::cli::FleetArgs;
 use crate::command::{CommandResult, CommandStatus};
-use crate::logging;
 use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::http::{self, HttpService};
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::shutdown::Shutdown;
+use crate::{language, logging};
 
 use file::{FleetConfig, FleetFileError};
 use robot::{READY_WITHIN, RestartRequest, RobotProcess};
@@ -69,10 +69,10 @@ fn start_fleet(args: &FleetArgs) -> Result<CommandStatus, FleetError> {
     let fleet = FleetConfig::load(&args.file)?;
     if args.check {
         let count = fleet.robots.len();
-        logging::say(&format!(
+        logging::say(&language::told(&format!(
             "{}: {count} robots can be started",
             args.file.display()
-        ));
+        )));
         return Ok(CommandStatus::Success);
     }
     let program = std::env::current_exe()?;

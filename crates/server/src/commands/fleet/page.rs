@@ -21,6 +21,7 @@ use tokio::time::timeout;
 use super::log::end_of;
 use super::metrics::MergedMetrics;
 use super::robot::{ProcessState, ProcessStatus, RobotProcess};
+use crate::language::{pick, told};
 
 /// A robot has so long to answer.
 const ANSWER_WITHIN: Duration = Duration::from_secs(1);
@@ -198,17 +199,23 @@ async fn table(Shared(robots): Shared<Robots>) -> Response {
             .unwrap_or_default();
         rows.push_str(&row(&robot, &seen, &own));
     }
+    let (language, title) = (pick("en", "zh"), pick("Robots", "机器人"));
+    let heads = pick(
+        "<th>robot</th><th>state</th><th>task</th><th>cycle</th><th>memory</th><th>restarts</th><th>address</th>\
+         <th>log</th>",
+        "<th>机器人</th><th>状态</th><th>任务</th><th>周期</th><th>内存</th><th>重启</th><th>地址</th><th>日志</th>",
+    );
+    let (health, metrics) = (pick("health", "健康状况"), pick("metrics", "指标"));
     let page = format!(
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Robots</title>\
+        "<!doctype html><html lang=\"{language}\"><head><meta charset=\"utf-8\"><title>{title}</title>\
          <meta http-equiv=\"refresh\" content=\"2\">\
          <style>body{{font:16px system-ui,sans-serif;margin:2em}}table{{border-collapse:collapse}}\
          th,td{{padding:.4em 1em;text-align:left;border-bottom:1px solid #8884}}\
          .ready{{color:#080}}.waiting,.stopped,.bad{{color:#b00}}.starting{{color:#850}}\
          @media(prefers-color-scheme:dark){{body{{background:#111;color:#ddd}}a{{color:#8cf}}.ready{{color:#7d7}}\
-         .waiting,.stopped,.bad{{color:#f88}}.starting{{color:#fc8}}}}</style></head><body><h1>Robots</h1>\
-         <table><thead><tr><th>robot</th><th>state</th><th>task</th><th>cycle</th><th>memory</th><th>restarts</th>\
-         <th>address</th><th>log</th></tr></thead><tbody>{rows}</tbody></table>\
-         <p><a href=\"/healthz\">health</a> · <a href=\"/metrics\">metrics</a></p></body></html>\n"
+         .waiting,.stopped,.bad{{color:#f88}}.starting{{color:#fc8}}}}</style></head><body><h1>{title}</h1>\
+         <table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>\
+         <p><a href=\"/healthz\">{health}</a> · <a href=\"/metrics\">{metrics}</a></p></body></html>\n"
     );
     let heads = [
         (header::CONTENT_TYPE, "text/html; charset=utf-8"),
@@ -222,7 +229,8 @@ async fn table(Shared(robots): Shared<Robots>) -> Response {
 
 fn row(robot: &RobotProcess, seen: &ProcessStatus, health: &Json) -> String {
     let plan = robot.plan();
-    let state = seen.state.as_str();
+    let (state, log) = (seen.state.as_str(), pick("log", "日志"));
+    let word = pick(state, seen.state.in_chinese());
     let (name, bind) = (&plan.name, plan.bind);
     let pendant = match seen.ports.get("http") {
         Some(port) => {
@@ -231,24 +239,34 @@ fn row(robot: &RobotProcess, seen: &ProcessStatus, health: &Json) -> String {
         }
         None => name.clone(),
     };
-    let told = match (&seen.last_end, seen.state) {
-        (Some(why), ProcessState::Waiting) => format!("{state}: {}", escaped(why)),
-        (_, ProcessState::Ready) if health["status"] != "ok" => {
-            format!(
-                "{state}, {}",
-                escaped(health["status"].as_str().unwrap_or("no answer"))
-            )
+    let shown = match (&seen.last_end, seen.state) {
+        (Some(why), ProcessState::Waiting) => {
+            format!("{word}{}{}", pick(": ", "："), escaped(&told(why)))
         }
-        _ => state.to_owned(),
+        (_, ProcessState::Ready) if health["status"] != "ok" => {
+            let why = match health["status"].as_str() {
+                Some("stopped by a fault") => pick("stopped by a fault", "因故障停止"),
+                Some("standing still") => pick("standing still", "控制周期停滞"),
+                Some(other) => other,
+                None => pick("no answer", "没有应答"),
+            };
+            format!("{word}{}{}", pick(", ", "，"), escaped(why))
+        }
+        _ => word.to_owned(),
     };
     let class = match seen.state {
         ProcessState::Ready if health["status"] != "ok" => "bad",
         _ => state,
     };
     format!(
-        "<tr><td>{pendant}</td><td class=\"{class}\">{told}</td><td>{}</td><td>{}</td><td>{} MB</td>\
-         <td>{}</td><td>{bind}</td><td><a href=\"/logs/{name}\">log</a></td></tr>",
-        escaped(health["task"].as_str().unwrap_or("–")),
+        "<tr><td>{pendant}</td><td class=\"{class}\">{shown}</td><td>{}</td><td>{}</td><td>{} MB</td>\
+         <td>{}</td><td>{bind}</td><td><a href=\"/logs/{name}\">{log}</a></td></tr>",
+        match health["task"].as_str() {
+            Some("running") => pick("running", "运行中").to_owned(),
+            Some("paused") => pick("paused", "已暂停").to_owned(),
+            Some("stopped") => pick("stopped", "已停止").to_owned(),
+            other => escaped(other.unwrap_or("–")),
+        },
         health["cycle"],
         seen.memory / 1_000_000,
         seen.restarts,

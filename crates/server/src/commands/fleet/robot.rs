@@ -58,6 +58,16 @@ impl ProcessState {
             Self::Stopped => "stopped",
         }
     }
+
+    /// The word on the page for people who read Chinese.
+    pub(super) const fn in_chinese(self) -> &'static str {
+        match self {
+            Self::Starting => "启动中",
+            Self::Ready => "就绪",
+            Self::Waiting => "等待重启",
+            Self::Stopped => "已停止",
+        }
+    }
 }
 
 /// What is known of a robot.

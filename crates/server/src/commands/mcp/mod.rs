@@ -45,11 +45,19 @@ pub fn mcp(_: &McpArgs) -> CommandResult {
         let running = match serve_server(server, lines).await {
             Ok(running) => running,
             Err(ServerInitializeError::ConnectionClosed(_)) => return Ok(CommandStatus::Negative),
-            Err(error) => return Err(CommandError::sentence(error.to_string())),
+            Err(ServerInitializeError::ExpectedInitializeRequest(_)) => {
+                let text = "the first request of a client must be initialize";
+                return Err(CommandError::sentence(text));
+            }
+            Err(error) => {
+                let text = format!("the session with the client cannot begin: {error}");
+                return Err(CommandError::sentence(text));
+            }
         };
         match running.waiting().await {
             Ok(QuitReason::JoinError(error)) | Err(error) => {
-                Err(CommandError::sentence(error.to_string()))
+                let text = format!("the session with the client has failed: {error}");
+                Err(CommandError::sentence(text))
             }
             Ok(_) => Ok(CommandStatus::Success),
         }

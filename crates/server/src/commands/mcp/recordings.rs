@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::sync::atomic::Ordering;
 
+use editor::analysis::words::Language;
 use recorder::Recording;
 use rmcp::schemars::JsonSchema;
 use serde::Deserialize;
@@ -114,7 +115,7 @@ fn answered(
     stop: &CancelFlag,
 ) -> Result<String, String> {
     let mut screen = EscapingWriter::new(TruncatingWriter::default());
-    let answered = answer_of(recording, question, &mut screen);
+    let answered = answer_of(recording, question, Language::English, &mut screen);
     let flushed = screen.flush();
     let beginning = screen.into_inner();
     check_running(stop)?;

@@ -128,9 +128,13 @@ pub(super) fn test(
         .max();
     let mut text = String::new();
     for result in &results {
-        text.push_str(&human::line(result, width.unwrap_or(0)));
+        text.push_str(&human::line(result, width.unwrap_or(0), &human::ENGLISH));
     }
-    text.push_str(&human::summary(&results, started.elapsed()));
+    text.push_str(&human::summary(
+        &results,
+        started.elapsed(),
+        &human::ENGLISH,
+    ));
     let passed = results
         .iter()
         .filter(|result| result.status == Status::Passed)

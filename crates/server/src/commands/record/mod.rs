@@ -29,6 +29,7 @@ use wire::rtsi::{RtsiType, RtsiValue};
 
 use crate::cli::RecordArgs;
 use crate::command::{CommandResult, CommandStatus};
+use crate::language::told;
 use crate::logging;
 use crate::shutdown::Shutdown;
 use controller::start_configuration::ROBOT;
@@ -77,7 +78,7 @@ pub fn record(args: &RecordArgs) -> CommandResult {
             runtime.shutdown_background();
             recorded
         });
-    logging::say(&recorded?);
+    logging::say(&told(&recorded?));
     Ok(CommandStatus::Success)
 }
 
@@ -139,7 +140,10 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         rotation: Rotation::default(),
         notes_wait: false,
         patience: PATIENCE,
-        on_failure: Box::new(|error| tracing::error!("the recording has stopped: {error}")),
+        on_failure: Box::new(|error| {
+            let text = format!("the recording has stopped: {error}");
+            tracing::error!("{}", told(&text));
+        }),
     };
     let records = from
         .records
@@ -148,13 +152,13 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     shutdown.set_recording_closer(recorder.closer());
     let [major, minor, fix, _] = rtsi.version();
     let offered = rtsi.offered().len();
-    logging::say(&format!(
+    logging::say(&told(&format!(
         "recording the {} at {primary}, controller {major}.{minor}.{fix}: {offered} of {} variables at {} Hz into \
          {path}",
         reading.calibration.model(),
         KNOWN_VARIABLES.len(),
         args.rate,
-    ));
+    )));
 
     let clock = Clock::new(first.timestamp.unwrap_or(0.0), step_time);
     let mut recording = RecordingSession {
@@ -170,7 +174,7 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     if let Some(missing) = robot::not_offered(&rtsi) {
         let text = format!("the controller does not offer {missing}");
         recording.log(LogLevel::Info, "record", &text);
-        logging::say(&text);
+        logging::say(&told(&text));
     }
 
     let (sender, mut messages) = mpsc::channel(WAITING);
@@ -259,7 +263,7 @@ impl RecordingSession {
             RtsiEvent::Gone(why) => {
                 let text = why.to_string();
                 self.log(LogLevel::Warning, "record", &text);
-                tracing::warn!("{text}; trying again");
+                tracing::warn!("{}", told(&format!("{text}; trying again")));
             }
             RtsiEvent::Again(offered) => {
                 // Perhaps another controller, with other variables.
@@ -268,7 +272,7 @@ impl RecordingSession {
                 self.tally.reconnects += 1;
                 self.clock.begin_anew();
                 self.log(LogLevel::Info, "record", "connected again");
-                tracing::info!("connected again");
+                tracing::info!("{}", told("connected again"));
             }
         }
     }

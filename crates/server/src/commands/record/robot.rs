@@ -117,7 +117,7 @@ fn in_words<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
     }
     let words = words.into_iter().map(|(group, name, count)| match count {
         1 => name.to_owned(),
-        _ => format!("{count} of {group}"),
+        _ => format!("{count} × {group}"),
     });
     let words: Vec<String> = words.collect();
     (!words.is_empty()).then(|| words.join(", "))
@@ -139,7 +139,7 @@ mod tests {
         ];
         assert_eq!(
             in_words(names.into_iter()).unwrap(),
-            "tool_digital0_mode, output_bit_registers0_to_31, 2 of output_int_register, input_double_register47"
+            "tool_digital0_mode, output_bit_registers0_to_31, 2 × output_int_register, input_double_register47"
         );
     }
 }

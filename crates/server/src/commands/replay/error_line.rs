@@ -5,6 +5,10 @@
 
 use std::fmt::Write as _;
 
+use editor::analysis::words::Language;
+
+use crate::language;
+
 /// Begins the call stack of a report.
 const TRACEBACK: &str = "Traceback (most recent call last):";
 /// Begins the line that names the node.
@@ -15,7 +19,8 @@ const HELP: &str = "  help: ";
 const ARROW: &str = "--> ";
 
 /// What happened and where.
-pub(super) fn in_one_line(message: &str) -> String {
+pub(super) fn in_one_line(message: &str, language: Language) -> String {
+    let reported = |english: &str| language::reported_in(language, english).into_owned();
     let lines: Vec<&str> = message.lines().collect();
     // An exception that came from another one is reported behind it.
     if let Some(begin) = lines.iter().rposition(|line| *line == TRACEBACK) {
@@ -28,11 +33,10 @@ pub(super) fn in_one_line(message: &str) -> String {
         };
         let place = report[..end].iter().rfind(is_frame).map(|line| line.trim());
         let node = report[..end].iter().rfind(|line| line.starts_with(NODE));
-        let mut text = report[end].to_owned();
-        let places: Vec<&str> = place
-            .into_iter()
-            .chain(node.map(|line| line.trim()))
-            .collect();
+        let mut text = reported(report[end]);
+        let places = place.into_iter().chain(node.map(|line| line.trim()));
+        let places = places.map(|place| language::told_in(language, place).into_owned());
+        let places: Vec<String> = places.collect();
         if !places.is_empty() {
             let _ = write!(text, " ({})", places.join("; "));
         }
@@ -44,11 +48,11 @@ pub(super) fn in_one_line(message: &str) -> String {
                 .iter()
                 .find_map(|line| line.trim_start().strip_prefix(ARROW));
             match place {
-                Some(place) => format!("{last} ({place})"),
-                None => (*last).to_owned(),
+                Some(place) => format!("{} ({place})", reported(last)),
+                None => reported(last),
             }
         }
-        _ => lines.first().copied().unwrap_or_default().to_owned(),
+        _ => reported(lines.first().copied().unwrap_or_default()),
     }
 }
 
@@ -70,12 +74,21 @@ mod tests {
 ZeroDivisionError: division by zero
 ";
         let expected = "ZeroDivisionError: division by zero (weld.script, line 4, column 7, in main; in node 7 接近点)";
-        assert_eq!(in_one_line(report), expected);
+        assert_eq!(in_one_line(report, Language::English), expected);
         let chained = format!(
             "Traceback (most recent call last):\n  a, line 1, column 2, in f\nKeyError: 1\n\n\
              During handling of the above exception, another exception occurred:\n\n{report}"
         );
-        assert_eq!(in_one_line(&chained), expected);
+        assert_eq!(in_one_line(&chained, Language::English), expected);
+        assert_eq!(
+            in_one_line(report, Language::Chinese),
+            "ZeroDivisionError: division by zero (main 中，weld.script 第 4 行第 7 列; 节点 7 接近点)"
+        );
+        let refused = "TypeError: movej(): q must be six joint positions in rad, not int (1)";
+        assert_eq!(
+            in_one_line(refused, Language::Chinese),
+            "TypeError: movej(): q 必须是六个关节位置（rad），不能是 int（1）"
+        );
     }
 
     #[test]
@@ -101,7 +114,7 @@ ZeroDivisionError: division by zero
             ),
             ("SyntaxError: no place", "SyntaxError: no place"),
         ] {
-            assert_eq!(in_one_line(message), expected);
+            assert_eq!(in_one_line(message, Language::English), expected);
         }
     }
 }

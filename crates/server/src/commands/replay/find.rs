@@ -3,10 +3,12 @@
 use std::io::Write;
 
 use controller::search::{MatchInterval, search};
+use editor::analysis::words::Language;
 use recorder::Recording;
 
 use super::ReplayError;
 use super::summary::row;
+use crate::language::told_in;
 use crate::ports::escape::EscapedLine;
 
 /// Decimals of positions: a tenth of a millimetre, or of a milliradian.
@@ -16,37 +18,50 @@ const DIGITS: usize = 4;
 pub(super) fn print(
     recording: &Recording,
     text: &str,
+    language: Language,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
     let told = search::<ReplayError>(
         recording,
         ("--find", text),
         || true,
-        |stretch| tell(stretch, out).map(|()| true),
+        |stretch| tell(stretch, language, out).map(|()| true),
     )?;
-    let times = match told.stretches {
-        1 => "time",
-        _ => "times",
+    let (stretches, found, cycles) = (told.stretches, told.found, told.cycles);
+    let said = match stretches {
+        1 => format!("found: 1 time, {found} of {cycles} cycles"),
+        _ => format!("found: {stretches} times, {found} of {cycles} cycles"),
     };
-    writeln!(
-        out,
-        "found: {} {times}, {} of {} cycles",
-        told.stretches, told.found, told.cycles
-    )?;
+    writeln!(out, "{}", told_in(language, &said))?;
     Ok(())
 }
 
-fn tell(stretch: &MatchInterval, out: &mut impl Write) -> Result<(), ReplayError> {
-    write!(out, "{:.3} s", stretch.first.time)?;
-    if stretch.cycles > 1 {
-        write!(out, " to {:.3} s ({} cycles)", stretch.last, stretch.cycles)?;
-    }
+fn tell(
+    stretch: &MatchInterval,
+    language: Language,
+    out: &mut impl Write,
+) -> Result<(), ReplayError> {
+    let told = |english: &str| told_in(language, english).into_owned();
+    let (first, last, cycles) = (stretch.first.time, stretch.last, stretch.cycles);
+    write!(
+        out,
+        "{}",
+        match cycles {
+            0 | 1 => format!("{first:.3} s"),
+            _ => told(&format!("{first:.3} s to {last:.3} s ({cycles} cycles)")),
+        }
+    )?;
     let doing = &stretch.doing;
     if !doing.program.is_empty() {
-        write!(out, ": {} line {}", EscapedLine(&doing.program), doing.line)?;
+        let place = format!(": {} line {}", EscapedLine(&doing.program), doing.line);
+        write!(out, "{}", told(&place))?;
     }
     if !doing.command.is_empty() {
-        write!(out, ", {}", EscapedLine(&doing.command))?;
+        let comma = match language {
+            Language::Chinese => "，",
+            Language::English => ", ",
+        };
+        write!(out, "{comma}{}", EscapedLine(&doing.command))?;
     }
     writeln!(out)?;
     writeln!(
@@ -54,6 +69,7 @@ fn tell(stretch: &MatchInterval, out: &mut impl Write) -> Result<(), ReplayError
         "  TCP {} m, rad",
         row(&stretch.first.actual_tcp_pose, DIGITS)
     )?;
-    writeln!(out, "  joints {} rad", row(&stretch.first.actual_q, DIGITS))?;
+    let joints = format!("  joints {} rad", row(&stretch.first.actual_q, DIGITS));
+    writeln!(out, "{}", told(&joints))?;
     Ok(())
 }

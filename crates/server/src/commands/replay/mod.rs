@@ -19,11 +19,13 @@ mod summary;
 use std::io::{self, IsTerminal, Write};
 
 use controller::recorded_run::model_of;
+use editor::analysis::words::Language;
 use recorder::{FileEnd, ReadError, Recording, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
 use crate::command::{CommandError, CommandResult, CommandStatus};
+use crate::language::{self, told, told_in};
 use crate::logging;
 use crate::ports::escape::EscapingWriter;
 
@@ -46,16 +48,16 @@ pub fn replay(args: &ReplayArgs) -> CommandResult {
     let is_for_people = args.csv.is_none() || stdout.is_terminal();
     let (answered, flushed) = if is_for_people {
         let mut screen = EscapingWriter::new(out);
-        let answered = answer_noting(args, &mut screen, &mut notes);
+        let answered = answer_noting(args, language::chosen(), &mut screen, &mut notes);
         (answered, screen.flush())
     } else {
-        let answered = answer_noting(args, &mut out, &mut notes);
+        let answered = answer_noting(args, Language::English, &mut out, &mut notes);
         (answered, out.flush())
     };
     // What was found before an error is shown, too.
     let flushed = flushed.map_err(ReplayError::from);
     for note in notes {
-        logging::say(&format!("eliteserver: {}", printable(&note)));
+        logging::say(&told(&format!("eliteserver: {}", printable(&note))));
     }
     match answered.and_then(|status| flushed.map(|()| status)) {
         Ok(status) => Ok(status),
@@ -137,24 +139,25 @@ fn covered(range: Option<(f64, f64)>) -> String {
     }
 }
 
-/// Answers the question of the command line; returns the exit status.
+/// Answers the question of the command line in English; returns the exit status.
 ///
 /// # Errors
 /// [`ReplayError`], a sentence for people.
 pub fn answer(args: &ReplayArgs, out: &mut impl Write) -> Result<CommandStatus, ReplayError> {
-    answer_noting(args, out, &mut Vec::new())
+    answer_noting(args, Language::English, out, &mut Vec::new())
 }
 
 /// Answers the question of the command line and adds further remarks to `notes`; returns the exit status.
 fn answer_noting(
     args: &ReplayArgs,
+    language: Language,
     out: &mut impl Write,
     notes: &mut Vec<String>,
 ) -> Result<CommandStatus, ReplayError> {
     let recording = Recording::open(&args.file)?;
     // `--diff A B` and `A --diff B` mean the same; A is the one that was given first.
     let other = args.diff.as_ref().map(Recording::open).transpose()?;
-    let status = answer_about(&recording, other.as_ref(), args, out)?;
+    let status = answer_about(&recording, other.as_ref(), args, language, out)?;
     for recording in [Some(&recording), other.as_ref()].into_iter().flatten() {
         let path = recording.name().to_owned();
         match recording.abnormal_end() {
@@ -191,19 +194,20 @@ pub(crate) enum Question {
 pub(crate) fn answer_of(
     recording: &Recording,
     question: &Question,
+    language: Language,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
     match question {
-        Question::At(time) => state::print(recording, *time, out),
-        Question::Find(condition) => find::print(recording, condition, out),
-        Question::Script => script::print(recording, out),
+        Question::At(time) => state::print(recording, *time, language, out),
+        Question::Find(condition) => find::print(recording, condition, language, out),
+        Question::Script => script::print(recording, language, out),
         Question::Summary => {
             let limits = recording
                 .setup()
                 .and_then(|setup| model_of(setup).ok())
                 .map(|model| *model.limits());
             let summary = Summary::summarize(recording, limits.as_ref())?;
-            Ok(summary::print(recording, &summary, out)?)
+            Ok(summary::print(recording, &summary, language, out)?)
         }
     }
 }
@@ -220,36 +224,36 @@ fn answer_about(
     recording: &Recording,
     other: Option<&Recording>,
     args: &ReplayArgs,
+    language: Language,
     out: &mut impl Write,
 ) -> Result<CommandStatus, ReplayError> {
+    let told = |english: &str| told_in(language, english).into_owned();
     if let Some(time) = args.at {
-        answer_of(recording, &Question::At(time), out)?;
+        answer_of(recording, &Question::At(time), language, out)?;
     } else if let Some(topic) = &args.csv {
         csv::print(recording, topic, out)?;
     } else if let Some(path) = &args.plot {
         plot::plot(recording, path, (args.from, args.to))?;
     } else if let Some(folder) = &args.rosbag2 {
         let cycles = rosbag::write_new(recording, folder)?;
-        writeln!(
-            out,
-            "{}: {cycles} cycles as a bag of ROS 2",
-            folder.display()
-        )?;
+        let said = format!("{}: {cycles} cycles as a bag of ROS 2", folder.display());
+        writeln!(out, "{}", told(&said))?;
     } else if let Some(condition) = &args.find {
-        answer_of(recording, &Question::Find(condition.clone()), out)?;
+        let question = Question::Find(condition.clone());
+        answer_of(recording, &question, language, out)?;
     } else if args.script {
-        answer_of(recording, &Question::Script, out)?;
+        answer_of(recording, &Question::Script, language, out)?;
     } else if let Some(other) = other {
         let report = diff::compare(recording, other)?;
-        writeln!(out, "{report}")?;
+        writeln!(out, "{}", told(&report.to_string()))?;
         return Ok(CommandStatus::of_answer(report.is_identical()));
     } else if args.serve {
         serve::serve(recording, args.rate, &args.ports)?;
     } else if args.rerun {
         let comparison = rerun::rerun(recording)?;
-        return Ok(print_rerun(recording, &comparison, out)?);
+        return Ok(print_rerun(recording, &comparison, language, out)?);
     } else {
-        answer_of(recording, &Question::Summary, out)?;
+        answer_of(recording, &Question::Summary, language, out)?;
     }
     Ok(CommandStatus::Success)
 }
@@ -258,16 +262,21 @@ fn answer_about(
 fn print_rerun(
     recording: &Recording,
     arm: &Comparison,
+    language: Language,
     out: &mut impl Write,
 ) -> io::Result<CommandStatus> {
+    let told = |english: String| told_in(language, &english).into_owned();
+    let of_arm = told(arm.to_string());
     let programs = match rerun_programs(recording) {
         Ok(ProgramsComparison::Identical { programs: 0, .. }) => {
-            writeln!(out, "{arm}")?;
+            writeln!(out, "{of_arm}")?;
             return Ok(CommandStatus::of_answer(arm.is_identical()));
         }
         Ok(programs) => programs,
         Err(why) => {
-            writeln!(out, "{arm}\nthe programs were not run again: {why}")?;
+            writeln!(out, "{of_arm}")?;
+            let said = format!("the programs were not run again: {why}");
+            writeln!(out, "{}", told(said))?;
             return Ok(CommandStatus::of_answer(arm.is_identical()));
         }
     };
@@ -275,9 +284,10 @@ fn print_rerun(
         (Some(of_arm), Some(of_programs)) => of_programs < of_arm,
         _ => false,
     };
+    let of_programs = told(programs.to_string());
     match is_first {
-        true => writeln!(out, "{programs}\n{arm}")?,
-        false => writeln!(out, "{arm}\n{programs}")?,
+        true => writeln!(out, "{of_programs}\n{of_arm}")?,
+        false => writeln!(out, "{of_arm}\n{of_programs}")?,
     }
     let is_identical = arm.is_identical() && programs.is_identical();
     Ok(CommandStatus::of_answer(is_identical))

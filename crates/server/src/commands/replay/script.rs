@@ -8,9 +8,11 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use controller::recording_observer::PROGRAM_ENDED;
+use editor::analysis::words::Language;
 use recorder::{LogLevel, Recording, RecordingEntry, Topic};
 
 use super::ReplayError;
+use crate::language::told_in;
 use crate::ports::escape::EscapedLine;
 
 /// Programs that are followed at once; a controller runs fewer.
@@ -52,8 +54,16 @@ struct ProgramProfile {
 }
 
 /// Prints every program of the recording when it has ended, and then those that have not.
-pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), ReplayError> {
-    let mut running = ProgramProfiler::default();
+pub(super) fn print(
+    recording: &Recording,
+    language: Language,
+    out: &mut impl Write,
+) -> Result<(), ReplayError> {
+    let mut running = ProgramProfiler {
+        programs: BTreeMap::new(),
+        started: 0,
+        language,
+    };
     let mut now = 0.0;
     for entry in recording.entries(&[Topic::Cycle, Topic::Script, Topic::Command, Topic::Log])? {
         let (time, entry) = entry?;
@@ -87,19 +97,20 @@ pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), R
         }
     }
     if running.started == 0 {
-        writeln!(out, "no program ran")?;
+        writeln!(out, "{}", told_in(language, "no program ran"))?;
     }
     while let Some((number, program)) = running.programs.pop_first() {
-        program.print(number, now, true, out)?;
+        program.print(number, now, true, language, out)?;
     }
     Ok(())
 }
 
 /// The programs that have not ended yet.
-#[derive(Default)]
 struct ProgramProfiler {
     programs: BTreeMap<u32, ProgramProfile>,
     started: u64,
+    /// Language of the report.
+    language: Language,
 }
 
 impl ProgramProfiler {
@@ -112,7 +123,7 @@ impl ProgramProfiler {
         self.started += 1;
         let start = program.start;
         if let Some(before) = self.programs.insert(number, program) {
-            before.print(number, start, true, out)?;
+            before.print(number, start, true, self.language, out)?;
         }
         // A file with programs that never end: the oldest are told as they are, and forgotten.
         let bytes = |programs: &BTreeMap<u32, ProgramProfile>| {
@@ -122,7 +133,7 @@ impl ProgramProfiler {
             && (self.programs.len() > MAX_RUNNING || bytes(&self.programs) > MAX_TEXT_BYTES)
             && let Some((number, oldest)) = self.programs.pop_first()
         {
-            oldest.print(number, start, true, out)?;
+            oldest.print(number, start, true, self.language, out)?;
         }
         Ok(())
     }
@@ -133,7 +144,7 @@ impl ProgramProfiler {
         if let Some(number) = number
             && let Some(program) = self.programs.remove(&number)
         {
-            program.print(number, time, false, out)?;
+            program.print(number, time, false, self.language, out)?;
         }
         Ok(())
     }
@@ -217,6 +228,7 @@ impl ProgramProfile {
         number: u32,
         end: f64,
         still: bool,
+        language: Language,
         out: &mut impl Write,
     ) -> Result<(), ReplayError> {
         let threads: Vec<u32> = self.threads.keys().copied().collect();
@@ -225,13 +237,17 @@ impl ProgramProfile {
             self.leave_node(thread, end);
         }
         let start = self.start;
-        let running = if still { ", still running" } else { "" };
         let name = EscapedLine(&self.name);
-        writeln!(
-            out,
-            "program {number}: {name}, {start:.3} s to {end:.3} s{running}"
-        )?;
-        writeln!(out, "   first s     last s   times    spent s   line")?;
+        let head = match still {
+            true => {
+                format!("program {number}: {name}, {start:.3} s to {end:.3} s, still running")
+            }
+            false => format!("program {number}: {name}, {start:.3} s to {end:.3} s"),
+        };
+        let told = |english: &str| told_in(language, english).into_owned();
+        writeln!(out, "{}", told(&head))?;
+        let columns = "   first s     last s   times    spent s   line";
+        writeln!(out, "{}", told(columns))?;
         for (number, text) in (1_u32..).zip(self.text.lines()) {
             match self.lines.get(&number) {
                 Some(line) => write!(
@@ -247,7 +263,8 @@ impl ProgramProfile {
             writeln!(out, " {number:6}  {text}")?;
         }
         if !self.nodes.is_empty() {
-            writeln!(out, "   first s     last s   times    spent s   node")?;
+            let columns = "   first s     last s   times    spent s   node";
+            writeln!(out, "{}", told(columns))?;
         }
         for ((number, label), node) in &self.nodes {
             let label = EscapedLine(label);

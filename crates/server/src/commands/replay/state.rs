@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
+use editor::analysis::words::Language;
 use motion_api::{RobotMode, SafetyMode};
 use recorder::{CommandMessage, CycleMessage, FieldValue, Recording, RecordingEntry, Topic};
 
 use super::ReplayError;
+use crate::language::told_in;
 use crate::ports::escape::EscapedLine;
 
 /// Script threads whose lines are kept: more than can run at once.
@@ -28,8 +30,10 @@ struct RecordedMoment {
 pub(super) fn print(
     recording: &Recording,
     time: f64,
+    language: Language,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
+    let told = |english: String| told_in(language, &english).into_owned();
     let (moment, range) = moment_at(recording, time)?;
     let no_such_time = || ReplayError::NoSuchTime { asked: time, range };
     let cycle = moment.cycle.as_ref().ok_or_else(no_such_time)?;
@@ -40,18 +44,19 @@ pub(super) fn print(
         let node = node
             .as_ref()
             .map_or_else(String::new, |node| format!(", node {}", EscapedLine(node)));
-        writeln!(out, "script: {program} line {line}{node} (thread {thread})")?;
+        let place = format!("script: {program} line {line}{node} (thread {thread})");
+        writeln!(out, "{}", told(place))?;
     }
-    match moment.commands.get(&cycle.command_id) {
-        Some(command) => writeln!(
-            out,
+    let command = match moment.commands.get(&cycle.command_id) {
+        Some(command) => format!(
             "command: {} {}{}",
             command.id,
             EscapedLine(&command.name),
             place(command)
-        )?,
-        None => writeln!(out, "command: none")?,
-    }
+        ),
+        None => "command: none".to_owned(),
+    };
+    writeln!(out, "{}", told(command))?;
     let robot_mode = RobotMode::from_number(cycle.robot_mode as i32);
     let safety_mode = SafetyMode::from_number(cycle.safety_mode as i32);
     for (name, value) in cycle.fields() {

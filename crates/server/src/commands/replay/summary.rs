@@ -2,13 +2,15 @@
 
 use std::io::{self, Write};
 
-use super::error_line;
+use controller::start_configuration::ROBOT;
+use editor::analysis::words::Language;
 use recorder::cycle::FieldValue;
 use recorder::summary::{LimitKind, Summary};
 use recorder::{FileEnd, Recording};
 
+use super::error_line;
+use crate::language::told_in;
 use crate::ports::escape::EscapedLine;
-use controller::start_configuration::ROBOT;
 
 /// Events printed one by one; of more, the rest is counted.
 const MAX_PRINTED: usize = 10;
@@ -16,114 +18,104 @@ const MAX_PRINTED: usize = 10;
 pub(super) fn print(
     recording: &Recording,
     summary: &Summary,
+    language: Language,
     out: &mut impl Write,
 ) -> io::Result<()> {
-    writeln!(out, "recording: {}", EscapedLine(recording.name()))?;
+    let mut report = Report { out, language };
+    report.say(format!("recording: {}", EscapedLine(recording.name())))?;
     if let Some(setup) = recording.setup() {
-        writeln!(
-            out,
+        report.say(format!(
             "robot: {}, {} plant, {} clock, step {} ms, seed {}, eliteserver {}",
             EscapedLine(&setup.arm()),
             EscapedLine(&setup.plant),
             EscapedLine(&setup.clock),
             setup.step_time * 1e3,
             setup.seed,
-            EscapedLine(&setup.version),
-        )?;
+            EscapedLine(&setup.version)
+        ))?;
     }
-    writeln!(out, "cycles: {}", summary.cycles)?;
-    writeln!(out, "missing: {}", summary.missing)?;
+    report.say(format!("cycles: {}", summary.cycles))?;
+    report.say(format!("missing: {}", summary.missing))?;
     if summary.out_of_order > 0 {
-        writeln!(out, "out of order: {}", summary.out_of_order)?;
+        report.say(format!("out of order: {}", summary.out_of_order))?;
     }
     if summary.notes_missing > 0 {
-        writeln!(out, "messages missing: {}", summary.notes_missing)?;
+        report.say(format!("messages missing: {}", summary.notes_missing))?;
     }
-    writeln!(out, "duration: {:.3} s", summary.duration)?;
+    report.say(format!("duration: {:.3} s", summary.duration))?;
 
     let unknown = unknown_fields(recording);
     if !unknown.is_empty() {
-        writeln!(out, "not known: {}", unknown.join(", "))?;
+        report.say(format!("not known: {}", unknown.join(", ")))?;
     }
-    writeln!(out, "programs: {}", summary.program_count)?;
-    list(
-        out,
-        summary.program_count,
-        &summary.programs,
-        |(time, name)| format!("{time:.3} s {}", EscapedLine(name)),
-    )?;
+    report.say(format!("programs: {}", summary.program_count))?;
+    report.list(summary.program_count, &summary.programs, |(time, name)| {
+        format!("{time:.3} s {}", EscapedLine(name))
+    })?;
     let commands: u64 = summary.commands.values().sum();
     let by_name: Vec<String> = summary
         .commands
         .iter()
         .map(|(name, count)| format!("{} {count}", EscapedLine(name)))
         .collect();
-    writeln!(
-        out,
+    report.say(format!(
         "commands: {commands}{}",
         bracketed(&by_name.join(", "))
-    )?;
+    ))?;
 
-    writeln!(out, "errors: {}", summary.error_count)?;
-    list(out, summary.error_count, &summary.errors, |(time, log)| {
-        let what = error_line::in_one_line(&log.message);
+    report.say(format!("errors: {}", summary.error_count))?;
+    report.list(summary.error_count, &summary.errors, |(time, log)| {
+        let what = error_line::in_one_line(&log.message, language);
         format!(
             "{time:.3} s {}: {}",
             EscapedLine(&log.source),
             EscapedLine(&what)
         )
     })?;
-    writeln!(out, "warnings: {}", summary.warning_count)?;
+    report.say(format!("warnings: {}", summary.warning_count))?;
     let stops = summary.stops.len() as u64;
-    writeln!(out, "protective stops: {stops}")?;
-    list(out, stops, &summary.stops, |(time, code)| {
-        format!("{time:.3} s reason {code}")
+    report.say(format!("protective stops: {stops}"))?;
+    report.list(stops, &summary.stops, |(time, code)| {
+        told_in(language, &format!("{time:.3} s reason {code}")).into_owned()
     })?;
-    writeln!(out, "limits reached: {}", summary.limit_count)?;
-    list(out, summary.limit_count, &summary.limits, |limit| {
-        let kind = match limit.kind {
-            LimitKind::Speed => "speed",
-            LimitKind::Position => "position",
+    report.say(format!("limits reached: {}", summary.limit_count))?;
+    report.list(summary.limit_count, &summary.limits, |limit| {
+        let (time, joint) = (limit.time, limit.joint + 1);
+        let english = match limit.kind {
+            LimitKind::Speed => format!("{time:.3} s joint {joint} at its speed limit"),
+            LimitKind::Position => format!("{time:.3} s joint {joint} at its position limit"),
         };
-        format!(
-            "{:.3} s joint {} at its {kind} limit",
-            limit.time,
-            limit.joint + 1
-        )
+        told_in(language, &english).into_owned()
     })?;
-    writeln!(out, "overruns: {}", summary.overruns)?;
+    report.say(format!("overruns: {}", summary.overruns))?;
     if summary.longest_step_us > 0.0 || summary.max_wakeup_latency_us > 0.0 {
-        writeln!(
-            out,
+        report.say(format!(
             "longest cycle: {:.0} µs, latest wake-up: {:.0} µs",
             summary.longest_step_us, summary.max_wakeup_latency_us
-        )?;
+        ))?;
     }
-    writeln!(
-        out,
+    report.say(format!(
         "peak joint speeds: {} rad/s",
         row(&summary.peak_joint_speed, 3)
-    )?;
-    writeln!(
-        out,
+    ))?;
+    report.say(format!(
         "peak joint torques: {} Nm",
         row(&summary.peak_joint_torque, 1)
-    )?;
-    writeln!(out, "peak TCP speed: {:.3} m/s", summary.peak_tcp_speed)?;
-    writeln!(out, "peak TCP force: {:.1} N", summary.peak_tcp_force)?;
+    ))?;
+    report.say(format!("peak TCP speed: {:.3} m/s", summary.peak_tcp_speed))?;
+    report.say(format!("peak TCP force: {:.1} N", summary.peak_tcp_force))?;
     match &summary.ending {
-        Some(FileEnd::Complete) | None => writeln!(out, "ending: complete"),
-        Some(FileEnd::Truncated) => writeln!(
-            out,
-            "ending: cut, the recorder was killed or is still writing; readable up to {:.3} s, the last complete chunk",
+        Some(FileEnd::Complete) | None => report.say("ending: complete".to_owned()),
+        Some(FileEnd::Truncated) => report.say(format!(
+            "ending: cut, the recorder was killed or is still writing; readable up to {:.3} s, the last complete \
+             chunk",
             summary.end_time
-        ),
-        Some(FileEnd::Damaged(reason)) => writeln!(
-            out,
+        )),
+        Some(FileEnd::Damaged(reason)) => report.say(format!(
             "ending: damaged ({}); readable up to {:.3} s, the last chunk before that",
             EscapedLine(reason),
             summary.end_time
-        ),
+        )),
     }
 }
 
@@ -147,18 +139,27 @@ fn unknown_fields(recording: &Recording) -> Vec<&'static str> {
     unknown.map(|(name, _)| *name).collect()
 }
 
-fn list<T>(
-    out: &mut impl Write,
-    count: u64,
-    items: &[T],
-    text: impl Fn(&T) -> String,
-) -> io::Result<()> {
-    for item in items.iter().take(MAX_PRINTED) {
-        writeln!(out, "  {}", text(item))?;
+/// Where the report goes, and in which language.
+struct Report<'w, W> {
+    out: &'w mut W,
+    language: Language,
+}
+
+impl<W: Write> Report<'_, W> {
+    /// A line.
+    fn say(&mut self, english: String) -> io::Result<()> {
+        writeln!(self.out, "{}", told_in(self.language, &english))
     }
-    match count.saturating_sub(MAX_PRINTED as u64) {
-        0 => Ok(()),
-        more => writeln!(out, "  and {more} more"),
+
+    /// The first of so many items; their texts are in the language of the report.
+    fn list<T>(&mut self, count: u64, items: &[T], text: impl Fn(&T) -> String) -> io::Result<()> {
+        for item in items.iter().take(MAX_PRINTED) {
+            writeln!(self.out, "  {}", text(item))?;
+        }
+        match count.saturating_sub(MAX_PRINTED as u64) {
+            0 => Ok(()),
+            more => self.say(format!("  and {more} more")),
+        }
     }
 }
 
