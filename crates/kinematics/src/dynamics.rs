@@ -269,7 +269,17 @@ impl Dynamics {
         tau: &JointTorques,
         armature: &[f64; DOF],
     ) -> JointAccelerations {
-        let transforms = self.chain.joint_transforms(q);
+        self.forward_dynamics_at(&self.chain.posture(q), qd, tau, armature)
+    }
+
+    /// [`Self::forward_dynamics_with_armature`] of a posture.
+    pub fn forward_dynamics_at(
+        &self,
+        Posture(transforms): &Posture,
+        qd: &JointSpeeds,
+        tau: &JointTorques,
+        armature: &[f64; DOF],
+    ) -> JointAccelerations {
         // Outwards: what the speeds alone cause, an acceleration across each joint and a wrench on each link.
         let mut across = [Spatial::ZERO; DOF];
         let mut wrench = [Spatial::ZERO; DOF];

@@ -3,6 +3,9 @@
 //! Owns the truth that the controller does not know. It meets the controller only in what the plant's joints do and
 //! carry and in what the force sensor reads. Without a truth of its own the arm is what the controller believes.
 
+use core::cell::OnceCell;
+
+use kinematics::chain::Posture;
 use kinematics::payload::RigidBody;
 use kinematics::{
     Chain, DOF, Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload,
@@ -28,6 +31,24 @@ pub struct PlantParameters {
     pub payload: Option<Payload>,
     /// What the drives have to overcome.
     pub drivetrain: Drivetrain,
+}
+
+/// Where the arm is at the beginning of a servo step: what servo, bodies and contacts work out from that, worked out
+/// once.
+#[derive(Debug)]
+pub(super) struct StepPosture {
+    pub(super) posture: Posture,
+    /// Mass matrix of the links without rotors, kg m², once somebody has asked for it.
+    links_mass: OnceCell<Matrix6<f64>>,
+}
+
+impl StepPosture {
+    pub(super) const fn new(posture: Posture) -> Self {
+        Self {
+            posture,
+            links_mass: OnceCell::new(),
+        }
+    }
 }
 
 /// The masses and losses that a plant moves.
@@ -107,15 +128,22 @@ impl PlantDynamics {
     }
 
     /// Mass matrix with rotors, kg m².
-    pub(super) fn mass_matrix(&self, q: &JointPositions) -> Matrix6<f64> {
-        self.with_rotors(self.dynamics.mass_matrix(q), &[0.0; DOF])
+    pub(super) fn mass_matrix(&self, at: &StepPosture) -> Matrix6<f64> {
+        self.with_rotors(self.links_mass(at), &[0.0; DOF])
     }
 
     /// Mass matrix for a step of `step` seconds at whose end viscous friction is taken: whatever its size, the step is
     /// stable.
-    pub(super) fn implicit_mass_matrix(&self, q: &JointPositions, step: f64) -> Matrix6<f64> {
+    pub(super) fn implicit_mass_matrix(&self, at: &StepPosture, step: f64) -> Matrix6<f64> {
         let drag = self.parameters.drivetrain.viscous.map(|drag| drag * step);
-        self.with_rotors(self.dynamics.mass_matrix(q), &drag)
+        self.with_rotors(self.links_mass(at), &drag)
+    }
+
+    fn links_mass(&self, at: &StepPosture) -> Matrix6<f64> {
+        let mass = at
+            .links_mass
+            .get_or_init(|| self.dynamics.mass_matrix_at(&at.posture));
+        *mass
     }
 
     fn with_rotors(&self, mut mass: Matrix6<f64>, more: &[f64; DOF]) -> Matrix6<f64> {
@@ -126,16 +154,17 @@ impl PlantDynamics {
     }
 
     /// Torques that gravity, the links' motion and viscous friction take up at `qd`, Nm.
-    pub(super) fn bias(&self, q: &JointPositions, qd: &JointSpeeds) -> Vector6<f64> {
+    pub(super) fn bias(&self, at: &StepPosture, qd: &JointSpeeds) -> Vector6<f64> {
         let viscous = &self.parameters.drivetrain.viscous;
         let drag = Vector6::from_fn(|joint, _| viscous[joint] * qd[joint]);
-        self.dynamics.bias_torques(q, qd).to_vector() + drag
+        let links = self.dynamics.bias_torques_at(&at.posture, qd);
+        links.to_vector() + drag
     }
 
     /// Joint accelerations over a step of `step` seconds under `torque`, dry friction apart, rad/s².
     pub(super) fn accelerations(
         &self,
-        q: &JointPositions,
+        at: &StepPosture,
         qd: &JointSpeeds,
         torque: &JointTorques,
         step: f64,
@@ -145,7 +174,7 @@ impl PlantDynamics {
         let left = JointTorques(core::array::from_fn(|j| torque[j] - drag[j] * qd[j]));
         let armature = core::array::from_fn(|j| rotor[j] + step * drag[j]);
         self.dynamics
-            .forward_dynamics_with_armature(q, qd, &left, &armature)
+            .forward_dynamics_at(&at.posture, qd, &left, &armature)
     }
 
     /// What the drives give where the arm moves just so, Nm; the controller thinks that its links take `believed`.

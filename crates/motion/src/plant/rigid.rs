@@ -12,7 +12,7 @@ use kinematics::{
 use nalgebra::{Vector3, Vector6};
 
 use super::rapier::RapierBodies;
-use super::real_arm::PlantDynamics;
+use super::real_arm::{PlantDynamics, StepPosture};
 use super::servo::{CubicInterpolation, JointServo};
 use super::{ArmState, ToolWrench};
 use crate::config::ConfigError;
@@ -159,17 +159,19 @@ impl RigidPlant {
         for k in 1..=servo_steps as u32 {
             let next = way.positions(f64::from(k) * servo_step);
             let ArmState { q, qd, .. } = self.state;
+            let at = StepPosture::new(self.chain.posture(&q));
             let by = if is_left_alone {
                 None
             } else {
-                Some(self.step_context(&q, 1.0 / servo_steps))
+                Some(self.step_context(&at, 1.0 / servo_steps))
             };
             let hand = by.as_ref().map_or(JointTorques::ZERO, |by| by.hand);
             let servo = &mut self.servo;
-            let torque = servo.torques(believed, &self.arm, (&q, &qd), next, &hand, servo_step);
-            let pressing = self.advance(&torque, by.as_ref(), contacts, servo_step);
+            let arm = (&self.arm, &at);
+            let torque = servo.torques(believed, arm, (&q, &qd), next, &hand, servo_step);
+            let pressing = self.advance(&torque, (&at, by.as_ref()), contacts, servo_step);
             self.servo
-                .update_disturbance(&self.arm, &q, (&qd, &self.state.qd), servo_step);
+                .update_disturbance(&self.arm, &at, (&qd, &self.state.qd), servo_step);
             contact.force += pressing.force / servo_steps;
             contact.moment += pressing.moment / servo_steps;
             for joint in 0..DOF {
@@ -184,8 +186,8 @@ impl RigidPlant {
     }
 
     /// Where the arm is, and the hand on it.
-    fn step_context(&self, q: &JointPositions, share: f64) -> StepContext {
-        let frames = self.chain.forward(q);
+    fn step_context(&self, at: &StepPosture, share: f64) -> StepContext {
+        let frames = self.chain.frames(&at.posture);
         let (tcp, hand) = self.push.at(&frames);
         StepContext {
             frames,
@@ -195,24 +197,25 @@ impl RigidPlant {
         }
     }
 
-    /// Moves the bodies by `step` seconds under the drives' `torque`; without `step_context` nothing else acts on them.
+    /// Moves the bodies, which are in the posture `at`, by `step` seconds under the drives' `torque`; without `around`
+    /// nothing else acts on them.
     /// What touches the tool: base axes, about the TCP.
     fn advance(
         &mut self,
         torque: &JointTorques,
-        around: Option<&StepContext>,
+        (at, around): (&StepPosture, Option<&StepContext>),
         contacts: &mut ContactModel,
         step: f64,
     ) -> Wrench {
         let Some(around) = around else {
-            self.step_without_contact(torque, step);
+            self.step_without_contact(at, torque, step);
             return Wrench::default();
         };
         let touches = contacts.find_contacts(&around.frames, &self.push.flange_from_tcp);
         let pushing = JointTorques(core::array::from_fn(|j| torque[j] + around.hand[j]));
         let is_held = !touches.as_slice().is_empty() || self.arm.coulomb().is_some();
         let forces = if is_held {
-            self.solve_contacts(contacts, &touches, around, &pushing, step)
+            self.solve_contacts(contacts, &touches, (at, around), &pushing, step)
         } else {
             None
         };
@@ -226,7 +229,7 @@ impl RigidPlant {
             return forces.tool;
         }
         let Some(forces) = forces else {
-            self.step_without_contact(&pushing, step);
+            self.step_without_contact(at, &pushing, step);
             return Wrench::default();
         };
         self.friction = forces.friction;
@@ -234,9 +237,9 @@ impl RigidPlant {
         forces.tool
     }
 
-    fn step_without_contact(&mut self, torque: &JointTorques, step: f64) {
-        let ArmState { q, qd, .. } = self.state;
-        let qdd = self.arm.accelerations(&q, &qd, torque, step);
+    fn step_without_contact(&mut self, at: &StepPosture, torque: &JointTorques, step: f64) {
+        let ArmState { qd, .. } = self.state;
+        let qdd = self.arm.accelerations(at, &qd, torque, step);
         let speeds = JointSpeeds(core::array::from_fn(|j| qd[j] + step * qdd[j]));
         self.integrate(speeds, step);
     }
@@ -253,13 +256,13 @@ impl RigidPlant {
         &self,
         contacts: &mut ContactModel,
         touches: &ContactList,
-        around: &StepContext,
+        (at, around): (&StepPosture, &StepContext),
         torque: &JointTorques,
         step: f64,
     ) -> Option<ContactForces> {
-        let ArmState { q, qd, .. } = self.state;
-        let mass = self.arm.implicit_mass_matrix(&q, step).cholesky()?;
-        let bias = self.arm.bias(&q, &qd);
+        let ArmState { qd, .. } = self.state;
+        let mass = self.arm.implicit_mass_matrix(at, step).cholesky()?;
+        let bias = self.arm.bias(at, &qd);
         let net = Vector6::from_fn(|joint, _| torque[joint] - bias[joint]);
         let free = JointSpeeds((qd.to_vector() + mass.solve(&net) * step).into());
         let coulomb = self.arm.coulomb().copied();
@@ -297,7 +300,8 @@ impl RigidPlant {
         let pressing = contacts.forces_at(&q, &standing, &self.push.flange_from_tcp);
         contacts.add_held_forces(&pressing, 1.0);
         self.state.contact = pressing.tool;
-        let StepContext { hand, .. } = self.step_context(&q, 1.0);
+        let at = StepPosture::new(self.chain.posture(&q));
+        let StepContext { hand, .. } = self.step_context(&at, 1.0);
         let thought = believed.gravity_torques(&q);
         let torque = &self.state.torque;
         self.servo

@@ -13,7 +13,7 @@
 
 use kinematics::{DOF, Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
 
-use super::real_arm::PlantDynamics;
+use super::real_arm::{PlantDynamics, StepPosture};
 use crate::constants::{
     DISTURBANCE_COMPENSATION, DISTURBANCE_DEAD_BAND, DISTURBANCE_TIME_CONSTANT, PEAK_TORQUE_FACTOR,
     SERVO_BANDWIDTH,
@@ -85,12 +85,12 @@ impl JointServo {
         self.disturbance = torque.map(|torque| DISTURBANCE_COMPENSATION * torque);
     }
 
-    /// The torques for the next `step` seconds, at the end of which the target is `next`, for an arm that is at `q` and
-    /// moves with `qd`. `hand` is what the sensor at the flange reads of hands, as joint torques, Nm.
+    /// The torques for the next `step` seconds, at the end of which the target is `next`, for an arm that is at `q`, the
+    /// posture `at`, and moves with `qd`. `hand` is what the sensor at the flange reads of hands, as joint torques, Nm.
     pub(super) fn torques(
         &mut self,
         believed: &Dynamics,
-        arm: &PlantDynamics,
+        (arm, at): (&PlantDynamics, &StepPosture),
         (q, qd): (&JointPositions, &JointSpeeds),
         next: JointPositions,
         hand: &JointTorques,
@@ -108,11 +108,11 @@ impl JointServo {
         self.previous_target = self.target;
         self.target = next;
         let free = if arm.matches_controller_model() {
-            believed.inverse_dynamics(q, qd, &self.requested_acceleration)
+            believed.inverse_dynamics_at(&at.posture, qd, &self.requested_acceleration)
         } else {
             let correction = self.requested_acceleration.to_vector() - planned.to_vector();
-            let planned = believed.inverse_dynamics(q, qd, &planned).to_vector();
-            JointTorques((planned + arm.mass_matrix(q) * correction).into())
+            let planned = believed.inverse_dynamics_at(&at.posture, qd, &planned);
+            JointTorques((planned.to_vector() + arm.mass_matrix(at) * correction).into())
         };
         JointTorques(core::array::from_fn(|joint| {
             let known = DISTURBANCE_COMPENSATION * hand[joint] + self.disturbance[joint];
@@ -123,11 +123,11 @@ impl JointServo {
         }))
     }
 
-    /// What the arm made of the last torques: its speeds before and after the step that began at `q`.
+    /// What the arm made of the last torques: its speeds before and after the step that began in the posture `at`.
     pub(super) fn update_disturbance(
         &mut self,
         arm: &PlantDynamics,
-        q: &JointPositions,
+        at: &StepPosture,
         (before, after): (&JointSpeeds, &JointSpeeds),
         step: f64,
     ) {
@@ -140,7 +140,7 @@ impl JointServo {
         {
             return;
         }
-        let missing = arm.mass_matrix(q) * off;
+        let missing = arm.mass_matrix(at) * off;
         let share = step / (DISTURBANCE_TIME_CONSTANT + step);
         for joint in 0..DOF {
             let pushing = self.disturbance[joint] + self.saturation_torque[joint] + missing[joint];
