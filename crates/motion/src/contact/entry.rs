@@ -94,11 +94,13 @@ impl EntryFaces {
 
     /// Looks anew, at an arm that has moved on to `frames`.
     pub(super) fn update(&mut self, frames: &Frames) {
-        let mut at = [frames.base_from_flange; PARTS];
-        at[..DOF].copy_from_slice(&frames.base_from_joint);
-        self.previous_poses = if self.is_first_look { at } else { self.poses };
-        self.poses = at;
-        self.is_first_look = false;
+        self.previous_poses = self.poses;
+        self.poses[..DOF].copy_from_slice(&frames.base_from_joint);
+        self.poses[DOF..].fill(frames.base_from_flange);
+        if self.is_first_look {
+            self.previous_poses = self.poses;
+            self.is_first_look = false;
+        }
         core::mem::swap(&mut self.before, &mut self.now);
         self.now.clear();
     }

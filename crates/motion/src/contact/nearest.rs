@@ -182,18 +182,27 @@ fn features(
                 body.pose
                     .transform_point(Vector3::new(side(0), side(1), side(2)))
             };
-            for number in 0..8_usize {
-                look(corner([number & 1 > 0, number & 2 > 0, number & 4 > 0]));
-            }
+            let corners: [_; 8] = core::array::from_fn(|number| {
+                let point = corner([number & 1 > 0, number & 2 > 0, number & 4 > 0]);
+                let (distance, out) = other.distance(point);
+                if distance < margin {
+                    found(point, distance, out);
+                }
+                (point, (distance, out))
+            });
             for axis in 0..3_usize {
                 for number in 0..4_usize {
-                    let mut low = [false; 3];
-                    low[(axis + 1) % 3] = number & 1 > 0;
-                    low[(axis + 2) % 3] = number & 2 > 0;
-                    let mut high = low;
-                    high[axis] = true;
-                    let inner = inner_minimum(other, corner(low), corner(high), margin);
-                    inner.into_iter().for_each(&mut look);
+                    let low = (number & 1) << ((axis + 1) % 3) | (number >> 1) << ((axis + 2) % 3);
+                    let (first, at_first) = corners[low];
+                    let (last, at_last) = corners[low | 1 << axis];
+                    let ends = (at_first, at_last);
+                    let inner = inner_minimum_between(other, (first, last), ends, margin);
+                    if let Some(point) = inner {
+                        let (distance, out) = other.distance(point);
+                        if distance < margin {
+                            found(point, distance, out);
+                        }
+                    }
                 }
             }
         }
@@ -286,7 +295,7 @@ fn rim(
     let x = body.pose.rotate(Vector3::x());
     let y = axis.cross(&x);
     let towards = |angle: f64| x * cos(angle) + y * sin(angle);
-    let at = |angle: f64| other.distance(center + towards(angle) * radius).0;
+    let at = |angle: f64| other.distance_alone(center + towards(angle) * radius);
     let (mut best, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
     for k in 0..RIM_SAMPLES {
         let angle = TAU * f64::from(k) / f64::from(RIM_SAMPLES);
@@ -332,7 +341,9 @@ fn inner_minimum_between(
         return None;
     }
     let meeting = (last - first - coming) / (leaving - coming);
-    if first + leaving * meeting > margin {
+    let bound = first + leaving * meeting;
+    // A minimum that is hardly lower than an end would not count either; of an edge that lies flat none is.
+    if bound > margin || bound > first.min(last) - DEEPER / 2.0 {
         return None;
     }
     let at = |t: f64| {
@@ -341,7 +352,7 @@ fn inner_minimum_between(
     };
     let (t, least) = match other.shape {
         Shape::Polytope(_) => minimum_of_tangents((first, leaving), (last, coming), at),
-        _ => golden_section_minimum(0.0, 1.0, SECTIONS, |t| at(t).0),
+        _ => golden_section_minimum(0.0, 1.0, SECTIONS, |t| other.distance_alone(p0 + along * t)),
     };
     (least < first.min(last) - DEEPER && least < margin)
         .then(|| p0 + along * flatter_side(t, along.norm(), at))
@@ -547,6 +558,39 @@ mod tests {
             for direction in [Vector3::x(), Vector3::y(), Vector3::z(), -out] {
                 let (there, _) = body.distance(point + direction * (0.5 * distance.abs()));
                 prop_assert!(there * distance >= -1e-12);
+            }
+        }
+
+        #[test]
+        fn the_distance_alone_is_the_same_to_the_last_bit(
+            body in placed(shape()),
+            point in prop::array::uniform3(-1.5..1.5_f64),
+        ) {
+            let point = Vector3::from(point);
+            let alone = body.distance_alone(point);
+            prop_assert_eq!(alone.to_bits(), body.distance(point).0.to_bits());
+        }
+
+        #[test]
+        fn an_edge_has_an_inner_minimum_just_where_the_whole_search_finds_one(
+            body in placed(shape()),
+            (first, last) in (prop::array::uniform3(-1.0..1.0_f64), prop::array::uniform3(-1.0..1.0_f64)),
+            is_flat in any::<bool>(),
+        ) {
+            let p0 = Vector3::from(first);
+            let mut p1 = Vector3::from(last);
+            if is_flat {
+                // Along the face that is nearest to its beginning.
+                let (_, out) = body.distance(p0);
+                p1 -= out * (p1 - p0).dot(&out);
+            }
+            let at = |t: f64| body.distance(p0 + (p1 - p0) * t).0;
+            let (_, least) = golden_section_minimum(0.0, 1.0, SECTIONS, at);
+            let lower = at(0.0).min(at(1.0)) - least;
+            let inner = inner_minimum(&body, p0, p1, f64::INFINITY);
+            // What is within the last digits of the threshold may be either.
+            if (lower - DEEPER).abs() > DEEPER / 10.0 {
+                prop_assert_eq!(inner.is_some(), lower > DEEPER, "{} lower", lower);
             }
         }
 
