@@ -96,7 +96,8 @@ fn is_borne_by_least_squares(cups: &[CupLimit], wrench: &Wrench) -> bool {
     };
     let dual = gram.solve(&wrench.to_vector());
     cups.iter().all(|cup| {
-        let of: [f64; 6] = core::array::from_fn(|k| columns(cup)[k].dot(&dual) * limits(cup)[k]);
+        let (columns, limits) = (columns(cup), limits(cup));
+        let of: [f64; 6] = core::array::from_fn(|k| columns[k].dot(&dual) * limits[k]);
         let shear = of[1] * of[1] + of[2] * of[2];
         let moment = of[3] * of[3] + of[4] * of[4] + of[5] * of[5];
         of[0] <= 1.0 && shear <= 1.0 && moment <= 1.0

@@ -350,6 +350,26 @@ impl Engine {
         }
     }
 
+    /// Whether a collider of this owner was nearer to this one than a distance when the engine last looked.
+    pub(crate) fn is_near_one_of(
+        &self,
+        collider: ColliderHandle,
+        owner: Owner,
+        distance: f64,
+    ) -> bool {
+        let mut pairs = self.physics.contact_pairs_with(collider);
+        pairs.any(|pair| {
+            let other = if pair.collider1 == collider {
+                pair.collider2
+            } else {
+                pair.collider1
+            };
+            let other = self.physics.colliders.get(other);
+            other.is_some_and(|other| Owner::from_number(other.user_data) == owner)
+                && is_nearer(pair, distance)
+        })
+    }
+
     /// Whose colliders were nearer to this one than a distance when the engine last looked, in a fixed order.
     pub(crate) fn near(&self, collider: ColliderHandle, distance: f64) -> Vec<Owner> {
         let mut owners = Vec::new();

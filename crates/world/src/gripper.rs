@@ -14,6 +14,7 @@ use motion_api::PointLevels;
 use motion_api::{HeldPart, WorldOutput};
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyHandle;
+use std::sync::Arc;
 
 /// What a gripper works with in one cycle.
 pub(crate) struct GripContext<'a> {
@@ -129,17 +130,23 @@ impl Gripper {
         }
     }
 
-    pub(crate) fn state(&self, parts: &PartTable) -> GripperState {
+    /// Brings what can be seen of the gripper up to date, in the memory that it has.
+    pub(crate) fn update(&self, state: &mut GripperState, parts: &PartTable) {
         let part = self.hold().and_then(|hold| parts.bodies.get(&hold.part));
-        let mut state = GripperState {
-            holding: part.map(|part| part.name.clone()),
-            lost_in_cycle: self.lost_in_cycle,
-            ..GripperState::default()
+        let is_same = match (&state.holding, part) {
+            (Some(old), Some(part)) => Arc::ptr_eq(old, &part.name),
+            (None, None) => true,
+            _ => false,
         };
+        if !is_same {
+            state.holding = part.map(|part| part.name.clone());
+        }
+        state.lost_in_cycle = self.lost_in_cycle;
         match &self.kind {
             Kind::Cups(cups) => {
                 state.pressure = cups.pressure();
-                state.sealed = cups.sealed().collect();
+                state.sealed.clear();
+                state.sealed.extend(cups.sealed());
                 state.fingers = FingerState::Arrived;
             }
             Kind::Fingers(fingers) => {
@@ -147,7 +154,6 @@ impl Gripper {
                 state.fingers = fingers.state();
             }
         }
-        state
     }
 
     /// Adds what the gripper and its part do to the flange.

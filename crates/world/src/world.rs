@@ -16,8 +16,8 @@ use crate::part_faults::MissingPart;
 use crate::parts::{PartBody, PartNumber, PartTable};
 use crate::scatter::Scatter;
 use crate::source::Source;
-use crate::state::{PartState, WorldState};
-use kinematics::{Pose, Wrench, elementary};
+use crate::state::{GripperState, PartState, WorldState};
+use kinematics::{Pose, Twist, Wrench, elementary};
 use motion_api::PointSet;
 use motion_api::{MAX_GRIPPERS, WorldInput, WorldOutput};
 use rapier3d_f64::dynamics::RigidBodyHandle;
@@ -298,28 +298,38 @@ impl World {
 
     /// Removes what is in a sink or far below.
     fn remove_parts(&mut self) {
-        let numbers: Vec<_> = self.parts.bodies.keys().copied().collect();
-        for number in numbers {
-            let Some(part) = self.parts.bodies.get(&number) else {
-                continue;
-            };
+        let mut from = 0;
+        while let Some((number, sink)) = self.next_removed(from) {
+            match sink {
+                Some(sink) => {
+                    self.state.sinks[sink] += 1;
+                    self.take_out(number);
+                }
+                None => {
+                    let lost = self.take_out(number);
+                    self.state.lost_below.extend(lost.map(|part| part.name));
+                }
+            }
+            from = number + 1;
+        }
+    }
+
+    /// The first part from this number on that is in a sink, with the number of that, or far below.
+    fn next_removed(&self, from: PartNumber) -> Option<(PartNumber, Option<usize>)> {
+        if self.sinks.is_empty() && self.settings.floor.is_some() {
+            return None;
+        }
+        self.parts.bodies.range(from..).find_map(|(number, part)| {
             // What sleeps has been looked at where it fell asleep.
             if self.engine.is_asleep(part.body) {
-                continue;
+                return None;
             }
             let center = self.parts.center(&self.engine, part);
-            let sink = self
-                .sinks
-                .iter()
-                .position(|sink| is_inside(&sink.pose, &sink.size, &center));
-            if let Some(sink) = sink {
-                self.state.sinks[sink] += 1;
-                self.take_out(number);
-            } else if self.settings.floor.is_none() && center.z < LOST_BELOW {
-                let lost = self.take_out(number);
-                self.state.lost_below.extend(lost.map(|part| part.name));
-            }
-        }
+            let mut sinks = self.sinks.iter();
+            let sink = sinks.position(|sink| is_inside(&sink.pose, &sink.size, &center));
+            let is_lost = self.settings.floor.is_none() && center.z < LOST_BELOW;
+            (sink.is_some() || is_lost).then_some((*number, sink))
+        })
     }
 
     fn border(&self, input: &WorldInput) -> WorldOutput {
@@ -384,15 +394,15 @@ impl World {
                 && engine.is_asleep(part.body)
                 && old.velocity.is_zero();
             if !is_seen {
-                *old = part_state(engine, part);
+                update_part(old, engine, part);
             }
         }
-        state.grippers.clear();
-        state.grippers.extend(
-            self.grippers
-                .iter()
-                .map(|gripper| gripper.state(&self.parts)),
-        );
+        state
+            .grippers
+            .resize_with(self.grippers.len(), GripperState::default);
+        for (state, gripper) in state.grippers.iter_mut().zip(&self.grippers) {
+            gripper.update(state, &self.parts);
+        }
         state.conveyors.clear();
         state
             .conveyors
@@ -409,10 +419,13 @@ impl World {
         state
             .actuators
             .extend(self.actuators.iter().map(|actuator| actuator.state));
-        state.obstacles.clear();
-        state
-            .obstacles
-            .extend(self.obstacles.iter().map(|body| engine.pose(*body)));
+        // Obstacles stand still, but for those that actuators move.
+        if state.obstacles.len() != self.obstacles.len() {
+            state.obstacles.clear();
+            state
+                .obstacles
+                .extend(self.obstacles.iter().map(|body| engine.pose(*body)));
+        }
         for actuator in &self.actuators {
             for (number, pose) in actuator.obstacle_poses(engine) {
                 state.obstacles[number] = pose;
@@ -422,14 +435,23 @@ impl World {
 }
 
 fn part_state(engine: &Engine, part: &PartBody) -> PartState {
-    PartState {
+    let mut state = PartState {
         name: part.name.clone(),
         template: part.template,
-        pose: engine.pose(part.body),
-        velocity: engine.velocity(part.body),
-        held_by: part.gripper,
-        touches_floor: engine
-            .near(part.collider, crate::orders::TOUCHING)
-            .contains(&Owner::Floor),
-    }
+        pose: Pose::IDENTITY,
+        velocity: Twist::default(),
+        held_by: None,
+        touches_floor: false,
+    };
+    update_part(&mut state, engine, part);
+    state
+}
+
+/// What changes of a part from cycle to cycle.
+fn update_part(state: &mut PartState, engine: &Engine, part: &PartBody) {
+    state.pose = engine.pose(part.body);
+    state.velocity = engine.velocity(part.body);
+    state.held_by = part.gripper;
+    state.touches_floor =
+        engine.is_near_one_of(part.collider, Owner::Floor, crate::orders::TOUCHING);
 }
