@@ -259,7 +259,8 @@ impl PreparedController {
             }
             _ => (None, RecorderHandle::disabled()),
         };
-        if let Some(world) = &mut world {
+        // Without a recorder nobody finds out what moves, and writes it down for nobody.
+        if let (Some(world), Some(_)) = (&mut world, &recorder) {
             world.record_to(handle.clone());
         }
         Ok(Self {

@@ -8,10 +8,11 @@
 )]
 
 use std::io::Write as _;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use controller::cell_world::WorldOrder;
+use controller::cell_world::topic::WorldMessage;
 use controller::condition::{Condition, ProgramPosition};
 use controller::options::PlantChoice;
 use controller::{ControllerConfig, NullObserver, SteppedController, WallTimeout};
@@ -297,4 +298,40 @@ fn orders_between_two_cycles_are_there_in_the_next() {
     assert_eq!(cell.0.state().digital_in & 2, 0);
     cell.advance(50);
     assert_eq!(cell.0.state().digital_in & 2, 2);
+}
+
+/// What a follower who comes after `unfollowed` cycles is told from then on, the state at that time apart.
+fn news_after(unfollowed: u64) -> Vec<WorldMessage> {
+    let cell = open(CELL, PlantChoice::Ideal);
+    let world = cell.0.controller().world().unwrap().clone();
+    let news = Arc::new(Mutex::new(Vec::new()));
+    let follow = || {
+        let news = news.clone();
+        world.follow(Box::new(move |message| {
+            news.lock().unwrap().push(message.clone());
+        }));
+    };
+    let pose = [-0.45, 0.1, 0.3, 0.0, 0.0, 0.0];
+    let (template, name) = ("box".to_owned(), "spare".to_owned());
+    if unfollowed == 0 {
+        follow();
+    }
+    world.order(WorldOrder::Remove { name }).unwrap();
+    cell.advance(100);
+    if unfollowed == 100 {
+        follow();
+    }
+    world.order(WorldOrder::Add { template, pose }).unwrap();
+    cell.advance(150);
+    let mut news = core::mem::take(&mut *news.lock().unwrap());
+    news.retain(|message| message.cycle > 100);
+    news
+}
+
+#[test]
+fn who_follows_late_is_told_the_same_as_who_has_followed_all_the_time() {
+    let always = news_after(0);
+    assert!(always.iter().any(|message| !message.parts.is_empty()));
+    assert!(always.iter().all(|message| message.removed.is_empty()));
+    assert_eq!(news_after(100), always);
 }

@@ -43,6 +43,8 @@ struct Shared {
     /// Colours of the tables of parts.
     colors: Vec<Option<String>>,
     world: Mutex<World>,
+    /// What is new from cycle to cycle. Locked only by who has locked the world.
+    changes: Mutex<WorldChanges>,
     late: LateCycles,
     followers: Mutex<Vec<WorldFollower>>,
     /// Orders that are not in the recording yet, with the cycle after which they came.
@@ -80,6 +82,7 @@ impl CellWorld {
     pub fn follow(&self, mut follower: WorldFollower) {
         let world = self.lock();
         follower(&self.whole_state(&world));
+        self.0.changes.lock().catch_up(world.state());
         self.0.followers.lock().push(follower);
     }
 
@@ -107,7 +110,6 @@ impl CellWorld {
 pub struct WorldRunner {
     world: CellWorld,
     endpoint: WorldEndpoint,
-    changes: WorldChanges,
     recording: Option<WorldRecording>,
     /// A recorded run that is repeated, and results that the next cycle must not have yet.
     repeat: Option<(WorldInputs, VecDeque<WorldOutput>)>,
@@ -126,9 +128,22 @@ impl WorldRunner {
                 }
             }
             let output = *world.step(&input);
-            let change = self.changes.next(input.cycle, world.state());
+            // Most runs have nobody who wants to know, and finding what is new takes a tenth of their world.
+            let is_followed = self.is_followed();
+            let mut changes = self.world.0.changes.lock();
+            let change = match is_followed {
+                true => changes.next(input.cycle, world.state()),
+                false => {
+                    changes.skip();
+                    None
+                }
+            };
+            drop(changes);
             drop(world);
             self.answer(&input, output);
+            if !is_followed {
+                continue;
+            }
             let is_late = input.seen + 1 < input.cycle;
             if change.is_some() || is_late {
                 let mut message = change.unwrap_or_default();
@@ -138,6 +153,11 @@ impl WorldRunner {
             }
             self.draw(input.cycle);
         }
+    }
+
+    /// Whether anybody is told what is new. Asked while the world is locked, as followers come while it is.
+    fn is_followed(&self) -> bool {
+        self.recording.is_some() || !self.world.0.followers.lock().is_empty()
     }
 
     /// Gives a result to the next cycle, or as late as it was when the run was recorded.
@@ -191,7 +211,11 @@ impl WorldRunner {
         let shared = &self.world.0;
         let scene = WorldScene::new(&shared.description, &shared.colors);
         self.recording = Some(WorldRecording::new(handle, scene));
-        let whole = self.world.whole_state(&self.world.lock());
+        let whole = {
+            let world = self.world.lock();
+            shared.changes.lock().catch_up(world.state());
+            self.world.whole_state(&world)
+        };
         self.tell(&whole, &Pose::IDENTITY);
         self.draw(0);
     }
@@ -272,10 +296,10 @@ pub fn surround(
     // Everything is new before the first cycle; who follows is told so then.
     let _ = changes.next(0, world.state());
     let runner = WorldRunner {
-        changes,
         world: CellWorld(Arc::new(Shared {
             description,
             world: Mutex::new(world),
+            changes: Mutex::new(changes),
             colors: cell.part_colors(),
             late: endpoint.late_cycles(),
             followers: Mutex::default(),

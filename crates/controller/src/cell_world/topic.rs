@@ -182,6 +182,8 @@ pub struct WorldChanges {
     /// Obstacles that an actuator moves.
     driven: BTreeSet<String>,
     before: Option<WorldState>,
+    /// States have come and gone that nobody asked about.
+    is_behind: bool,
 }
 
 impl WorldChanges {
@@ -205,6 +207,20 @@ impl WorldChanges {
                     .collect()
             },
             before: None,
+            is_behind: false,
+        }
+    }
+
+    /// A state that nobody wants to know of.
+    pub(crate) const fn skip(&mut self) {
+        self.is_behind = true;
+    }
+
+    /// Goes on from a state that is known as a whole, if others have been skipped.
+    pub(crate) fn catch_up(&mut self, state: &WorldState) {
+        if self.is_behind {
+            self.is_behind = false;
+            self.note(state);
         }
     }
 
@@ -263,11 +279,15 @@ impl WorldChanges {
         if message.is_empty() && !is_first {
             return None;
         }
+        self.note(state);
+        Some(message)
+    }
+
+    fn note(&mut self, state: &WorldState) {
         match &mut self.before {
             Some(before) => copy(before, state),
             before @ None => *before = Some(state.clone()),
         }
-        Some(message)
     }
 
     /// Detectors, grippers and conveyors that are otherwise than before.
