@@ -100,6 +100,27 @@ refusals() {
     fi
 }
 
+# cells_with_parts ARCHITECTURE COMMAND...: records short forms of two cells with parts, and runs again what the programs of other
+# architectures have recorded of them before: every number of /cycle and /world must be the same to the last bit.
+cells_with_parts() {
+    local architecture="$1" cell recording
+    shift
+    mkdir -p "$work/cells"
+    sed 's/^columns = 4$/columns = 2/; s/^rows = 3$/rows = 2/; s/^layers = 5$/layers = 1/' \
+        examples/cells/palletising/palletise.script >"$work/cells/palletising.script"
+    sed 's/^for number in range(5):$/for number in range(2):/' examples/cells/belt/pick.script >"$work/cells/belt.script"
+    for cell in palletising belt; do
+        recording="$work/cells/$cell-$architecture.mcap"
+        "$@" run "$work/cells/$cell.script" --cell "examples/cells/$cell/cell.toml" --record "$recording" >"$work/log" 2>&1 \
+            || { cat "$work/log" >&2; fail "the cell $cell does not run"; }
+        for recording in "$work/cells/$cell"-*.mcap; do
+            [ "$recording" != "$work/cells/$cell-$architecture.mcap" ] || continue
+            "$@" replay "$recording" --rerun >"$work/log" 2>&1 || { cat "$work/log" >&2; fail "$architecture runs $(basename "$recording") otherwise"; }
+            ok "every cycle and every part of $(basename "$recording") is the same here: $(grep -m 1 ^identical "$work/log")"
+        done
+    done
+}
+
 program() {
     needs readelf binutils
     local architecture archive folder run
@@ -126,6 +147,7 @@ program() {
         "${run[@]}" "$folder/eliteserver" replay "$work/$architecture.mcap" --csv /cycle >"$work/cycles-$architecture.csv" 2>/dev/null
         "${run[@]}" "$folder/eliteserver" test examples >"$work/log" 2>&1 || { tail -n 40 "$work/log" >&2; fail "tests of examples/ fail"; }
         ok "the tests of examples/: $(tail -n 1 "$work/log")"
+        cells_with_parts "$architecture" "${run[@]}" "$folder/eliteserver"
         # The line tables beside it know where its entry is: a function of the module `program`, whichever was not inlined.
         tar -x -z -f "$packages/eliteserver-$version-$architecture-linux.debug.tar.gz" -C "$folder"
         for path in "$root" "${CARGO_HOME:-$HOME/.cargo}" "$target"; do
