@@ -55,7 +55,7 @@ pub struct NodeSetup {
 /// From the controller to the node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant, reason = "nearly every one is a sample")]
-pub enum ToNode {
+pub enum ControllerMessage {
     /// First of all.
     Setup(NodeSetup),
     /// A cycle.
@@ -64,7 +64,7 @@ pub enum ToNode {
     Answer {
         /// The number of the request.
         request: u64,
-        /// Whether it was done.
+        /// Success: the request was carried out.
         success: bool,
         /// What there is to say.
         message: String,
@@ -75,7 +75,7 @@ pub enum ToNode {
         id: GoalId,
         /// True if the goal is taken.
         accepted: bool,
-        /// Why not.
+        /// The reason of a refusal, or nothing.
         message: String,
     },
     /// A goal begins to brake because a client asked for it.
@@ -87,18 +87,18 @@ pub enum ToNode {
     Feedback {
         /// The goal.
         id: GoalId,
-        /// Where the arm is and should be.
+        /// Positions of the arm, wanted and actual.
         feedback: TrajectoryFeedback,
     },
     /// A goal has ended.
     GoalEnded {
         /// The goal.
         id: GoalId,
-        /// How.
+        /// The kind of end.
         end: GoalEnd,
         /// The code of control_msgs.
         code: i32,
-        /// Why.
+        /// The reason of the end, or nothing.
         message: String,
     },
     /// A line for `/rosout`.
@@ -115,17 +115,17 @@ pub enum ToNode {
 /// How a goal ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum GoalEnd {
-    /// Where it leads to.
+    /// The arm is where the goal leads to.
     Succeeded,
-    /// Because a client asked for it.
+    /// A client canceled the goal.
     Canceled,
-    /// For another reason.
+    /// A stop, a refusal or a violated tolerance.
     Aborted,
 }
 
 /// From the node to the controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum FromNode {
+pub enum NodeMessage {
     /// The node is there.
     Ready {
         /// The version of the protocol.
@@ -152,7 +152,7 @@ pub enum FromNode {
     },
     /// A trajectory of the topic.
     Trajectory(JointTrajectory),
-    /// So many samples were published since the last time; only under simulated time.
+    /// Samples that were published since the message before; only under simulated time.
     Shown {
         /// Number of published samples.
         samples: u32,
@@ -179,7 +179,7 @@ macro_rules! triggers {
         pub enum Trigger { $($(#[$doc])* $name,)+ }
 
         impl Trigger {
-            /// All of them.
+            /// Every trigger, in the order of the declaration.
             pub const ALL: &[Self] = &[$(Self::$name,)+];
 
             /// The name of the service, below the namespace.
@@ -278,7 +278,7 @@ mod tests {
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    fn roundtrip(value_sent: &FromNode) -> FromNode {
+    fn roundtrip(value_sent: &NodeMessage) -> NodeMessage {
         let bytes = frame(value_sent).unwrap();
         let head = [bytes[0], bytes[1], bytes[2], bytes[3]];
         assert_eq!(body_length(head).unwrap(), bytes.len() - 4);
@@ -287,13 +287,13 @@ mod tests {
 
     #[test]
     fn what_one_end_says_the_other_reads() {
-        let goal = FromNode::Goal {
+        let goal = NodeMessage::Goal {
             id: [7; 16],
             goal: TrajectoryGoal::default(),
         };
         assert_eq!(roundtrip(&goal), goal);
         for trigger in Trigger::ALL {
-            let request = FromNode::Request {
+            let request = NodeMessage::Request {
                 request: 9,
                 order: Order::Trigger(*trigger),
             };
@@ -311,8 +311,8 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 512, rng_seed: RngSeed::Fixed(48), ..ProptestConfig::default() })]
         #[test]
         fn any_bytes_are_a_value_or_an_error(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
-            let _ = value::<FromNode>(&bytes);
-            let _ = value::<ToNode>(&bytes);
+            let _ = value::<NodeMessage>(&bytes);
+            let _ = value::<ControllerMessage>(&bytes);
         }
     }
 }

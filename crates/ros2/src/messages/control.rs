@@ -56,9 +56,11 @@ messages! {
         trajectory: JointTrajectory = "trajectory_msgs/JointTrajectory trajectory",
         multi_dof_trajectory: MultiDofJointTrajectory = "trajectory_msgs/MultiDOFJointTrajectory multi_dof_trajectory",
         path_tolerance: Vec<JointTolerance> = "control_msgs/JointTolerance[] path_tolerance",
-        component_path_tolerance: Vec<JointComponentTolerance> = "control_msgs/JointComponentTolerance[] component_path_tolerance",
+        component_path_tolerance: Vec<JointComponentTolerance> =
+            "control_msgs/JointComponentTolerance[] component_path_tolerance",
         goal_tolerance: Vec<JointTolerance> = "control_msgs/JointTolerance[] goal_tolerance",
-        component_goal_tolerance: Vec<JointComponentTolerance> = "control_msgs/JointComponentTolerance[] component_goal_tolerance",
+        component_goal_tolerance: Vec<JointComponentTolerance> =
+            "control_msgs/JointComponentTolerance[] component_goal_tolerance",
         goal_time_tolerance: Duration = "builtin_interfaces/Duration goal_time_tolerance",
     }
 
@@ -76,8 +78,10 @@ messages! {
         actual: JointTrajectoryPoint = "trajectory_msgs/JointTrajectoryPoint actual",
         error: JointTrajectoryPoint = "trajectory_msgs/JointTrajectoryPoint error",
         multi_dof_joint_names: Vec<String> = "string[] multi_dof_joint_names",
-        multi_dof_desired: MultiDofJointTrajectoryPoint = "trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_desired",
-        multi_dof_actual: MultiDofJointTrajectoryPoint = "trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_actual",
+        multi_dof_desired: MultiDofJointTrajectoryPoint =
+            "trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_desired",
+        multi_dof_actual: MultiDofJointTrajectoryPoint =
+            "trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_actual",
         multi_dof_error: MultiDofJointTrajectoryPoint = "trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_error",
     }
 }

@@ -114,7 +114,10 @@ pub trait Message: FieldType + serde::Serialize + serde::de::DeserializeOwned {
 
 /// Makes messages: the struct, its name in ROS, and its definition.
 macro_rules! messages {
-    ($($(#[$doc:meta])* $name:ident = $package:literal / $ros:literal { $($field:ident: $type:ty = $text:literal,)* })+) => {
+    ($(
+        $(#[$doc:meta])*
+        $name:ident = $package:literal / $ros:literal { $($field:ident: $type:ty = $text:literal,)* }
+    )+) => {
         $(
             $(#[$doc])*
             #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]

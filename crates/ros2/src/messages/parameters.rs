@@ -89,7 +89,7 @@ messages! {
         descriptors: Vec<ParameterDescriptor> = "rcl_interfaces/ParameterDescriptor[] descriptors",
     }
 
-    /// Which parameters are listed.
+    /// Prefixes and depth of the parameters that a list is to have.
     ListParametersRequest = "rcl_interfaces" / "ListParameters_Request" {
         prefixes: Vec<String> = "string[] prefixes",
         depth: u64 = "uint64 depth",

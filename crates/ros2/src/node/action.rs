@@ -20,7 +20,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{NodeBuilder, NodeError, service, stream};
-use crate::link::{FromNode, GoalEnd, GoalId};
+use crate::link::{GoalEnd, GoalId, NodeMessage};
 use crate::messages::{TrajectoryFeedback, TrajectoryGoal, TrajectoryResult};
 use crate::names::FOLLOW_JOINT_TRAJECTORY;
 
@@ -87,7 +87,7 @@ impl TrajectoryAction {
     }
 
     /// Takes up goals, cancellations and questions for results.
-    pub(super) fn poll(&mut self, out: &mut Vec<FromNode>) {
+    pub(super) fn poll(&mut self, out: &mut Vec<NodeMessage>) {
         while let Ok(Some((request, asked))) = self.server.receive_goal() {
             let id = own_id(&asked.goal_id);
             let is_new = !self.goals.contains_key(&id) && !self.asked.contains_key(&id);
@@ -95,7 +95,7 @@ impl TrajectoryAction {
             if is_new && active + self.asked.len() < ACTIVE_MAX {
                 self.asked.insert(id, request);
                 let goal = asked.goal;
-                out.push(FromNode::Goal { id, goal });
+                out.push(NodeMessage::Goal { id, goal });
             } else {
                 self.respond(request, false, RosTime::ZERO);
             }
@@ -107,7 +107,7 @@ impl TrajectoryAction {
                 let _ = self.server.send_cancel_response(request, response);
                 if !ids.is_empty() {
                     self.publish_status();
-                    out.push(FromNode::Cancel { ids });
+                    out.push(NodeMessage::Cancel { ids });
                 }
             }
         }

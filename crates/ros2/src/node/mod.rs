@@ -21,7 +21,7 @@ use ros2_client::{
 };
 use thiserror::Error;
 
-use crate::link::{self, FromNode, LinkError, NodeSetup, ToNode, VERSION};
+use crate::link::{self, ControllerMessage, LinkError, NodeMessage, NodeSetup, VERSION};
 use crate::messages::JointTrajectory;
 use crate::names::{self, topic};
 use action::TrajectoryAction;
@@ -88,8 +88,8 @@ pub struct NodeHost {
 pub fn run(link: impl Read + Write, host: &NodeHost) -> Result<(), NodeError> {
     let mut frames = FrameReader::new(link);
     let setup = loop {
-        match frames.next::<ToNode>()? {
-            Some(ToNode::Setup(setup)) => break setup,
+        match frames.next::<ControllerMessage>()? {
+            Some(ControllerMessage::Setup(setup)) => break setup,
             Some(_) => return Err(NodeError::NoSetup),
             None if frames.is_closed() => return Ok(()),
             None => {}
@@ -101,7 +101,7 @@ pub fn run(link: impl Read + Write, host: &NodeHost) -> Result<(), NodeError> {
     }
     (host.limit_memory)(setup.memory_max)?;
     let mut running = RunningNode::start(&setup, host)?;
-    frames.send(&FromNode::Ready { version: VERSION })?;
+    frames.send(&NodeMessage::Ready { version: VERSION })?;
     running.serve(&mut frames)
 }
 
@@ -221,15 +221,15 @@ impl RunningNode {
         let mut samples = Vec::new();
         loop {
             // The first look waits for a frame, the next ones take what is there.
-            while let Some(frame) = frames.next::<ToNode>()? {
+            while let Some(frame) = frames.next::<ControllerMessage>()? {
                 match frame {
-                    ToNode::Sample(sample) => samples.push(sample),
-                    ToNode::Answer {
+                    ControllerMessage::Sample(sample) => samples.push(sample),
+                    ControllerMessage::Answer {
                         request,
                         success,
                         message,
                     } => self.services.answer(request, success, message),
-                    ToNode::GoalTaken {
+                    ControllerMessage::GoalTaken {
                         id,
                         accepted,
                         message,
@@ -239,17 +239,19 @@ impl RunningNode {
                         }
                         self.action.taken(id, accepted);
                     }
-                    ToNode::Canceling { ids } => self.action.canceling(&ids),
-                    ToNode::Feedback { id, feedback } => self.action.feedback(id, feedback),
-                    ToNode::GoalEnded {
+                    ControllerMessage::Canceling { ids } => self.action.canceling(&ids),
+                    ControllerMessage::Feedback { id, feedback } => {
+                        self.action.feedback(id, feedback)
+                    }
+                    ControllerMessage::GoalEnded {
                         id,
                         end,
                         code,
                         message,
                     } => self.action.ended(id, end, code, message),
-                    ToNode::Log { level, text } => self.log(level, &text),
-                    ToNode::End => return Ok(()),
-                    ToNode::Setup(_) => return Err(NodeError::NoSetup),
+                    ControllerMessage::Log { level, text } => self.log(level, &text),
+                    ControllerMessage::End => return Ok(()),
+                    ControllerMessage::Setup(_) => return Err(NodeError::NoSetup),
                 }
                 if !frames.has_buffered() {
                     break;
@@ -260,9 +262,9 @@ impl RunningNode {
             }
             let mut out = Vec::new();
             if self.simulated_time && !samples.is_empty() {
-                // As many as the controller may be ahead of what it is told here.
+                // The controller may be no further ahead than what is published.
                 let samples = samples.len() as u32;
-                out.push(FromNode::Shown { samples });
+                out.push(NodeMessage::Shown { samples });
             }
             let skipped = samples.len().saturating_sub(SAMPLES_BEHIND_MAX);
             for sample in samples.drain(..).skip(skipped) {
@@ -272,7 +274,7 @@ impl RunningNode {
             self.parameters.poll();
             self.action.poll(&mut out);
             while let Ok(Some((trajectory, _))) = self.trajectories.take() {
-                out.push(FromNode::Trajectory(trajectory));
+                out.push(NodeMessage::Trajectory(trajectory));
             }
             for message in out {
                 match link::frame(&message) {
@@ -286,13 +288,13 @@ impl RunningNode {
     }
 
     /// Refuses what is too long for the link in the place of the controller.
-    fn refuse_long(&mut self, message: &FromNode, bytes: usize) {
+    fn refuse_long(&mut self, message: &NodeMessage, bytes: usize) {
         let text = format!(
             "a message of {bytes} bytes is longer than the {} that are taken",
             link::FRAME_MAX
         );
         self.log(30, &text);
-        if let FromNode::Goal { id, .. } = message {
+        if let NodeMessage::Goal { id, .. } = message {
             self.action.taken(*id, true);
             self.action.ended(*id, link::GoalEnd::Aborted, -1, text);
         }

@@ -29,7 +29,7 @@ impl<L: Read + Write> FrameReader<L> {
         }
     }
 
-    /// The other end has closed the link, and every frame was taken.
+    /// End of the link: it is closed, and every frame was taken.
     pub(super) fn is_closed(&self) -> bool {
         self.is_closed && !self.has_buffered()
     }
@@ -105,7 +105,7 @@ impl<L: Read + Write> FrameReader<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::link::{FromNode, LinkError};
+    use crate::link::{LinkError, NodeMessage};
     use std::io;
 
     /// Gives its bytes in pieces, and nothing between them.
@@ -138,8 +138,8 @@ mod tests {
 
     #[test]
     fn frames_come_whole_however_the_bytes_come() {
-        let ready = FromNode::Ready { version: 3 };
-        let cancel = FromNode::Cancel {
+        let ready = NodeMessage::Ready { version: 3 };
+        let cancel = NodeMessage::Cancel {
             ids: vec![[1; 16], [2; 16]],
         };
         let mut bytes = link::frame(&ready).unwrap();
@@ -150,7 +150,7 @@ mod tests {
             let mut reader = FrameReader::new(Pieces(pieces));
             let mut found = Vec::new();
             while !reader.is_closed() {
-                found.extend(reader.next::<FromNode>().unwrap());
+                found.extend(reader.next::<NodeMessage>().unwrap());
             }
             assert_eq!(found, [ready.clone(), cancel.clone()]);
         }
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn a_length_that_no_frame_has_is_an_error() {
         let mut reader = FrameReader::new(Pieces(vec![vec![255; 8]]));
-        let error = reader.next::<FromNode>().unwrap_err();
+        let error = reader.next::<NodeMessage>().unwrap_err();
         assert!(matches!(error, NodeError::Link(LinkError::TooLong { .. })));
     }
 }

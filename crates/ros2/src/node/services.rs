@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use ros2_client::{Message, RmwRequestId, Server, ServiceTypeName};
 
 use super::{NodeBuilder, NodeError, service};
-use crate::link::{FromNode, Order, Trigger};
+use crate::link::{NodeMessage, Order, Trigger};
 use crate::messages::{
     SetIoRequest, SetPayloadRequest, SetSpeedSliderRequest, SuccessResponse, TriggerRequest,
     TriggerResponse,
@@ -71,7 +71,7 @@ impl Services {
     }
 
     /// Takes up the requests that have come. What cannot be read is left out: DDS has nobody to tell.
-    pub(super) fn poll(&mut self, out: &mut Vec<FromNode>) {
+    pub(super) fn poll(&mut self, out: &mut Vec<NodeMessage>) {
         let mut found = Vec::new();
         let room = WAITING_MAX.saturating_sub(self.waiting.len());
         for (position, (trigger, server)) in self.triggers.iter().enumerate() {
@@ -105,7 +105,7 @@ impl Services {
             self.last += 1;
             let request = self.last;
             self.waiting.insert(request, (asked, id));
-            out.push(FromNode::Request { request, order });
+            out.push(NodeMessage::Request { request, order });
         }
     }
 

@@ -30,14 +30,14 @@ pub struct ArmStart {
 
 /// Positions at even times, the first where the trajectory begins.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sampled {
+pub struct PositionSeries {
     /// rad.
     pub positions: Vec<[f64; 6]>,
     /// s.
     pub interval: f64,
 }
 
-impl Sampled {
+impl PositionSeries {
     /// The trajectory's time, s.
     pub fn duration(&self) -> f64 {
         self.interval * self.positions.len().saturating_sub(1) as f64
@@ -138,7 +138,7 @@ pub fn sample(
     start: &ArmStart,
     limits: &TrajectoryLimits,
     step: f64,
-) -> Result<Sampled, TrajectoryError> {
+) -> Result<PositionSeries, TrajectoryError> {
     let points = with_start(trajectory, start)?;
     let pieces: Vec<Piece> = points
         .windows(2)
@@ -168,7 +168,7 @@ pub fn sample(
         *last = point.position;
     }
     round_corners(&mut positions, &pieces, interval, start);
-    Ok(Sampled {
+    Ok(PositionSeries {
         positions,
         interval,
     })
@@ -187,7 +187,7 @@ fn with_start(
             Waypoint {
                 time: 0.0,
                 position: start.position,
-                // As much as the first point tells is needed of the start as well.
+                // A curve needs of its start whatever the first point tells.
                 speed: first.speed.map(|_| start.speed),
                 acceleration: first.acceleration.map(|_| [0.0; 6]),
             },
@@ -311,7 +311,7 @@ mod tests {
         }
     }
 
-    fn sampled(points: &[Waypoint]) -> Result<Sampled, TrajectoryError> {
+    fn sampled(points: &[Waypoint]) -> Result<PositionSeries, TrajectoryError> {
         let trajectory = CheckedTrajectory {
             points: points.to_vec(),
             order: [0, 1, 2, 3, 4, 5],

@@ -9,7 +9,7 @@ mod interpolation;
 mod tolerances;
 
 pub use check::{CheckedTrajectory, TrajectoryError, TrajectoryLimits, Waypoint, check};
-pub use interpolation::{ArmStart, Sampled, sample};
+pub use interpolation::{ArmStart, PositionSeries, sample};
 pub use tolerances::{Tolerances, Violation};
 
 /// Codes of control_msgs/FollowJointTrajectory.

@@ -12,9 +12,9 @@ const DEFAULTS: (f64, f64, f64) = (0.2, 0.1, 0.2);
 pub struct Violation {
     /// The joint.
     pub joint: &'static str,
-    /// How far it is away, rad or rad/s.
+    /// Distance of the joint, rad or rad/s.
     pub away: f64,
-    /// How far it may be.
+    /// Largest distance that is allowed, rad or rad/s.
     pub allowed: f64,
 }
 

@@ -1,6 +1,6 @@
 //! The link to the node's process, and the trajectories that come over it.
 
-use ros2::link::{FromNode, ToNode, frame, value};
+use ros2::link::{ControllerMessage, NodeMessage, frame, value};
 use ros2::messages::{Duration, JointTrajectoryPoint, TrajectoryGoal};
 use ros2::names::JOINTS;
 use ros2::trajectory::{ArmStart, Tolerances, TrajectoryLimits, check, sample};
@@ -17,8 +17,8 @@ const START: ArmStart = ArmStart {
 
 /// Whatever bytes come are a message or an error; a trajectory is refused, or leads through numbers within the limits.
 pub(super) fn judge(data: &[u8]) {
-    let _ = value::<ToNode>(data);
-    let Ok(FromNode::Goal { goal, .. }) = value::<FromNode>(data) else {
+    let _ = value::<ControllerMessage>(data);
+    let Ok(NodeMessage::Goal { goal, .. }) = value::<NodeMessage>(data) else {
         return;
     };
     let _ = Tolerances::of(&goal, "");
@@ -45,13 +45,13 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
         let mut goal = TrajectoryGoal::default();
         goal.trajectory.joint_names = JOINTS.map(str::to_owned).into();
         goal.trajectory.points = vec![point(1.0, 0.2, speeds), point(2.5, -0.1, speeds)];
-        FromNode::Goal { id: [7; 16], goal }
+        NodeMessage::Goal { id: [7; 16], goal }
     };
     let messages = [
         goal(false),
         goal(true),
-        FromNode::Cancel { ids: vec![[1; 16]] },
-        FromNode::Ready { version: 1 },
+        NodeMessage::Cancel { ids: vec![[1; 16]] },
+        NodeMessage::Ready { version: 1 },
     ];
     let frames = messages.iter().filter_map(|message| frame(message).ok());
     frames.map(|frame| frame[4..].to_vec()).collect()

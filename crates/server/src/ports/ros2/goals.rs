@@ -12,7 +12,7 @@ use motion_api::{
     CommandId, MachineCommand, MotionMode, Origin, Outcome, PointList, RobotMode, RobotState,
     SafetyMode,
 };
-use ros2::link::{GoalEnd, GoalId, ToNode};
+use ros2::link::{GoalEnd, GoalId, ControllerMessage};
 use ros2::messages::{
     Duration, Header, JointTrajectory, JointTrajectoryPoint, Time, TrajectoryFeedback,
     TrajectoryGoal,
@@ -72,24 +72,24 @@ impl Goals {
         id: GoalId,
         goal: &TrajectoryGoal,
         backend: &B,
-        out: &mut Vec<ToNode>,
+        out: &mut Vec<ControllerMessage>,
     ) {
         if let Err(message) = self.may_move(backend) {
-            out.push(ToNode::GoalTaken {
+            out.push(ControllerMessage::GoalTaken {
                 id,
                 accepted: false,
                 message,
             });
             return;
         }
-        out.push(ToNode::GoalTaken {
+        out.push(ControllerMessage::GoalTaken {
             id,
             accepted: true,
             message: String::new(),
         });
         let begun = self.begin(Some(id), goal, backend, out);
         if let Err((code, message)) = begun {
-            out.push(ToNode::GoalEnded {
+            out.push(ControllerMessage::GoalEnded {
                 id,
                 end: GoalEnd::Aborted,
                 code,
@@ -103,7 +103,7 @@ impl Goals {
         &mut self,
         trajectory: JointTrajectory,
         backend: &B,
-        out: &mut Vec<ToNode>,
+        out: &mut Vec<ControllerMessage>,
     ) {
         let may_move = self.may_move(backend);
         // A trajectory without points stops the one under way, as in ros2_control.
@@ -121,7 +121,7 @@ impl Goals {
             .map_err(|text| (code::INVALID_GOAL, text))
             .and_then(|()| self.begin(None, &goal, backend, out));
         if let Err((_, text)) = begun {
-            out.push(ToNode::Log {
+            out.push(ControllerMessage::Log {
                 level: 30,
                 text: format!("the trajectory of the topic is not followed: {text}"),
             });
@@ -159,7 +159,7 @@ impl Goals {
         id: Option<GoalId>,
         goal: &TrajectoryGoal,
         backend: &B,
-        out: &mut Vec<ToNode>,
+        out: &mut Vec<ControllerMessage>,
     ) -> Result<(), (i32, String)> {
         let told = |error: TrajectoryError| (error.code(), error.to_string());
         let (robot, description) = (backend.robot(), backend.description());
@@ -283,7 +283,7 @@ impl Goals {
     }
 
     /// A cycle has passed.
-    pub(super) fn cycle(&mut self, state: &RobotState, robot: &Robot, out: &mut Vec<ToNode>) {
+    pub(super) fn cycle(&mut self, state: &RobotState, robot: &Robot, out: &mut Vec<ControllerMessage>) {
         let Some(running) = &mut self.running else {
             return;
         };
@@ -318,7 +318,7 @@ impl Goals {
             running.next_feedback = running.time + FEEDBACK_INTERVAL;
             if let Some(id) = running.id {
                 let feedback = feedback(state, running.time, (&self.prefix, self.epoch));
-                out.push(ToNode::Feedback { id, feedback });
+                out.push(ControllerMessage::Feedback { id, feedback });
             }
         }
         let stop = if state.safety_mode == SafetyMode::SafeguardStop {
@@ -340,7 +340,7 @@ impl Goals {
         }
     }
 
-    fn command_ended(&mut self, outcome: &Outcome, robot: &Robot, out: &mut Vec<ToNode>) {
+    fn command_ended(&mut self, outcome: &Outcome, robot: &Robot, out: &mut Vec<ControllerMessage>) {
         let Some(running) = &mut self.running else {
             return;
         };
@@ -374,9 +374,9 @@ impl Goals {
 }
 
 impl RunningGoal {
-    fn tell_end(&self, end: GoalEnd, code: i32, message: String, out: &mut Vec<ToNode>) {
+    fn tell_end(&self, end: GoalEnd, code: i32, message: String, out: &mut Vec<ControllerMessage>) {
         if let Some(id) = self.id {
-            out.push(ToNode::GoalEnded {
+            out.push(ControllerMessage::GoalEnded {
                 id,
                 end,
                 code,

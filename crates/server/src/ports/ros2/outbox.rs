@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::io;
 
-use ros2::link::{LinkError, ToNode, frame};
+use ros2::link::{ControllerMessage, LinkError, frame};
 use tokio::io::{AsyncWrite, AsyncWriteExt as _};
 
 /// Bytes above which samples are left out: a quarter of a second at 250 Hz.
@@ -26,8 +26,8 @@ impl Outbox {
     ///
     /// # Errors
     /// So much waits that the node must be started anew.
-    pub(super) fn push(&mut self, message: &ToNode) -> Result<(), LinkError> {
-        if matches!(message, ToNode::Sample(_)) && self.bytes > SAMPLE_BYTES_MAX {
+    pub(super) fn push(&mut self, message: &ControllerMessage) -> Result<(), LinkError> {
+        if matches!(message, ControllerMessage::Sample(_)) && self.bytes > SAMPLE_BYTES_MAX {
             self.samples_lost += 1;
             return Ok(());
         }

@@ -9,7 +9,8 @@ use futures_util::stream::FuturesUnordered;
 use kinematics::RobotModel;
 use motion_api::{CommandKind, MachineCommand};
 use ros2::link::{
-    FromNode, LinkError, NodeSetup, Order, ToNode, Trigger, VERSION, body_length, value,
+    ControllerMessage, LinkError, NodeMessage, NodeSetup, Order, Trigger, VERSION, body_length,
+    value,
 };
 use ros2::sample::NodeSample;
 use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWrite};
@@ -41,7 +42,7 @@ pub(super) async fn serve_link<B: Ros2Backend>(
 ) -> Result<Infallible, NodeEnd> {
     let (mut reader, mut writer) = tokio::io::split(link);
     let mut outbox = Outbox::default();
-    outbox.push(&ToNode::Setup(NodeSetup {
+    outbox.push(&ControllerMessage::Setup(NodeSetup {
         version: VERSION,
         ..plan.setup.clone()
     }))?;
@@ -59,7 +60,7 @@ pub(super) async fn serve_link<B: Ros2Backend>(
         let may_pass = outbox.is_empty() && samples.is_empty();
         tokio::select! {
             () = shutdown.cancelled() => {
-                outbox.push(&ToNode::End)?;
+                outbox.push(&ControllerMessage::End)?;
                 let write = async {
                     while !outbox.is_empty() && outbox.write(&mut writer).await.is_ok() {}
                 };
@@ -71,24 +72,24 @@ pub(super) async fn serve_link<B: Ros2Backend>(
             written = outbox.write(&mut writer), if !outbox.is_empty() => written?,
             Err(why) = &mut reading => return Err(why),
             Some((request, (success, message))) = orders.next() => {
-                outbox.push(&ToNode::Answer { request, success, message })?;
+                outbox.push(&ControllerMessage::Answer { request, success, message })?;
             }
             Some(frame) = coming.recv(), if orders.len() < ORDERS_MAX => match frame {
-                FromNode::Ready { version: VERSION } => {
+                NodeMessage::Ready { version: VERSION } => {
                     if plan.setup.simulated_time {
                         time = Some(SimulatedTime::begin(backend.robot(), plan.time_factor));
                     }
                     tracing::info!("the ROS 2 node is there: domain {}", plan.setup.domain);
                 }
-                FromNode::Ready { version } => {
+                NodeMessage::Ready { version } => {
                     return Err(LinkError::Version { theirs: version }.into());
                 }
-                FromNode::Shown { samples } => {
+                NodeMessage::Shown { samples } => {
                     if let Some(time) = &mut time {
                         time.shown(samples);
                     }
                 }
-                FromNode::Request { request, order } => {
+                NodeMessage::Request { request, order } => {
                     let of_goal = order_to_goal(&order, &mut goals.0, backend.robot());
                     orders.push(async move {
                         let answer = match of_goal {
@@ -101,13 +102,13 @@ pub(super) async fn serve_link<B: Ros2Backend>(
                         (request, answer)
                     });
                 }
-                FromNode::Goal { id, goal } => {
+                NodeMessage::Goal { id, goal } => {
                     let mut out = Vec::new();
                     goals.0.goal(id, &goal, backend, &mut out);
                     push_all(&mut outbox, &out)?;
                 }
-                FromNode::Cancel { ids } => goals.0.cancel(&ids, backend.robot()),
-                FromNode::Trajectory(trajectory) => {
+                NodeMessage::Cancel { ids } => goals.0.cancel(&ids, backend.robot()),
+                NodeMessage::Trajectory(trajectory) => {
                     let mut out = Vec::new();
                     goals.0.trajectory(trajectory, backend, &mut out);
                     push_all(&mut outbox, &out)?;
@@ -120,7 +121,7 @@ pub(super) async fn serve_link<B: Ros2Backend>(
                     push_all(&mut outbox, &out)?;
                     if pace.is_due(sample.state.time) {
                         let model = backend.robot().model();
-                        outbox.push(&ToNode::Sample(node_sample(&sample, model, plan.epoch)))?;
+                        outbox.push(&ControllerMessage::Sample(node_sample(&sample, model, plan.epoch)))?;
                         if let Some(time) = &mut time {
                             time.sent();
                         }
@@ -133,7 +134,7 @@ pub(super) async fn serve_link<B: Ros2Backend>(
     }
 }
 
-fn push_all(outbox: &mut Outbox, messages: &[ToNode]) -> Result<(), LinkError> {
+fn push_all(outbox: &mut Outbox, messages: &[ControllerMessage]) -> Result<(), LinkError> {
     messages.iter().try_for_each(|message| outbox.push(message))
 }
 
@@ -192,7 +193,7 @@ async fn next_cycle(time: &mut Option<SimulatedTime<'_>>) {
 /// Reads frames until the link ends or what comes is none.
 async fn read_frames(
     reader: &mut (impl AsyncRead + Unpin),
-    came: mpsc::Sender<FromNode>,
+    came: mpsc::Sender<NodeMessage>,
 ) -> Result<Infallible, NodeEnd> {
     loop {
         let mut head = [0; 4];
