@@ -111,6 +111,18 @@ impl CommandTable {
         motion.map_or(self.held_motion, |command| command.origin)
     }
 
+    /// Whether a trajectory of a client has not ended.
+    pub(crate) fn follows_trajectory(&self) -> bool {
+        self.open.values().any(|pending| {
+            let kind = &pending.command.kind;
+            pending.outcome.is_none()
+                && matches!(
+                    kind,
+                    CommandKind::Online(OnlineCommand::FollowPoints { .. })
+                )
+        })
+    }
+
     /// A command has ended: what moves the arm from now on, until another command does.
     pub(crate) fn note_end(&mut self, command: &Command) {
         let kind = &command.kind;

@@ -223,6 +223,11 @@ impl Robot {
         })
     }
 
+    /// Whether the arm follows a trajectory of a client: no program has asked for that motion.
+    pub fn follows_trajectory(&self) -> bool {
+        self.awaited().follows_trajectory()
+    }
+
     /// Sends commands nobody waits for, all of them or none.
     ///
     /// # Errors

@@ -239,13 +239,18 @@ impl Task {
                 false => None,
             };
         }
-        if self.progress.successor.is_some() && !is_stopped {
+        let robot = self.settings.robot.clone();
+        // Whoever stops a program wants the arm to rest; otherwise a client's trajectory is none of its business.
+        let is_arm_of_client = !is_stopped && robot.follows_trajectory();
+        if self.progress.successor.is_some() && !is_stopped && !is_arm_of_client {
             return self.hand_over().await;
         }
-        let robot = self.settings.robot.clone();
         let started = robot.state();
-        if self.settings.extras.attendant.is_some() {
+        if self.settings.extras.attendant.is_some() || is_arm_of_client {
             // The arm is not its own; what it sent last is still taken.
+            if is_arm_of_client && self.suspension.is_active {
+                self.queue_command(MachineCommand::Resume);
+            }
             self.flush_commands();
             if !robot.timeline().has_ended() {
                 self.pass_a_cycle().await;

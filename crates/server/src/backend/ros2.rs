@@ -1,7 +1,7 @@
 //! What the ROS 2 node asks of the controller, and the plan of the node.
 
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::options::{ClockChoice, ModelChoice};
 use elite_runtime::Robot;
@@ -19,6 +19,11 @@ use crate::ports::sample::Sample;
 
 /// Most memory of the node's process, bytes.
 const NODE_MEMORY_MAX: u64 = 512 << 20;
+
+/// Readings of the clock for the epoch of the stamps: of two cycles and a half.
+const READINGS: u32 = 40;
+/// Readings of the clock in a cycle.
+const READINGS_OF_A_CYCLE: f64 = 16.0;
 
 impl Ros2Backend for PortBackend {
     fn samples(&self) -> broadcast::Receiver<Arc<Sample>> {
@@ -67,7 +72,14 @@ impl PortBackend {
         };
         let epoch = match is_virtual {
             true => 0,
-            false => unix_nanos() - (self.robot.state().time * 1e9).round() as i64,
+            false => {
+                let pause = robot.step.as_secs() / READINGS_OF_A_CYCLE;
+                epoch((0..READINGS).map(|_| {
+                    std::thread::sleep(Duration::from_secs_f64(pause));
+                    let time = self.robot.moment().time;
+                    (unix_nanos(), time)
+                }))
+            }
         };
         Ok(NodePlan {
             setup,
@@ -95,6 +107,14 @@ fn prefixed(urdf: &str, prefix: &str) -> String {
     })
 }
 
+/// What is added to the time of a cycle, ns, by pairs of UNIX time, ns, and the time of the latest cycle, s. The latest
+/// cycle is up to a cycle old, more where the motion thread was late, and no stamp may lie in the future: the pair right
+/// after a cycle counts.
+fn epoch(readings: impl Iterator<Item = (i64, f64)>) -> i64 {
+    let offsets = readings.map(|(unix, time)| unix - (time * 1e9).round() as i64);
+    offsets.min().unwrap_or_else(unix_nanos)
+}
+
 fn unix_nanos() -> i64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.map_or(0, |d| i64::try_from(d.as_nanos()).unwrap_or(i64::MAX))
@@ -103,6 +123,24 @@ fn unix_nanos() -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn stamps_begin_right_after_a_cycle_and_not_in_the_future() {
+        // Cycles of 4 ms end at whole ones, seen 0.1 ms later, and one of them is 3 ms late.
+        let begun = 1_800_000_000_000_000_000;
+        let reading = |quarter_ms: i64| {
+            let nanos = 250_000 * quarter_ms + 100_000;
+            let cycle = match nanos / 4_000_000 {
+                2 if nanos % 4_000_000 < 3_000_000 => 1,
+                cycle => cycle,
+            };
+            (begun + nanos, 0.004 * cycle as f64)
+        };
+        for first in 0..16 {
+            let offset = epoch((first..first + 40).map(reading)) - begun;
+            assert!((0..=350_000).contains(&offset), "{first}: {offset}");
+        }
+    }
 
     #[test]
     fn a_prefix_is_before_every_link_and_joint() {

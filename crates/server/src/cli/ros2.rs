@@ -45,7 +45,7 @@ pub struct Ros2Args {
     pub ros_time_factor: Option<RosFactor>,
 }
 
-/// The other side's way of mapping services.
+/// Mapping of services onto DDS, by the middleware of the peers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum RosMiddleware {
     /// rmw_fastrtps.

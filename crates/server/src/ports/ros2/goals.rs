@@ -10,9 +10,9 @@ use io_bus::ControlMode;
 use kinematics::JointPositions;
 use motion_api::{
     CommandId, MachineCommand, MotionMode, Origin, Outcome, PointList, RobotMode, RobotState,
-    SafetyMode,
+    SafetyMode, StopReason,
 };
-use ros2::link::{GoalEnd, GoalId, ControllerMessage};
+use ros2::link::{ControllerMessage, GoalEnd, GoalId};
 use ros2::messages::{
     Duration, Header, JointTrajectory, JointTrajectoryPoint, Time, TrajectoryFeedback,
     TrajectoryGoal,
@@ -50,7 +50,7 @@ struct RunningGoal {
     is_paused: bool,
 }
 
-/// Which goal moves the arm.
+/// The goal that moves the arm, if there is one.
 pub(super) struct Goals {
     prefix: String,
     epoch: i64,
@@ -138,7 +138,8 @@ impl Goals {
             || !matches!(state.safety_mode, SafetyMode::Normal | SafetyMode::Reduced)
         {
             return Err(format!(
-                "the robot mode is {} and the safety mode {}; the arm moves only when they are RUNNING and NORMAL or REDUCED",
+                "the robot mode is {} and the safety mode {}; \
+                 the arm moves only when they are RUNNING and NORMAL or REDUCED",
                 state.robot_mode, state.safety_mode
             ));
         }
@@ -283,7 +284,12 @@ impl Goals {
     }
 
     /// A cycle has passed.
-    pub(super) fn cycle(&mut self, state: &RobotState, robot: &Robot, out: &mut Vec<ControllerMessage>) {
+    pub(super) fn cycle(
+        &mut self,
+        state: &RobotState,
+        robot: &Robot,
+        out: &mut Vec<ControllerMessage>,
+    ) {
         let Some(running) = &mut self.running else {
             return;
         };
@@ -340,7 +346,12 @@ impl Goals {
         }
     }
 
-    fn command_ended(&mut self, outcome: &Outcome, robot: &Robot, out: &mut Vec<ControllerMessage>) {
+    fn command_ended(
+        &mut self,
+        outcome: &Outcome,
+        robot: &Robot,
+        out: &mut Vec<ControllerMessage>,
+    ) {
         let Some(running) = &mut self.running else {
             return;
         };
@@ -356,16 +367,21 @@ impl Goals {
                 code::INVALID_GOAL,
                 robot.sentence(refusal),
             ),
+            Outcome::ProtectiveStop(reason @ StopReason::EmergencyStop) => (
+                GoalEnd::Aborted,
+                code::PATH_TOLERANCE_VIOLATED,
+                robot.sentence(reason),
+            ),
             Outcome::ProtectiveStop(reason) => (
                 GoalEnd::Aborted,
                 code::PATH_TOLERANCE_VIOLATED,
                 format!("protective stop: {}", robot.sentence(reason)),
             ),
-            Outcome::Aborted => stopped.unwrap_or((
-                GoalEnd::Aborted,
-                code::INVALID_GOAL,
-                "something else stopped the arm".to_owned(),
-            )),
+            Outcome::Aborted => stopped.unwrap_or_else(|| {
+                // The state of the cycle that ended the command is there before its end is told.
+                let (code, message) = reason_of_stop(&robot.state());
+                (GoalEnd::Aborted, code, message)
+            }),
         };
         if let Some(running) = self.running.take() {
             running.tell_end(end, code, message, out);
@@ -384,6 +400,21 @@ impl RunningGoal {
             });
         }
     }
+}
+
+/// The code and the text for a goal whose command the controller has ended, by the state it is in since.
+fn reason_of_stop(state: &RobotState) -> (i32, String) {
+    let (robot_mode, safety_mode) = (state.robot_mode, state.safety_mode);
+    if robot_mode == RobotMode::Running && safety_mode.allows_motion() {
+        return (
+            code::INVALID_GOAL,
+            "something else stopped the arm".to_owned(),
+        );
+    }
+    (
+        code::PATH_TOLERANCE_VIOLATED,
+        format!("the robot mode is {robot_mode} and the safety mode {safety_mode}"),
+    )
 }
 
 fn difference(wanted: &[f64; 6], actual: &[f64; 6]) -> [f64; 6] {

@@ -211,7 +211,7 @@ async fn read_frames(
     }
 }
 
-/// Which cycles are shown.
+/// A rate of messages: the cycles that are published.
 struct SamplePace {
     rate: Option<f64>,
     last: Option<u64>,
