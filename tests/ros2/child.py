@@ -2,9 +2,11 @@
 
 child.py listen DOMAIN          takes joint states, reliably
 child.py goal DOMAIN SECONDS    moves the first joint by 0.4 rad in so long, and says "accepted" when that has begun
+child.py subscribe DOMAIN       subscribes to every topic of the node with every usual QoS, and says "well" when all have spoken
 child.py network                loses its network for some seconds; to be run in a network namespace of its own
 """
 
+import importlib
 import pathlib
 import subprocess
 import sys
@@ -14,6 +16,8 @@ import time
 from conftest import JOINTS, Controller, Peer
 from control_msgs.action import FollowJointTrajectory
 from rclpy.action import ActionClient
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data, qos_profile_system_default
 from sensor_msgs.msg import JointState
 
 
@@ -49,6 +53,45 @@ def goal(domain, seconds):
     say("accepted")
     peer.result(peer.ask(handle.get_result_async), seconds + 30)
     say("ended")
+
+
+def class_of(kind):
+    package, _, name = kind.split("/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def subscribe(domain):
+    peer = Peer(domain)
+    own = lambda: {
+        topic: kinds[0]
+        for topic, kinds in peer.node.get_publisher_names_and_types_by_node("elite_controller", "/")
+        # Who has nothing to say there is silent.
+        if topic not in ("/rosout", "/parameter_events") and not topic.endswith("/_action/feedback")
+    }
+    peer.wait_for(lambda: ("elite_controller", "/") in peer.node.get_node_names_and_namespaces(), 30, "the node")
+    peer.wait_for(lambda: len(own()) >= 13, 30, "the topics of the node")
+    found, warnings = {}, []
+    events = SubscriptionEventCallbacks(
+        incompatible_qos=lambda event: warnings.append(f"QoS {event}"),
+        incompatible_type=lambda event: warnings.append(f"type {event}"))
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    streams = {"depth 10": QoSProfile(depth=10), "sensor data": qos_profile_sensor_data,
+               "system default": qos_profile_system_default}
+    of_state = ("robot_mode", "safety_mode", "robot_task_running", "robot_description", "/tf_static", "/_action/status")
+    for topic, kind in own().items():
+        # What is published once, or on change, is for whoever asks for it.
+        profiles = {"latched": latched} if topic.endswith(of_state) else streams
+        for name, profile in profiles.items():
+            heard = found.setdefault((topic, name), [])
+            peer.node.create_subscription(class_of(kind), topic, heard.append, profile, event_callbacks=events)
+    silent = lambda: [key for key, heard in found.items() if not heard and not key[0].endswith("/_action/status")]
+    try:
+        peer.wait_for(lambda: not silent(), 30)
+    except AssertionError:
+        sys.exit(f"nothing comes on {silent()}")
+    assert not warnings, warnings
+    peer.close()
+    say("well")
 
 
 def network():
@@ -92,6 +135,8 @@ if __name__ == "__main__":
             listen(int(domain))
         case ["goal", domain, seconds]:
             goal(int(domain), float(seconds))
+        case ["subscribe", domain]:
+            subscribe(int(domain))
         case ["network"]:
             network()
         case other:

@@ -4,10 +4,12 @@ import itertools
 import json
 import os
 import pathlib
+import socket
 import subprocess
 import sys
 import threading
 import time
+import urllib.request
 
 import pytest
 import rclpy
@@ -65,6 +67,31 @@ class Controller:
                 if arguments[1:2] == [b"ros2"]:
                     return int(child)
         return None
+
+    def http(self, path, value=None, **headers):
+        """The JSON that the http port answers to a GET, or to a POST of a value."""
+        url = f"http://127.0.0.1:{self.ports['http']}{path}"
+        body = None if value is None else json.dumps(value).encode()
+        request = urllib.request.Request(url, body, {"Content-Type": "application/json", **headers})
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            return json.load(answer)
+
+    def order(self, do, **fields):
+        """What a button of the pendant page does."""
+        token = self.http("/api/v1/session")["token"]
+        return self.http("/api/v1/orders", {"do": do, **fields}, Authorization=f"Bearer {token}")
+
+    def dashboard(self, *lines):
+        """The replies of the dashboard."""
+        with socket.create_connection(("127.0.0.1", self.ports["dashboard"]), 10) as connection:
+            stream = connection.makefile("rw", newline="\n")
+            stream.readline()
+            replies = []
+            for line in lines:
+                stream.write(line + "\n")
+                stream.flush()
+                replies.append(stream.readline().strip())
+            return replies
 
     def close(self):
         self.process.terminate()
