@@ -100,8 +100,9 @@ refusals() {
     fi
 }
 
-# cells_with_parts ARCHITECTURE COMMAND...: records short forms of two cells with parts, and runs again what the programs of other
-# architectures have recorded of them before: every number of /cycle and /world must be the same to the last bit.
+# cells_with_parts ARCHITECTURE COMMAND...: records short forms of two cells with parts, and runs again what the
+# programs of other architectures have recorded of them before: every number of /cycle and /world must be the same to
+# the last bit.
 cells_with_parts() {
     local architecture="$1" cell recording
     shift
@@ -115,7 +116,8 @@ cells_with_parts() {
             || { cat "$work/log" >&2; fail "the cell $cell does not run"; }
         for recording in "$work/cells/$cell"-*.mcap; do
             [ "$recording" != "$work/cells/$cell-$architecture.mcap" ] || continue
-            "$@" replay "$recording" --rerun >"$work/log" 2>&1 || { cat "$work/log" >&2; fail "$architecture runs $(basename "$recording") otherwise"; }
+            "$@" replay "$recording" --rerun >"$work/log" 2>&1 \
+                || { cat "$work/log" >&2; fail "$architecture runs $(basename "$recording") otherwise"; }
             ok "every cycle and every part of $(basename "$recording") is the same here: $(grep -m 1 ^identical "$work/log")"
         done
     done
