@@ -31,6 +31,7 @@ const HEADINGS: [(&str, &str); 6] = [
 
 /// Reads a command line. What is wrong with it, and `--help`, end the process as clap does, in this language.
 pub fn parse(arguments: Vec<OsString>, language: Language) -> Cli {
+    let arguments = language_after_command(arguments);
     if language == Language::English {
         return Cli::parse_from(arguments);
     }
@@ -54,6 +55,23 @@ pub fn parse(arguments: Vec<OsString>, language: Language) -> Cli {
         };
         std::process::exit(error.exit_code())
     })
+}
+
+/// The command line with a leading `--language` put behind the command, where each command has it: before the command
+/// stand options of `serve`, which no other command takes.
+fn language_after_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let words = match arguments.get(1).and_then(|first| first.to_str()) {
+        Some("--language") => 2,
+        Some(first) if first.starts_with("--language=") => 1,
+        _ => return arguments,
+    };
+    let is_command = arguments
+        .get(1 + words)
+        .is_some_and(|name| Cli::command().find_subcommand(name).is_some());
+    if is_command {
+        arguments[1..=1 + words].rotate_left(words);
+    }
+    arguments
 }
 
 /// The command line with Chinese texts.
@@ -271,5 +289,24 @@ mod tests {
         assert_eq!(wrapped("--set speed=0.25"), "--set speed=0.25");
         let marked = "机".repeat(30) + " [默认：serve 为 realtime]";
         assert!(wrapped(&marked).ends_with("\n[默认：serve 为 realtime]"));
+    }
+
+    #[test]
+    fn a_language_before_the_command_is_the_command_s() {
+        for (given, wanted) in [
+            ("--language zh test .", "test --language zh ."),
+            ("--language=zh check a b", "check --language=zh a b"),
+            ("--language zh", "--language zh"),
+            ("--language zh --port 1", "--language zh --port 1"),
+            ("--language test check", "check --language test"),
+            ("check --language zh", "check --language zh"),
+            ("", ""),
+        ] {
+            let words = |line: &str| -> Vec<OsString> {
+                let words = line.split_whitespace().map(OsString::from);
+                std::iter::once("eliteserver".into()).chain(words).collect()
+            };
+            assert_eq!(language_after_command(words(given)), words(wanted));
+        }
     }
 }

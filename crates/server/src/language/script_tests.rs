@@ -71,6 +71,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("line {}: {}", "第 {0} 行：{1~}"),
     (
+        "names are the columns of --csv /cycle, line, program, command and the names of modes; functions are norm, and part, held, count, fallen of a cell with parts",
+        "可用的名称有 --csv /cycle 的各列、line、program、command 和各模式的名称；函数有 norm，以及带工件单元的 part、held、count、fallen",
+    ),
+    (
         "never: `{}` held at {} s, cycle {}",
         "never：`{0}` 成立，时刻 {1} s，周期 {2}",
     ),
@@ -131,6 +135,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the cell has no parts: none of its tables is [world], [[part]], [[gripper]] and their like",
         "单元中没有工件：没有 [world]、[[part]]、[[gripper]] 等表",
     ),
+    ("the condition cannot be read:", "无法读取条件："),
     (
         "the file has {} bytes, at most {} are read",
         "文件有 {0} 字节，最多读取 {1} 字节",
