@@ -625,8 +625,11 @@ fn every_sentence_of_commands_is_there_in_chinese() {
     assert_eq!(dead, [&""; 0], "no source says so any more");
 }
 
-/// What makes the sentences of tests of programs, the source of which has parts, begin.
+/// What makes the sentences of tests of programs, the source of which has parts, begin; and what the crate `controller`
+/// says of conditions that cannot be read, in lines of their own.
 const SCRIPT_TESTS_COMPOSED: &[&str] = &[
+    "the condition cannot be read:",
+    "names are the columns of --csv /cycle",
     "always: `{}` did not hold at {} s, cycle {}",
     "never: `{}` held at {} s, cycle {}",
     "one has {} items",
