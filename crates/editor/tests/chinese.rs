@@ -584,9 +584,15 @@ fn every_sentence_about_the_robot_is_there_in_chinese() {
         let sources = [&own, &of_functions, &of_tasks, &of_page];
         sources.iter().any(|texts| texts.contains(**known))
     };
-    // The source has a place for what is not there.
-    let composed = ["there is no part \"{}\""];
-    let is_said = |known: &&&str| said(known) || composed.contains(*known);
+    // The source has a place for what is not there, and the language puts together what an assertion tells.
+    let composed = [
+        "there is no part \"{}\"",
+        "the left side is {}",
+        "a text of {} characters: {}",
+        "a {} of {} items",
+    ];
+    let is_composed = |known: &str| composed.iter().any(|begin| known.starts_with(begin));
+    let is_said = |known: &&&str| said(known) || is_composed(known);
     let dead: Vec<_> = known.iter().filter(|known| !is_said(known)).collect();
     assert_eq!(dead, [&""; 0], "no source says so any more");
 }
@@ -635,9 +641,6 @@ const SCRIPT_TESTS_COMPOSED: &[&str] = &[
     "one has {} items",
     "one is a number",
     "part {}",
-    "a text of {} characters: {}",
-    "a {} of {} items",
-    "the left side is {}",
     "the program under test ",
     "the test ",
     "they differ by {}",

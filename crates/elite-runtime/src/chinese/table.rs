@@ -251,6 +251,22 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "TCP 受力为 {0} N（允许 {1} N）",
     ),
     (
+        "the left side is {}, the right side is {}",
+        "左边为 {0~}，右边为 {1~}",
+    ),
+    (
+        "the left side is {}, the right side is {}, one ends after item {}",
+        "左边为 {0~}，右边为 {1~}，其一在下标 {2} 之后结束",
+    ),
+    (
+        "the left side is {}, the right side is {}, they differ first at character {}",
+        "左边为 {0~}，右边为 {1~}，首个不同在下标 {2} 处",
+    ),
+    (
+        "the left side is {}, the right side is {}, they differ first at item {}: {} and {}",
+        "左边为 {0~}，右边为 {1~}，首个不同在下标 {2} 处：{3} 与 {4}",
+    ),
+    (
         "the motion stopped at its end instead of blending: the next one came too late or turns too sharply \
          for the speed",
         "运动在终点停下而没有交融：下一个运动来得太晚，或以此速度转弯过急",
@@ -533,6 +549,9 @@ pub(super) const WORDS: &[(&str, &str)] = &[
     ("a pose of finite numbers", "由有限的数组成的位姿"),
     ("a stopped program cannot wait", "已停止的程序不能等待"),
     ("a string", "字符串"),
+    ("a text of {} characters: {}", "{0} 个字符的字符串：{1}"),
+    ("a {} of {} items", "{1} 项的 {0}"),
+    ("a {} of {} items: {}, …", "{1} 项的 {0}：{2}, …"),
     ("an angle of the TCP", "TCP 的角度"),
     ("an integer", "整数"),
     ("an integer of at most 64 bits", "不超过 64 位的整数"),

@@ -142,22 +142,6 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("the first line must be {}", "第一行应为 {0}"),
     (
-        "the left side is {}, the right side is {}",
-        "左边为 {0~}，右边为 {1~}",
-    ),
-    (
-        "the left side is {}, the right side is {}, one ends after item {}",
-        "左边为 {0~}，右边为 {1~}，其一在下标 {2} 之后结束",
-    ),
-    (
-        "the left side is {}, the right side is {}, they differ first at character {}",
-        "左边为 {0~}，右边为 {1~}，首个不同在下标 {2} 处",
-    ),
-    (
-        "the left side is {}, the right side is {}, they differ first at item {}: {} and {}",
-        "左边为 {0~}，右边为 {1~}，首个不同在下标 {2} 处：{3} 与 {4}",
-    ),
-    (
         "the program under test did not end in its time",
         "被测程序没有按时结束",
     ),
@@ -285,10 +269,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
 /// What stands in them.
 pub(super) const WORDS: &[(&str, &str)] = &[
     ("True or False", "True 或 False"),
-    ("a text of {} characters: {}", "{0} 个字符的字符串：{1}"),
     ("a whole number from 0 to 65535", "0 到 65535 的整数"),
-    ("a {} of {} items", "{1} 项的 {0}"),
-    ("a {} of {} items: {}, …", "{1} 项的 {0}：{2}, …"),
     (
         "one has {} items, the other {}",
         "一个有 {0} 项，另一个有 {1} 项",
