@@ -10,7 +10,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::common::eliteserver;
+use crate::common::{eliteserver, said_and_status};
 
 /// A name, and the program.
 const MISTAKES: [(&str, &str); 32] = [
@@ -91,16 +91,8 @@ const MISTAKES: [(&str, &str); 32] = [
 ];
 
 fn said(folder: &Path, arguments: &[&str]) -> String {
-    let output = eliteserver()
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let mut shown = text(&output.stdout) + &text(&output.stderr);
-    shown = without_machine_time(&shown);
-    let _ = writeln!(shown, "[{}]", output.status.code().unwrap_or(-1));
-    shown
+    let (said, status) = said_and_status(folder, arguments);
+    format!("{}[{status}]\n", without_machine_time(&said))
 }
 
 /// What a run took of the machine's time is another time each time.

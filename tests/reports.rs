@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use crate::common::eliteserver;
+use crate::common::{eliteserver, said_and_status};
 use crate::wrong_input::assert_no_mixture;
 
 /// Asked in a folder with the files of [`files`].
@@ -97,15 +97,9 @@ fn files(folder: &Path) {
 }
 
 fn said(folder: &Path, arguments: &[&str]) -> String {
-    let output = eliteserver()
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let said = text(&output.stdout) + &text(&output.stderr);
+    let (said, status) = said_and_status(folder, arguments);
     assert!(!said.contains("panicked"), "{arguments:?}: {said}");
-    format!("{said}[{}]\n", output.status.code().unwrap_or(-1))
+    format!("{said}[{status}]\n")
 }
 
 /// A line of a field of a cycle: they have another test.

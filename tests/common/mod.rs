@@ -51,6 +51,19 @@ pub fn eliteserver() -> Command {
     command
 }
 
+/// What the binary says in a folder with these arguments, standard output before standard error, and its status; -1
+/// where a signal has ended it.
+pub fn said_and_status(folder: &Path, arguments: &[&str]) -> (String, i32) {
+    let output = eliteserver()
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let said = text(&output.stdout) + &text(&output.stderr);
+    (said, output.status.code().unwrap_or(-1))
+}
+
 /// A server that is killed when the test is over.
 pub struct Server {
     child: Child,

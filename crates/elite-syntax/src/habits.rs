@@ -38,7 +38,7 @@ pub fn advice(word: &str) -> Option<&'static str> {
         | "wait_di" | "wait_input" | "wait_digital_in" => {
             "write a loop: 'while not get_standard_digital_in(0): sync()'"
         }
-        "input" | "raw_input" | "TPReadNum" | "TPReadFK" => {
+        "raw_input" | "TPReadNum" | "TPReadFK" => {
             "a program asks nobody at the robot: popup() shows a message"
         }
         _ => return None,

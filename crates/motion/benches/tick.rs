@@ -67,8 +67,8 @@ fn go(script: &ScriptEndpoint, way: f64) {
     script.commands.send(Origin::default(), kind).expect("room");
 }
 
-/// The same in force mode over a plate of 20 N/mm, over a faceted ball with a faceted tool, as meshes have them, and
-/// pushed about so hard that the program is solved in most cycles.
+/// Times of ticks in force mode: over a plate of 20 N/mm, with a faceted tool over a faceted ball, as meshes have them,
+/// and with pushes so hard that the quadratic program is solved in most cycles.
 fn force_percentiles() {
     for name in ["pressing", "pressing pieces of meshes", "pushed about"] {
         let is_pushed = name == "pushed about";
