@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use messages::Localized;
 use motion_api::points::{POINTS_MAX, PointValues};
 use motion_api::{
     Command, CommandKind, CommandSender, MotionCommand, OnlineCommand, PointList, Refusal,
@@ -11,11 +12,12 @@ use recorder::{ArgumentError, CommandMessage};
 use thiserror::Error;
 
 /// A reason why a recorded command cannot be given again.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum CommandReplayError {
     /// The command is not one of this version.
     #[error("command {id} cannot be given again: {source}")]
+    #[zh("命令 {id} 不能再次发出：{source}")]
     Command {
         /// Number of the command.
         id: u64,
@@ -24,6 +26,7 @@ pub enum CommandReplayError {
     },
     /// The points of a moveml are not in the recording, or none that can be.
     #[error("command {id}, a moveml, cannot be given again: {refusal}")]
+    #[zh("命令 {id}（moveml）不能再次发出：{refusal}")]
     Points {
         /// Number of the command.
         id: u64,
@@ -32,6 +35,7 @@ pub enum CommandReplayError {
     },
     /// A command is missing in the recording.
     #[error("command {expected} is missing in the recording, command {found} comes in its place")]
+    #[zh("记录中缺少命令 {expected}，其位置上是命令 {found}")]
     Missing {
         /// The number that should come.
         expected: u64,
@@ -40,6 +44,7 @@ pub enum CommandReplayError {
     },
     /// The commands of a cycle do not fit into the ring.
     #[error("more commands than the ring holds were taken in cycle {cycle}")]
+    #[zh("周期 {cycle} 取走的命令多于环形缓冲区的容量")]
     TooMany {
         /// The cycle.
         cycle: u64,

@@ -16,6 +16,7 @@ use elite_lang::{
 };
 use elite_syntax::{KnownNames, Severity, SourceFile, check, compile, render_human};
 use kinematics::{JointPositions, Pose, RpyPose};
+use messages::Localized;
 use motion_api::{MotionMode, RobotMode, SafetyMode};
 use path_planning::{ClearanceTracker, CollisionScene, PairDistance};
 use recorder::{CycleMessage, FieldValue};
@@ -34,7 +35,7 @@ const TURNS_MAX: u32 = 5;
 const MODE_NUMBERS: std::ops::Range<i32> = -1..256;
 
 /// A reason why a condition has no answer.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum ConditionError {
     /// The text is no expression, or names something that is not in a cycle. Rendered with the place marked.
@@ -42,9 +43,13 @@ pub enum ConditionError {
         "the condition cannot be read:\n{0}\nnames are the columns of --csv /cycle, \
          line, program, command and the names of modes; functions are norm, and part, held, count, fallen of a cell with parts"
     )]
+    #[zh(
+        "无法读取条件：\n{0}\n名称为 --csv /cycle 的列、line、program、command 和各模式的名称；函数为 norm，以及有工件的单元的 part、held、count、fallen"
+    )]
     Text(String),
     /// The condition raised an exception.
     #[error("the condition fails at {time:.3} s:\n{report}")]
+    #[zh("条件在 {time:.3} s 处出错：\n{report}")]
     Raised {
         /// Time of the cycle, s.
         time: f64,
@@ -53,9 +58,11 @@ pub enum ConditionError {
     },
     /// The condition asks for distances where nothing is known of arm and cell.
     #[error("clearance() needs the arm and its cell, which are not known here")]
+    #[zh("clearance() 需要机械臂及其单元，这里不知道")]
     NoScene,
     /// The condition computes too long: it is a program rather than an expression.
     #[error("the condition takes too long for one cycle")]
+    #[zh("条件对一个周期来说计算太久")]
     StepLimit,
 }
 

@@ -5,6 +5,7 @@
 
 use core::fmt;
 
+use messages::Localized;
 use motion_api::{IoChange, IoConfig, IoImage, IoPoint, RegisterBank, Registers};
 use thiserror::Error;
 
@@ -122,25 +123,30 @@ impl RegisterValue {
 }
 
 /// A reason why a point was not set: one sentence that names it, what was given and what is allowed.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 pub enum PointError {
     /// No such point.
     #[error("{0}")]
     NoPoint(String),
     /// An output.
     #[error("{0} is an output; only inputs can be set from outside")]
+    #[zh("{0} 是输出；从外部只能设置输入")]
     Output(IoPointName),
     /// An input.
     #[error("{0} is an input; only outputs can be set here")]
+    #[zh("{0} 是输入；这里只能设置输出")]
     Input(IoPointName),
     /// An input pin of the tool that reads nothing.
     #[error("{0} reads nothing: the pin is disabled or an output")]
+    #[zh("{0} 读不到值：该引脚已停用或为输出")]
     NotReadable(IoPointName),
     /// An output pin of the tool that drives nothing.
     #[error("{0} drives nothing: the pin is disabled or an input")]
+    #[zh("{0} 不起作用：该引脚已停用或为输入")]
     NotDrivable(IoPointName),
     /// The value does not fit.
     #[error("{point} is {given}; it must be {allowed}")]
+    #[zh("{point} 为 {given}；应为 {allowed}")]
     Value {
         /// The point.
         point: IoPointName,

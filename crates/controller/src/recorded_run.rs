@@ -8,6 +8,7 @@ use std::sync::Arc;
 use elite_runtime::external::{ExternalInput, ExternalInputKind, Rerun};
 use elite_runtime::{Preset, ProgramText};
 use kinematics::{Calibration, CalibrationError, ModelError, RobotModel};
+use messages::Localized;
 use motion_api::ProgramId;
 use recorder::{ArgumentError, CommandMessage, ReadError, Recording, RecordingEntry, Setup, Topic};
 use thiserror::Error;
@@ -25,17 +26,20 @@ const BYTES_MAX: usize = 512 << 20;
 const MISSING_MAX: u64 = 200_000;
 
 /// A reason why the controller of a recording cannot be started with its setup.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum InitialSetupError {
     /// The recording does not say how the controller was started.
     #[error("the recording does not say how the controller was started, it cannot be run again")]
+    #[zh("记录没有说明控制器是如何启动的，不能重新运行")]
     NoSetup,
     /// Something of the start is not known in this version.
     #[error("the recording cannot be run again in this version: {0}")]
+    #[zh("此版本不能重新运行该记录：{0}")]
     Setup(#[from] SetupError),
     /// The recording does not begin with the controller's start.
     #[error("this is part {0} of a recording in several files; only the first can be run again")]
+    #[zh("这是多文件记录的第 {0} 部分；只有第一部分可以重新运行")]
     Part(u32),
     /// A file of the cell is lost or damaged.
     #[error(transparent)]
@@ -59,7 +63,7 @@ pub fn initial_setup(recording: &Recording) -> Result<&Setup, InitialSetupError>
 }
 
 /// A reason why the programs of a recording cannot be run again.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum RecordedRunError {
     /// The recording cannot be read.
@@ -72,12 +76,14 @@ pub enum RecordedRunError {
     #[error(
         "what came to its programs from outside is not in the recording: it was made by an earlier version"
     )]
+    #[zh("记录中没有外部传给程序的内容：它由较早的版本生成")]
     NoExternal,
     /// A message is none.
     #[error(
         "message {number} of {} cannot be read: {reason}",
         external_topic::TOPIC
     )]
+    #[zh("无法读取 {} 的第 {number} 条消息：{reason}", external_topic::TOPIC)]
     Message {
         /// Number of the message.
         number: usize,
@@ -86,6 +92,7 @@ pub enum RecordedRunError {
     },
     /// A recorded command is not one of this version.
     #[error("command {id} cannot be given again: {source}")]
+    #[zh("命令 {id} 不能再次发出：{source}")]
     Command {
         /// Number of the command.
         id: u64,
@@ -96,6 +103,7 @@ pub enum RecordedRunError {
     #[error(
         "the recording has {recorded} cycles up to cycle {last}; at most {MISSING_MAX} missing ones are run"
     )]
+    #[zh("到第 {last} 周期为止记录有 {recorded} 个周期；缺少的周期最多补运行 {MISSING_MAX} 个")]
     Gap {
         /// Number of cycles in the recording.
         recorded: u64,
@@ -104,6 +112,7 @@ pub enum RecordedRunError {
     },
     /// The recording has more of something than is read.
     #[error("the recording has more of {what} than are run again ({most})")]
+    #[zh("记录中的{what}多于可重新运行的数量（{most}）")]
     TooMany {
         /// Kind of the entries.
         what: &'static str,
@@ -113,11 +122,12 @@ pub enum RecordedRunError {
 }
 
 /// What makes the arm of a recording unusable.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum RecordedModelError {
     /// The arm cannot be made.
     #[error("the arm of the recording cannot be made: {0}")]
+    #[zh("无法构建记录中的机械臂：{0}")]
     Model(#[from] ModelError),
     /// What was measured of the arm does not fit it.
     #[error(transparent)]

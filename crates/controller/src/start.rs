@@ -19,6 +19,7 @@ use elite_runtime::{
 use io_bus::serial::SerialLine;
 use io_bus::{Fieldbus, SimulatedPeers};
 use kinematics::{CalibrationError, ModelError, Pose, RobotModel};
+use messages::Localized;
 use motion::{ControlLoop, CycleConfig};
 use motion_api::{
     CommandSender, Origin, Registers, RingCapacities, ScriptEndpoint, SnapshotCell, Timeline,
@@ -47,7 +48,7 @@ use crate::running::Controller;
 use crate::start_configuration::{SetupError, cycle_config};
 
 /// What kept the controller from starting; each is a sentence for the person who typed the command.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum StartError {
     /// A folder of `--allow fs=DIR` is not there.
@@ -55,6 +56,7 @@ pub enum StartError {
     Folder(#[from] SandboxError),
     /// The arm's description is not usable.
     #[error("cannot use the model {model}: {source}")]
+    #[zh("无法使用型号 {model}：{source}")]
     Model {
         /// Name of the model as it was given.
         model: String,
@@ -63,6 +65,7 @@ pub enum StartError {
     },
     /// The URDF file cannot be read.
     #[error("cannot read the model {}: {source}", path.display())]
+    #[zh("无法读取型号 {}：{source}", path.display())]
     ModelFile {
         /// The file as it was given.
         path: PathBuf,
@@ -77,6 +80,7 @@ pub enum StartError {
     Cell(#[from] CellError),
     /// The world of the cell cannot be.
     #[error("the cell file: {0}")]
+    #[zh("单元文件：{0}")]
     World(#[from] Box<world::WorldError>),
     /// A setting does not fit the arm.
     #[error(transparent)]
@@ -86,6 +90,7 @@ pub enum StartError {
     Setup(#[from] SetupError),
     /// The file of the recording cannot be made.
     #[error("cannot write the recording {}: {source}", path.display())]
+    #[zh("无法写入记录 {}：{source}", path.display())]
     RecordingFile {
         /// The file as it was given.
         path: PathBuf,
@@ -100,6 +105,7 @@ pub enum StartError {
     Recording(#[from] RecordError),
     /// The operating system gave no thread.
     #[error("cannot start a thread: {0}")]
+    #[zh("无法启动线程：{0}")]
     Thread(#[from] io::Error),
 }
 

@@ -5,6 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use kinematics::{Calibration, CalibrationError, RobotModel};
+use messages::Localized;
 use motion::{CycleConfig, PlantKind};
 use recorder::Setup;
 use thiserror::Error;
@@ -23,20 +24,23 @@ pub const IDEAL: &str = "ideal";
 pub const ROBOT: &str = "robot";
 
 /// A [`Setup`] that this version cannot start from.
-#[derive(Debug, Error, PartialEq)]
+#[derive(Debug, Error, PartialEq, Localized)]
 #[non_exhaustive]
 pub enum SetupError {
     /// The plant is none of this version's.
     #[error("there is no plant {0:?}; allowed are {RIGID:?}, {RAPIER:?} and {IDEAL:?}")]
+    #[zh("没有 plant {0:?}；允许 {RIGID:?}、{RAPIER:?} 和 {IDEAL:?}")]
     Plant(String),
     /// Another controller than ours moved the arm.
     #[error(
         "this is a recording of a robot elsewhere, which has no commands to run again; `compare` tells how far another \
          recording is from it"
     )]
+    #[zh("这是其他机器人的记录，其中没有可重新运行的命令；`compare` 可报告另一记录与它相差多少")]
     RemoteRobot,
     /// A payload the arm is not rated for.
     #[error("--payload {mass} kg is more than the {rated} kg that {model} is rated for")]
+    #[zh("--payload {mass} kg 超过 {model} 的额定负载 {rated} kg")]
     Payload {
         /// Mass that was given, kg.
         mass: f64,
@@ -48,7 +52,7 @@ pub enum SetupError {
 }
 
 /// Settings in a recording that no controller here can have.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum RecordedSettingsError {
     /// The plant is none of this version's.
@@ -56,9 +60,11 @@ pub enum RecordedSettingsError {
     Plant(#[from] SetupError),
     /// What was measured of the arm is damaged.
     #[error("the calibration in the recording is not usable: {0}")]
+    #[zh("记录中的标定不可用：{0}")]
     Calibration(#[from] CalibrationError),
     /// The cycles were longer or shorter than those of a controller here.
     #[error("the recording has cycles of {millis} ms; {allowed}")]
+    #[zh("记录的周期为 {millis} ms；{allowed}")]
     Step {
         /// Length of a cycle, rounded, ms.
         millis: f64,

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use elite_runtime::message::Observer;
 use elite_runtime::{Instrumentation, ProgramText, SubmitError, TaskState};
+use messages::Localized;
 use motion_api::{RobotState, Seconds};
 use parking_lot::Mutex;
 use path_planning::CollisionScene;
@@ -37,14 +38,16 @@ const LEAVING_POLL: Duration = Duration::from_micros(20);
 const SENDER: &str = "the owner of the controller";
 
 /// A reason why a call could not do what it was asked for.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum SteppedError {
     /// A program runs.
     #[error("a program is running; stop it first, or let it run to its end")]
+    #[zh("程序正在运行；请先停止它，或让它运行到结束")]
     Running,
     /// No program was started.
     #[error("no program was started")]
+    #[zh("没有启动程序")]
     NoProgram,
     /// The program could not be started.
     #[error(transparent)]
@@ -55,6 +58,7 @@ pub enum SteppedError {
         .wall.as_secs_f64(),
         in_line(*.line)
     )]
+    #[zh("{} s 内没有仿真时间经过：程序只计算不等待；已停止{}", .wall.as_secs_f64(), in_line(*.line))]
     Stuck {
         /// Longest time without progress.
         wall: Duration,
@@ -63,6 +67,7 @@ pub enum SteppedError {
     },
     /// The program was told to stop and does not.
     #[error("the program was stopped and has not ended within {} s", END_MAX.as_secs())]
+    #[zh("程序被停止，但在 {} s 内没有结束", END_MAX.as_secs())]
     DoesNotEnd,
     /// The control cycle met a fault of ours.
     #[error("{0}")]

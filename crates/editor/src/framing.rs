@@ -6,6 +6,7 @@
 
 use std::io::{self, BufRead, Read, Write};
 
+use messages::Localized;
 use serde_json::Value as Json;
 use thiserror::Error;
 
@@ -18,23 +19,28 @@ const SHOWN_CHARS_MAX: usize = 80;
 const SKIP_BYTES: u64 = 64 << 10;
 
 /// The reason for which there is no next message.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum FramingError {
     /// Reading failed.
     #[error("cannot read from the client: {0}")]
+    #[zh("无法从客户端读取：{0}")]
     Read(#[from] io::Error),
     /// A line that belongs to no header. The next line may begin one.
     #[error("the client sent {0:?} where the header of a message should be")]
+    #[zh("应为消息头之处客户端发送了 {0:?}")]
     Header(String),
     /// A header without a length.
     #[error("the client sent a message without a Content-Length")]
+    #[zh("客户端发送的消息没有 Content-Length")]
     NoLength,
     /// A length that is no number.
     #[error("the client sent a message with the Content-Length {0:?}, which is no number of bytes")]
+    #[zh("客户端发送的消息的 Content-Length 为 {0:?}，不是字节数")]
     BadLength(String),
     /// More than is taken. [`skip`] leads to the next message.
     #[error("the client sent a message of {length} bytes, {most} are allowed")]
+    #[zh("客户端发送的消息有 {length} 字节，允许 {most} 字节")]
     TooLong {
         /// Length of the message, bytes.
         length: u64,
@@ -43,6 +49,7 @@ pub enum FramingError {
     },
     /// The stream ended within a message.
     #[error("the client left in the midst of a message")]
+    #[zh("客户端在消息中途断开")]
     Cut,
 }
 

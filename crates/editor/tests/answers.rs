@@ -1,7 +1,7 @@
 //! What each request answers, on small programs.
 
 use editor::analysis::library;
-use editor::analysis::words::Language;
+use editor::analysis::words::{Language, LanguageWords as _};
 use serde_json::{Value, json};
 
 use crate::client::{Client, URI};

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use editor::analysis::words::Language;
+use editor::analysis::words::{Language, LanguageWords as _};
 use elite_syntax::chinese::PhraseTable;
 
 /// What commands say; the tables are `server`'s, which this crate does not know.

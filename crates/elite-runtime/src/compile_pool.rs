@@ -7,6 +7,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
+use messages::Localized;
 use supervision::{Fault, ThreadRole, ThreadSupervisor, catch, injection};
 use thiserror::Error;
 use tokio::sync::oneshot;
@@ -17,13 +18,15 @@ const WAITING_MAX: usize = 256;
 const SHORT_MAX: usize = 64 << 10;
 
 /// The reason for which a text was not compiled.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq, Localized)]
 pub enum CompilePoolError {
     /// Too many texts wait.
     #[error("{WAITING_MAX} texts wait to be compiled already")]
+    #[zh("已有 {WAITING_MAX} 个文本等待编译")]
     Full,
     /// The compiler ended in a bug, or no thread could be started.
     #[error("the text could not be compiled: the compiler failed")]
+    #[zh("文本无法编译：编译器出错")]
     Failed,
 }
 

@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use messages::Localized;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, Writer};
 use thiserror::Error;
@@ -25,13 +26,15 @@ pub struct Variable {
 }
 
 /// A file that is none.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 pub enum NoVariables {
     /// The text is no XML.
     #[error("it is no XML: {0}")]
+    #[zh("不是 XML：{0}")]
     Xml(String),
     /// More than there is room for.
     #[error("it has more than {VARIABLES_MAX} variables")]
+    #[zh("变量超过 {VARIABLES_MAX} 个")]
     TooMany,
 }
 

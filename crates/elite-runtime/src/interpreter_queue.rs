@@ -5,6 +5,7 @@
 
 use std::collections::VecDeque;
 
+use messages::Localized;
 use thiserror::Error;
 
 /// Most statements that can wait (manual 2.2).
@@ -29,14 +30,16 @@ pub enum QueueEffect {
 }
 
 /// The reason for which a statement was not accepted; the statement comes back in the variant.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 pub enum PushError<S> {
     /// [`STATEMENTS_MAX`] wait.
     #[error("{STATEMENTS_MAX} statements wait to be executed, which is the limit")]
+    #[zh("已有 {STATEMENTS_MAX} 条语句等待执行，达到上限")]
     Full(S),
     /// An accepted `clear_interpreter()` has not been executed yet; try again when [`StatementQueue::is_held`] is
     /// false.
     #[error("a clear_interpreter() has to be executed first")]
+    #[zh("必须先执行 clear_interpreter()")]
     Held(S),
 }
 

@@ -4,6 +4,7 @@
 //! program elsewhere.
 
 use elite_syntax::{Severity, SourceFile, check};
+use messages::Localized;
 use thiserror::Error;
 
 use crate::builtins::known_names;
@@ -19,8 +20,9 @@ pub struct Preset {
 }
 
 /// An argument of `--set` that cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[error("--set {given}: {why}")]
+#[zh("--set {given}：{why}")]
 pub struct PresetError {
     /// The argument as the user gave it.
     pub given: String,

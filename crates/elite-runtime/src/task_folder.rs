@@ -8,6 +8,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Component, Path, PathBuf};
 
+use messages::Localized;
 use thiserror::Error;
 
 use crate::task::SandboxRoots;
@@ -25,23 +26,26 @@ const TASK_ENDINGS: [&str; 2] = ["task", "script"];
 const POINTS_ENDINGS: [&str; 2] = ["txt", "csv"];
 
 /// The reason for which a file of the task folder cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[non_exhaustive]
 pub enum FolderError {
     /// The name leads out of the folder.
     #[error("{name} leads out of the task folder")]
+    #[zh("{name} 超出任务文件夹")]
     Outside {
         /// The name as it was given.
         name: String,
     },
     /// There is no such file.
     #[error("there is no {name} in the task folder")]
+    #[zh("任务文件夹中没有 {name}")]
     Missing {
         /// The name as it was given.
         name: String,
     },
     /// The file cannot be read.
     #[error("{name} cannot be read: {reason}")]
+    #[zh("无法读取 {name}：{reason}")]
     Unreadable {
         /// The name as it was given.
         name: String,
@@ -52,6 +56,7 @@ pub enum FolderError {
     #[error(
         "{name} is a task of the pendant in XML, and {script}, the program that it sends, {trouble}"
     )]
+    #[zh("{name} 是示教器的 XML 任务，而它发送的程序 {script} {trouble}")]
     NoProgram {
         /// The name as it was given.
         name: String,

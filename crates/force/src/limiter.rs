@@ -15,6 +15,7 @@ use clarabel::solver::{
 };
 use kinematics::bounds::within;
 use kinematics::{DOF, JointSpeeds};
+use messages::Localized;
 use nalgebra::{Matrix6, Vector6};
 use thiserror::Error;
 
@@ -35,11 +36,12 @@ const UNLIMITED_HALF_WIDTHS: f64 = 100.0;
 const TWIST_TOLERANCE: f64 = 1e-9;
 
 /// What is wrong with a limiter or its input.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 #[non_exhaustive]
 pub enum LimiterError {
     /// An input of a solve is NaN or infinite.
     #[error("the {name} has a component that is not a finite number")]
+    #[zh("{name} 有一个分量不是有限数")]
     NotFinite {
         /// The name of the input.
         name: &'static str,
@@ -49,6 +51,7 @@ pub enum LimiterError {
         "joint {} may be no slower than {lower} rad/s and no faster than {upper} rad/s: no speed is left",
         joint + 1
     )]
+    #[zh("关节 {} 不得慢于 {lower} rad/s 且不得快于 {upper} rad/s：没有可用的速度", joint + 1)]
     InfeasibleBounds {
         /// Joint from 0.
         joint: usize,
@@ -59,6 +62,7 @@ pub enum LimiterError {
     },
     /// The solver cannot be made.
     #[error("the solver cannot be made: {status}")]
+    #[zh("无法建立求解器：{status}")]
     Solver {
         /// What the solver says.
         status: &'static str,

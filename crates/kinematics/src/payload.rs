@@ -2,6 +2,7 @@
 
 use crate::matrix3::product;
 use crate::pose::Pose;
+use messages::Localized;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 /// Mass properties of one rigid body in some frame.
@@ -65,14 +66,16 @@ impl RigidBody {
 }
 
 /// What is wrong with a payload's numbers.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Localized)]
 #[non_exhaustive]
 pub enum PayloadError {
     /// A component is NaN or infinite.
     #[error("the payload has a component that is not a finite number")]
+    #[zh("负载有分量不是有限的数")]
     NotFinite,
     /// The mass is negative.
     #[error("the payload mass is {mass_kg} kg, it must not be negative")]
+    #[zh("负载质量为 {mass_kg} kg，不能为负")]
     NegativeMass {
         /// The mass that was given, kg.
         mass_kg: f64,
@@ -83,6 +86,7 @@ pub enum PayloadError {
          they must not be negative and none may exceed the sum of the other two",
         inertia.map(|x| x.to_string()).join(", ")
     )]
+    #[zh("负载惯量 [{}] 不属于任何刚体：主惯量为 {principal:?} kg m²，不能为负，且任一个不能超过另两个之和", inertia.map(|x| x.to_string()).join(", "))]
     ImpossibleInertia {
         /// Ixx, Iyy, Izz, Ixy, Ixz, Iyz as given, kg m².
         inertia: [f64; 6],

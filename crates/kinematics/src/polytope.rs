@@ -4,6 +4,7 @@
 //! Owns the exact signed distance of a point. Everything is computed when the body is made; questions allocate nothing.
 //! Where such bodies come from is no business of this module: pieces of meshes are cut elsewhere.
 
+use messages::Localized;
 use nalgebra::Vector3;
 
 /// A corner may lie above the plane of a face by this share of the body's size.
@@ -44,29 +45,33 @@ pub struct Edge {
 }
 
 /// Points and faces that are no convex body.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Localized)]
 #[non_exhaustive]
 pub enum PolytopeError {
     /// Too few or too many points.
     #[error("a convex body has 4 to {} points, not {given}", Polytope::MAX_POINTS)]
+    #[zh("凸体有 4 到 {} 个点，不能是 {given} 个", Polytope::MAX_POINTS)]
     PointCount {
         /// How many there are.
         given: usize,
     },
     /// A coordinate is not finite.
     #[error("point {index} has a coordinate that is not finite")]
+    #[zh("第 {index} 点有一个坐标不是有限数")]
     NotFinite {
         /// Index of the point.
         index: usize,
     },
     /// A face has too few corners, names a point that does not exist, or has no area.
     #[error("face {index} is no polygon of the points")]
+    #[zh("面 {index} 不是由这些点构成的多边形")]
     Face {
         /// Index of the face.
         index: usize,
     },
     /// A point lies outside of a face.
     #[error("point {point} lies {distance} m outside of face {face}")]
+    #[zh("第 {point} 点在面 {face} 外 {distance} m 处")]
     NotConvex {
         /// Index of the point.
         point: usize,
@@ -79,6 +84,7 @@ pub enum PolytopeError {
     #[error(
         "the faces do not close: the edge from point {from} to point {to} belongs to one face only"
     )]
+    #[zh("面没有闭合：从第 {from} 点到第 {to} 点的边只属于一个面")]
     Open {
         /// Index of one end.
         from: usize,

@@ -9,14 +9,16 @@ use crate::rotation::{
     rotation_from_rotvec, rotation_from_rpy, rotvec_from_rotation, rpy_from_rotation,
 };
 use crate::wrench::Wrench;
+use messages::Localized;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// An argument for which a function has no value.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Localized)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum DomainError {
     #[error("{function}(): {argument} must be {allowed}, got {value}")]
+    #[zh("{function}()：{argument} 必须{allowed}，给出的是 {value}")]
     Argument {
         function: &'static str,
         argument: &'static str,
@@ -24,10 +26,13 @@ pub enum DomainError {
         allowed: &'static str,
     },
     #[error("normalize(): invalid parameter, v has length zero and so no direction")]
+    #[zh("normalize()：参数无效，v 的长度为零，没有方向")]
     NoDirection,
     #[error("cal_rpy_frame(): {argument} has length zero and so no direction")]
+    #[zh("cal_rpy_frame()：{argument} 的长度为零，没有方向")]
     NoAxis { argument: &'static str },
     #[error("cal_rpy_frame(): x_direction and y_direction are parallel, so they span no plane")]
+    #[zh("cal_rpy_frame()：x_direction 与 y_direction 平行，不能构成平面")]
     Parallel,
 }
 

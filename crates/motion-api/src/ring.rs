@@ -6,6 +6,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use messages::Localized;
 use rtrb::chunks::ReadChunk;
 use rtrb::{Consumer, Producer, RingBuffer};
 use thiserror::Error;
@@ -72,8 +73,9 @@ pub struct PointListHandoff {
 const POINT_LIST_SLOTS: usize = 8;
 
 /// The ring is full: the motion thread has not taken a command for a while.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error, Localized)]
 #[error("{capacity} commands wait already; the motion thread does not keep up")]
+#[zh("已有 {capacity} 条命令等待；运动线程来不及处理")]
 pub struct RingFull {
     /// How many commands the ring holds.
     pub capacity: usize,

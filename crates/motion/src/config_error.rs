@@ -1,13 +1,15 @@
 //! What can be wrong with a configuration, in sentences for whoever wrote it.
 
+use messages::Localized;
 use thiserror::Error;
 
 /// What is wrong with a configuration.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 #[non_exhaustive]
 pub enum ConfigError {
     /// The cycle is too short or too long.
     #[error("the step time is {given_s} s, allowed are 0.001 to 0.008 s")]
+    #[zh("步长为 {given_s} s，允许 0.001 到 0.008 s")]
     StepTime {
         /// The step time as it was given, s.
         given_s: f64,
@@ -17,6 +19,7 @@ pub enum ConfigError {
         "home puts joint {} at {value:.4} rad, allowed is {min:.4} to {max:.4} rad",
         joint + 1
     )]
+    #[zh("home 使关节 {} 位于 {value:.4} rad，允许 {min:.4} 到 {max:.4} rad", joint + 1)]
     Home {
         /// Joint from 0.
         joint: usize,
@@ -29,15 +32,18 @@ pub enum ConfigError {
     },
     /// The limiter of force mode cannot be made.
     #[error("force mode: {0}")]
+    #[zh("力控模式：{0}")]
     Force(#[from] force::LimiterError),
     /// A number is NaN or infinite.
     #[error("{name} has a component that is not a finite number")]
+    #[zh("{name} 有分量不是有限的数")]
     NotFinite {
         /// The name of the setting.
         name: &'static str,
     },
     /// A limit is not positive, or wider than what the arm can do.
     #[error("limit {name} of joint {} is {given}, allowed is {least} up to the arm's {own}", joint + 1)]
+    #[zh("关节 {} 的限值 {name} 为 {given}，允许 {least} 到机械臂的 {own}", joint + 1)]
     JointLimit {
         /// Name of the key.
         name: &'static str,
@@ -56,6 +62,7 @@ pub enum ConfigError {
          arm's {own_min:.4} to {own_max:.4} rad",
         joint + 1
     )]
+    #[zh("关节 {} 的位置范围为 {min} 到 {max} rad；不能为空，且必须在机械臂的 {own_min:.4} 到 {own_max:.4} rad 之内", joint + 1)]
     PositionRange {
         /// Joint from 0.
         joint: usize,
@@ -70,6 +77,7 @@ pub enum ConfigError {
     },
     /// A limit of speed or force that is not positive.
     #[error("limit {name} is {given} {unit}, it must be at least {least}")]
+    #[zh("限值 {name} 为 {given} {unit}，至少应为 {least}")]
     Speed {
         /// Name of the key.
         name: &'static str,
@@ -84,6 +92,7 @@ pub enum ConfigError {
     #[error(
         "limit {name} is {given} {unit}, it must not be more than the {normal} {unit} outside of reduced mode"
     )]
+    #[zh("限值 {name} 为 {given} {unit}，不能超过缩减模式之外的 {normal} {unit}")]
     AboveNormal {
         /// Name of the key.
         name: &'static str,
@@ -96,6 +105,7 @@ pub enum ConfigError {
     },
     /// A ring of the border is too small for the promises made about it.
     #[error("the {ring} ring holds {given} entries, at least {needed} are needed")]
+    #[zh("{ring} 缓冲区有 {given} 项，至少需要 {needed} 项")]
     RingTooSmall {
         /// The name of the ring.
         ring: &'static str,
@@ -106,6 +116,7 @@ pub enum ConfigError {
     },
     /// The arm's masses cannot be simulated.
     #[error("the arm cannot be simulated: {what}")]
+    #[zh("无法仿真机械臂：{what}")]
     Plant {
         /// The reason, in words.
         what: &'static str,

@@ -9,6 +9,7 @@ use std::sync::mpsc;
 use std::thread::Thread;
 use std::time::Duration;
 
+use messages::Localized;
 use motion_api::Timeline;
 use platform::clock::{now, sleep_until};
 use platform::priority;
@@ -53,13 +54,14 @@ impl Default for RealtimeOptions {
 }
 
 /// Something the operating system refused. The thread runs all the same, with less certain timing.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[non_exhaustive]
 pub enum SetupWarning {
     /// No FIFO priority.
     #[error(
         "the motion thread gets no FIFO priority {priority} ({reason}); cycles may be late under load"
     )]
+    #[zh("运动线程得不到 FIFO 优先级 {priority}（{reason}）；有负载时周期可能延迟")]
     Priority {
         /// Wanted.
         priority: u8,
@@ -68,6 +70,7 @@ pub enum SetupWarning {
     },
     /// Memory is not locked.
     #[error("memory cannot be locked ({reason}); cycles may be late when memory is short")]
+    #[zh("无法锁定内存（{reason}）；内存不足时周期可能延迟")]
     Memory {
         /// What the system said.
         reason: String,

@@ -4,6 +4,7 @@
 
 use std::io;
 
+use messages::Localized;
 use thiserror::Error;
 
 /// Bytes of a token.
@@ -49,16 +50,19 @@ impl core::fmt::Debug for Token {
 pub struct PageId(pub u64);
 
 /// A reason why an order is not taken, told in a sentence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error, Localized)]
 pub enum ControlError {
     /// No token, or a wrong one.
     #[error("the token is missing or wrong; the server prints it when it starts with --bind")]
+    #[zh("令牌缺失或错误；服务器以 --bind 启动时会打印令牌")]
     Token,
     /// Another page has control.
     #[error("page {} has control; take control first", .0.0)]
+    #[zh("页面 {} 拥有控制权；请先取得控制权", .0.0)]
     Taken(PageId),
     /// Nobody has control.
     #[error("this page has no control; take control first")]
+    #[zh("此页面没有控制权；请先取得控制权")]
     NotTaken,
 }
 

@@ -8,9 +8,10 @@ use std::path::Path;
 
 use editor::analysis::completion::{self, CompletionKind};
 use editor::analysis::fixes::fixes;
-use editor::analysis::words::Language;
+use editor::analysis::words::{Language, LanguageWords as _};
 use editor::analysis::{Analysis, TextKind, hover, signature};
 use elite_syntax::{Severity, Span};
+use messages::Localized;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use thiserror::Error;
@@ -38,13 +39,15 @@ pub struct TextQuery {
 }
 
 /// A reason why a question is not answered, told in a sentence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error, Localized)]
 pub enum QuestionError {
     /// The text is too long.
     #[error("text is {0} bytes long; it must be at most {PROGRAM_BYTES_MAX} bytes long")]
+    #[zh("text 有 {0} 字节；最多 {PROGRAM_BYTES_MAX} 字节")]
     Text(usize),
     /// The name is too long.
     #[error("name is {0} bytes long; it must be at most {NAME_BYTES_MAX} bytes long")]
+    #[zh("name 有 {0} 字节；最多 {NAME_BYTES_MAX} 字节")]
     Name(usize),
 }
 

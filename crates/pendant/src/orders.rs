@@ -3,6 +3,7 @@
 //! Owns names, ranges and the words of refusal. Carrying an order out, and whether the arm may move at all, is the
 //! controller's business: orders go the way of every other port's.
 
+use messages::Localized;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
@@ -168,13 +169,15 @@ const fn full() -> f64 {
 }
 
 /// A reason why a request is no order, told in a sentence.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 pub enum OrderError {
     /// The text does not have the form of a request.
     #[error("this is no request: {0}")]
+    #[zh("这不是请求：{0}")]
     Form(String),
     /// A number is outside its range.
     #[error("{name} is {given}; it must be {allowed}")]
+    #[zh("{name} 为 {given}；应为 {allowed}")]
     Range {
         /// Name of the value.
         name: &'static str,

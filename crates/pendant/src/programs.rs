@@ -11,6 +11,7 @@ use std::path::{Component, Path, PathBuf};
 
 use elite_runtime::builtins::{self, declare::FROM_OUTPUT};
 use elite_runtime::task_folder::{FolderError, TaskFolder};
+use messages::Localized;
 use serde_json::{Value, json};
 use thiserror::Error;
 
@@ -24,18 +25,21 @@ const DEPTH_MAX: usize = 4;
 const LOOKED_AT_MAX: usize = 20_000;
 
 /// A reason why a program was not saved, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 pub enum SaveError {
     /// The name is not that of a program.
     #[error(
         "{0:?} is no name of a program: it ends with .script or .task and stays inside the task folder"
     )]
+    #[zh("{0:?} 不是程序名：应以 .script 或 .task 结尾，并位于任务文件夹内")]
     Name(String),
     /// The program is too long.
     #[error("the program has {0} bytes, at most {PROGRAM_BYTES_MAX} are saved")]
+    #[zh("程序有 {0} 字节，最多保存 {PROGRAM_BYTES_MAX} 字节")]
     Long(usize),
     /// Somebody else has saved it since.
     #[error("{name} is not what it was when it was opened; somebody else has saved it")]
+    #[zh("{name} 在打开后已被他人保存")]
     Changed {
         /// Name of the program.
         name: String,
@@ -44,9 +48,11 @@ pub enum SaveError {
     },
     /// The program is a task in XML.
     #[error("{0} is a task of the pendant in XML, which is not edited here")]
+    #[zh("{0} 是示教器的 XML 任务，不能在这里编辑")]
     Xml(String),
     /// The folder does not take it.
     #[error("{name} cannot be saved: {source}")]
+    #[zh("无法保存 {name}：{source}")]
     System {
         /// Name of the program.
         name: String,

@@ -5,6 +5,7 @@
 //! again.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
+use messages::Localized;
 use motion_api::{
     CommandId, CommandKind, EncoderRange, FreedriveFrame, IoChange, MachineCommand, MotionCommand,
     OffsetAxes, OnlineCommand, OverlayCommand, PulseDecoding, SensingCommand, SettingCommand,
@@ -13,17 +14,19 @@ use serde_json::{Map, Value};
 use thiserror::Error;
 
 /// Recorded arguments that do not make a command.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[non_exhaustive]
 pub enum ArgumentError {
     /// No command has that name.
     #[error("there is no command {name:?} in this version")]
+    #[zh("此版本没有命令 {name:?}")]
     UnknownCommand {
         /// The name found.
         name: String,
     },
     /// An argument is missing or of another kind.
     #[error("{command}: argument {argument:?} is {found}, which does not fit")]
+    #[zh("{command}：参数 {argument:?} 为 {found}，不合适")]
     Argument {
         /// The command.
         command: &'static str,

@@ -5,6 +5,7 @@
 //! description; they make a recording complete, so that a state read back is the state that was recorded.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
+use messages::Localized;
 use motion_api::{CommandId, IoConfig, MotionMode, RobotMode, RobotState, SafetyMode};
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::source_code_info::Location;
@@ -183,11 +184,12 @@ message! {
 }
 
 /// A recorded cycle that is not a state of the robot.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[non_exhaustive]
 pub enum CycleError {
     /// A vector has the wrong length.
     #[error("cycle {cycle}: {field} has {found} elements, it needs {wanted}")]
+    #[zh("周期 {cycle}：{field} 有 {found} 个元素，需要 {wanted} 个")]
     Length {
         /// The cycle it was found in.
         cycle: u64,
@@ -200,6 +202,7 @@ pub enum CycleError {
     },
     /// The motion generator has a name that this version does not know.
     #[error("cycle {cycle}: the motion generator {mode:?} is not known to this version")]
+    #[zh("周期 {cycle}：此版本不认识运动生成器 {mode:?}")]
     Mode {
         /// The cycle it was found in.
         cycle: u64,

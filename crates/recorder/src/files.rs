@@ -11,6 +11,7 @@ use std::sync::Arc;
 use mcap::McapError;
 use mcap::records::{AttachmentHeader, Record, op};
 use mcap::write::NoSeek;
+use messages::Localized;
 use thiserror::Error;
 
 use crate::chunks::CHUNK_BYTES;
@@ -33,13 +34,14 @@ pub(crate) const MAX_RECORD_BYTES: usize = MAX_FILE_BYTES + MAX_PATH_BYTES + 102
 pub type CellFiles = BTreeMap<String, Arc<[u8]>>;
 
 /// A reason why files of a cell cannot stand in a recording.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[non_exhaustive]
 pub enum CellFileError {
     /// One is too large.
     #[error(
         "the file {path:?} of the cell has {bytes} bytes; a recording takes files of at most {MAX_FILE_BYTES}"
     )]
+    #[zh("单元的文件 {path:?} 有 {bytes} 字节；一个记录接受的文件最大为 {MAX_FILE_BYTES} 字节")]
     Size {
         /// The file.
         path: String,
@@ -50,12 +52,14 @@ pub enum CellFileError {
     #[error(
         "the files of the cell have {bytes} bytes together; a recording takes at most {MAX_FILES_BYTES}"
     )]
+    #[zh("单元的文件共有 {bytes} 字节；一个记录最多接受 {MAX_FILES_BYTES} 字节")]
     TotalSize {
         /// Size of all files.
         bytes: usize,
     },
     /// There are too many.
     #[error("the cell has {count} files; a recording takes at most {MAX_FILES}")]
+    #[zh("单元有 {count} 个文件；一个记录最多接受 {MAX_FILES} 个")]
     Count {
         /// Number of files.
         count: usize,
@@ -64,6 +68,7 @@ pub enum CellFileError {
     #[error(
         "the path of a file of the cell has {bytes} bytes; a recording takes paths of 1 to {MAX_PATH_BYTES}"
     )]
+    #[zh("单元中一个文件的路径有 {bytes} 字节；一个记录接受 1 到 {MAX_PATH_BYTES} 字节的路径")]
     Path {
         /// Length of the path.
         bytes: usize,

@@ -2,16 +2,18 @@
 
 use std::io;
 
+use messages::Localized;
 use thiserror::Error;
 
 use crate::setup::SetupError;
 
 /// A reason why a recording cannot be read.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum ReadError {
     /// The file cannot be opened or read.
     #[error("cannot read {path}: {source}")]
+    #[zh("无法读取 {path}：{source}")]
     Io {
         /// The file.
         path: String,
@@ -20,6 +22,7 @@ pub enum ReadError {
     },
     /// Not an MCAP file.
     #[error("{path} is not an MCAP file: {reason}")]
+    #[zh("{path} 不是 MCAP 文件：{reason}")]
     NotMcap {
         /// The file.
         path: String,
@@ -28,6 +31,7 @@ pub enum ReadError {
     },
     /// An MCAP file that is damaged before its first cycle.
     #[error("{path} is damaged: {reason}")]
+    #[zh("{path} 已损坏：{reason}")]
     Damaged {
         /// The file.
         path: String,
@@ -36,6 +40,7 @@ pub enum ReadError {
     },
     /// An MCAP file without the topic of the cycles.
     #[error("{path} is not a recording of eliteserver: it has no topic /cycle")]
+    #[zh("{path} 不是 eliteserver 的记录：没有主题 /cycle")]
     NotARecording {
         /// The file.
         path: String,
@@ -50,6 +55,7 @@ pub enum ReadError {
     },
     /// A file of the cell is lost or damaged.
     #[error("{path}: the recording lacks the file {file:?} of its cell")]
+    #[zh("{path}：记录中缺少其单元的文件 {file:?}")]
     CellFile {
         /// The recording.
         path: String,
@@ -58,6 +64,7 @@ pub enum ReadError {
     },
     /// A message is not what its topic says.
     #[error("message {number} of {topic} cannot be decoded: {reason}")]
+    #[zh("无法解码 {topic} 的第 {number} 条消息：{reason}")]
     Message {
         /// The topic.
         topic: String,
@@ -68,6 +75,7 @@ pub enum ReadError {
     },
     /// There is no such topic in the file.
     #[error("there is no topic {topic} in the recording; it has {known}")]
+    #[zh("记录中没有主题 {topic}；有 {known}")]
     NoTopic {
         /// The topic asked for.
         topic: String,
@@ -76,6 +84,7 @@ pub enum ReadError {
     },
     /// A topic's schema cannot be used.
     #[error("the schema of {topic} cannot be used: {reason}")]
+    #[zh("无法使用 {topic} 的结构定义：{reason}")]
     Schema {
         /// The topic.
         topic: String,
@@ -84,6 +93,7 @@ pub enum ReadError {
     },
     /// A message has more values than a table may have columns.
     #[error("{topic} has more than {limit} columns")]
+    #[zh("{topic} 超过 {limit} 列")]
     TooWide {
         /// The topic.
         topic: String,

@@ -18,6 +18,7 @@ use std::time::Duration;
 
 use kinematics::RobotModel;
 use mcap::McapError;
+use messages::Localized;
 use motion_api::RecordReader;
 use parking_lot::Mutex;
 use supervision::{EndSignal, Fault, ThreadHandle, ThreadRole, ThreadSupervisor, catch};
@@ -62,11 +63,12 @@ pub struct RecorderConfig {
 pub type FailureReport = Box<dyn FnOnce(&RecordError) + Send>;
 
 /// A reason why there is no recording, or why it ended early.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum RecordError {
     /// The file or its directory cannot be made.
     #[error("cannot create the recording {}: {source}", path.display())]
+    #[zh("无法创建记录 {}：{source}", path.display())]
     Create {
         /// The file.
         path: PathBuf,
@@ -75,9 +77,11 @@ pub enum RecordError {
     },
     /// The files of the cell cannot stand in it.
     #[error("cannot record: {0}")]
+    #[zh("无法记录：{0}")]
     Files(#[from] CellFileError),
     /// The file cannot be written.
     #[error("cannot write the recording {}: {}", path.display(), reason(source))]
+    #[zh("无法写入记录 {}：{}", path.display(), reason(source))]
     Write {
         /// The file.
         path: PathBuf,
@@ -86,18 +90,22 @@ pub enum RecordError {
     },
     /// The thread cannot be started.
     #[error("cannot start the recorder's thread: {0}")]
+    #[zh("无法启动记录线程：{0}")]
     Thread(io::Error),
     /// The thread has ended by a panic.
     #[error("the recording is not complete: {0}")]
+    #[zh("记录不完整：{0}")]
     Fault(Fault),
     /// The output takes nothing and gives no error; nobody waits for it any more.
     #[error("cannot write the recording {}: the disk takes nothing", path.display())]
+    #[zh("无法写入记录 {}：磁盘不接受数据", path.display())]
     OutputStalled {
         /// The file.
         path: PathBuf,
     },
     /// The thread was given up: the output takes nothing and gives no error.
     #[error("the recording is not complete: the disk did not take it in time")]
+    #[zh("记录不完整：磁盘没有及时接受数据")]
     Ended,
 }
 

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use std::str::FromStr;
 
 use kinematics::{JointPositions, Payload, RpyPose};
+use messages::Localized;
 use thiserror::Error;
 
 use crate::cycle::{payload_numbers, payload_of};
@@ -86,11 +87,12 @@ impl Default for Setup {
 }
 
 /// A metadata record that does not say how the controller was started.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[non_exhaustive]
 pub enum SetupError {
     /// An entry is missing or has a value that does not fit.
     #[error("the start configuration has {key} = {found:?}, which does not fit")]
+    #[zh("启动配置中 {key} = {found:?}，不合适")]
     Value {
         /// The entry.
         key: &'static str,
@@ -102,6 +104,7 @@ pub enum SetupError {
         "the recording has format {found}, this version reads up to {}",
         FORMAT
     )]
+    #[zh("记录的格式为 {found}，此版本最高读取 {}", FORMAT)]
     Format {
         /// The format found.
         found: u32,

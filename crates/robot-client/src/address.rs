@@ -5,6 +5,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use io_bus::names::resolve;
+use messages::Localized;
 use thiserror::Error;
 use tokio::net::TcpStream;
 use tokio::time::timeout;
@@ -22,11 +23,12 @@ pub struct RobotAddress {
 }
 
 /// A reason why there is no connection, told in a sentence with the address.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum ConnectError {
     /// The name means nothing.
     #[error("the robot's name {host:?} is not known: {source}")]
+    #[zh("不认识机器人名称 {host:?}：{source}")]
     Unknown {
         /// The robot's name as it was given.
         host: String,
@@ -35,12 +37,14 @@ pub enum ConnectError {
     },
     /// The name means no address.
     #[error("the robot's name {host:?} has no address")]
+    #[zh("机器人名称 {host:?} 没有地址")]
     NoAddress {
         /// The robot's name as it was given.
         host: String,
     },
     /// Nobody takes the connection.
     #[error("no connection to the robot at {address}: {source}")]
+    #[zh("无法连接机器人 {address}：{source}")]
     Refused {
         /// Host and port of the robot.
         address: String,
@@ -49,6 +53,7 @@ pub enum ConnectError {
     },
     /// Nobody answers.
     #[error("no connection to the robot at {address}: no answer within {} s", patience.as_secs())]
+    #[zh("无法连接机器人 {address}：{} s 内没有应答", patience.as_secs())]
     Timeout {
         /// Host and port of the robot.
         address: String,

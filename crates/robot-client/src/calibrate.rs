@@ -6,6 +6,7 @@ use std::time::Duration;
 use kinematics::{
     Calibration, CalibrationError, DhTable, JointPositions, ModelError, Pose, RobotModel, RpyPose,
 };
+use messages::Localized;
 use thiserror::Error;
 use tokio::time::timeout;
 use wire::primary::Message;
@@ -21,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const COMPARISON_ANGLES: [f64; 3] = [-1.1, 0.3, 1.7];
 
 /// A reason why there is no calibration, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum CalibrateError {
     /// The robot does not talk.
@@ -29,6 +30,7 @@ pub enum CalibrateError {
     Primary(#[from] PrimaryError),
     /// The robot does not say what kind of arm it has.
     #[error("the robot at {address} sends states without the configuration of its arm")]
+    #[zh("{address} 处的机器人发送的状态没有机械臂配置")]
     NoConfiguration {
         /// Address of the robot.
         address: RobotAddress,
@@ -38,6 +40,7 @@ pub enum CalibrateError {
         "the robot at {address} is of type {robot_type}, which is none of {}",
         known_types()
     )]
+    #[zh("{address} 处的机器人型号为 {robot_type}，不在 {} 之中", known_types())]
     UnknownType {
         /// Address of the robot.
         address: RobotAddress,
@@ -49,6 +52,7 @@ pub enum CalibrateError {
     Model(#[from] ModelError),
     /// What it sends is no arm of this model.
     #[error("what the robot sends is no arm of its type: {0}")]
+    #[zh("机器人发送的数据不是其型号的机械臂：{0}")]
     NoArm(#[from] CalibrationError),
 }
 

@@ -6,6 +6,7 @@
 use std::io;
 use std::time::Duration;
 
+use messages::Localized;
 use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -144,7 +145,7 @@ impl Reply {
 }
 
 /// A reason why the conversation ended.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum InterpreterError {
     /// The conversation did not begin.
@@ -152,12 +153,14 @@ pub enum InterpreterError {
     Connect(#[from] ConnectError),
     /// The robot closed the connection.
     #[error("the robot at {address} has closed the connection for statements")]
+    #[zh("机器人 {address} 已关闭语句连接")]
     Closed {
         /// Address of the robot.
         address: RobotAddress,
     },
     /// The connection broke.
     #[error("the connection for statements to the robot at {address} broke: {source}")]
+    #[zh("与机器人 {address} 的语句连接中断：{source}")]
     Broken {
         /// Address of the robot.
         address: RobotAddress,
@@ -166,12 +169,14 @@ pub enum InterpreterError {
     },
     /// The robot takes no bytes.
     #[error("the robot at {address} takes no statement: {} s", SEND_PATIENCE.as_secs())]
+    #[zh("机器人 {address} 不接收语句：{} s", SEND_PATIENCE.as_secs())]
     SendTimeout {
         /// Address of the robot.
         address: RobotAddress,
     },
     /// The robot does not answer a statement.
     #[error("the robot at {address} does not answer on its port for statements: {} s", patience.as_secs())]
+    #[zh("机器人 {address} 的语句端口没有应答：{} s", patience.as_secs())]
     ReceiveTimeout {
         /// Address of the robot.
         address: RobotAddress,
@@ -180,6 +185,7 @@ pub enum InterpreterError {
     },
     /// Something else listens there.
     #[error("what {address} sends is not the stream of port 30020: {begin:?}")]
+    #[zh("{address} 发送的不是 30020 端口的数据流：{begin:?}")]
     NotInterpreter {
         /// Address of the robot.
         address: RobotAddress,

@@ -3,6 +3,7 @@
 use std::io;
 use std::time::Duration;
 
+use messages::Localized;
 use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -19,7 +20,7 @@ const SEND_PATIENCE: Duration = Duration::from_secs(10);
 const READ_BYTES: usize = 16 * 1024;
 
 /// A reason why the conversation ended.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum PrimaryError {
     /// The conversation did not begin.
@@ -27,12 +28,14 @@ pub enum PrimaryError {
     Connect(#[from] ConnectError),
     /// The robot closed the connection.
     #[error("the robot at {address} has closed the connection")]
+    #[zh("机器人 {address} 已关闭连接")]
     Closed {
         /// Address of the robot.
         address: RobotAddress,
     },
     /// The connection broke.
     #[error("the connection to the robot at {address} broke: {source}")]
+    #[zh("与机器人 {address} 的连接中断：{source}")]
     Broken {
         /// Address of the robot.
         address: RobotAddress,
@@ -41,18 +44,21 @@ pub enum PrimaryError {
     },
     /// Nothing came for a while.
     #[error("the robot at {address} says nothing any more: no state for {} s", SILENCE_MAX.as_secs())]
+    #[zh("机器人 {address} 不再发送数据：{} s 没有状态", SILENCE_MAX.as_secs())]
     ReceiveTimeout {
         /// Address of the robot.
         address: RobotAddress,
     },
     /// The robot takes no bytes.
     #[error("the robot at {address} takes nothing: {} s", SEND_PATIENCE.as_secs())]
+    #[zh("机器人 {address} 不接收数据：{} s", SEND_PATIENCE.as_secs())]
     SendTimeout {
         /// Address of the robot.
         address: RobotAddress,
     },
     /// Something else listens there.
     #[error("what {address} sends is not the stream of port 30001: {source}")]
+    #[zh("{address} 发送的不是 30001 端口的数据流：{source}")]
     NotPrimary {
         /// Address of the robot.
         address: RobotAddress,

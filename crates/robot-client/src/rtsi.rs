@@ -3,6 +3,7 @@
 use std::io;
 use std::time::Duration;
 
+use messages::Localized;
 use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -25,7 +26,7 @@ pub const FREQUENCY_MAX: f64 = 250.0;
 const READ_BYTES: usize = 32 * 1024;
 
 /// A reason why there is no data.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum RtsiError {
     /// No connection.
@@ -33,12 +34,14 @@ pub enum RtsiError {
     Connect(#[from] ConnectError),
     /// The controller closed it.
     #[error("the robot at {address} has closed the connection for data")]
+    #[zh("{address} 处的机器人关闭了数据连接")]
     Closed {
         /// Address of the robot.
         address: RobotAddress,
     },
     /// The connection broke.
     #[error("the connection for data to the robot at {address} broke: {source}")]
+    #[zh("与 {address} 处机器人的数据连接中断：{source}")]
     Broken {
         /// Address of the robot.
         address: RobotAddress,
@@ -47,6 +50,7 @@ pub enum RtsiError {
     },
     /// Nothing comes.
     #[error("the robot at {address} does not answer on its port for data ({what})")]
+    #[zh("{address} 处的机器人在数据端口上没有应答（{what}）")]
     ReceiveTimeout {
         /// Address of the robot.
         address: RobotAddress,
@@ -55,6 +59,7 @@ pub enum RtsiError {
     },
     /// Something else listens there.
     #[error("what {address} sends is not RTSI: {source}")]
+    #[zh("{address} 发送的不是 RTSI：{source}")]
     NotRtsi {
         /// Address of the robot.
         address: RobotAddress,
@@ -63,6 +68,7 @@ pub enum RtsiError {
     },
     /// The robot refuses a request.
     #[error("the robot at {address} refuses {what}")]
+    #[zh("{address} 处的机器人拒绝{what}")]
     Refused {
         /// Address of the robot.
         address: RobotAddress,
@@ -71,6 +77,7 @@ pub enum RtsiError {
     },
     /// The answer does not fit the request.
     #[error("the robot at {address} answers {what} with something else")]
+    #[zh("{address} 处的机器人对{what}的应答不符")]
     UnexpectedReply {
         /// Address of the robot.
         address: RobotAddress,

@@ -4,6 +4,7 @@
 //! told first all the same, since a file on disk may be exchanged while a controller runs. The controller believes
 //! nothing that comes from the node's process: sizes are bounded, and what cannot be read ends the process.
 
+use messages::Localized;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -216,20 +217,23 @@ triggers! {
 }
 
 /// What is wrong with a frame.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum LinkError {
     /// A frame longer than any can be.
     #[error("a frame of {bytes} bytes, {FRAME_MAX} at most are allowed")]
+    #[zh("帧有 {bytes} 字节，最多允许 {FRAME_MAX} 字节")]
     TooLong {
         /// Length of the frame.
         bytes: usize,
     },
     /// A frame that is no value.
     #[error("a frame that cannot be read: {0}")]
+    #[zh("帧无法读取：{0}")]
     Malformed(#[from] cdr_encoding::Error),
     /// Another program.
     #[error("the other end speaks version {theirs} of the protocol, this one {VERSION}")]
+    #[zh("对方使用协议版本 {theirs}，本方为 {VERSION}")]
     Version {
         /// The version of the other end.
         theirs: u32,

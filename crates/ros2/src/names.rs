@@ -1,5 +1,6 @@
 //! Names of nodes, topics, services, joints and frames: those of the vendor's driver 1.0.3 and its description.
 
+use messages::Localized;
 use thiserror::Error;
 
 /// The name of the node.
@@ -77,10 +78,11 @@ pub const DASHBOARD: &str = "dashboard_client";
 pub const IO_AND_STATUS: &str = "io_and_status_controller";
 
 /// The reason for which a name cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[error(
     "{given:?} is no {what} of ROS 2: letters, digits and single underscores, not a digit first{more}"
 )]
+#[zh("{given:?} 不是 ROS 2 的{what}：只能有字母、数字和单个下划线，不以数字开头{more}")]
 pub struct NameError {
     what: &'static str,
     given: String,

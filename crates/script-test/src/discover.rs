@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use elite_syntax::{KnownNames, SourceFile, compile, render_human};
+use messages::Localized;
 use thiserror::Error;
 
 use crate::files::FileScope;
@@ -17,11 +18,12 @@ const ENTRIES_MAX: usize = 100_000;
 const DEPTH_MAX: usize = 64;
 
 /// A reason why there is nothing to run.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum DiscoverError {
     /// A path is not there, or cannot be read.
     #[error("cannot read {}: {source}", path.display())]
+    #[zh("无法读取 {}：{source}", path.display())]
     Unreadable {
         /// The file or folder as it was given.
         path: PathBuf,
@@ -30,6 +32,7 @@ pub enum DiscoverError {
     },
     /// A file is larger than any test.
     #[error("{} has {bytes} bytes, at most {FILE_BYTES_MAX} are read", path.display())]
+    #[zh("{} 有 {bytes} 字节，最多读取 {FILE_BYTES_MAX} 字节", path.display())]
     TooLong {
         /// The file.
         path: PathBuf,
@@ -38,6 +41,7 @@ pub enum DiscoverError {
     },
     /// A folder holds more than a project does.
     #[error("{} holds more than {ENTRIES_MAX} files; name the folders with the tests", path.display())]
+    #[zh("{} 中超过 {ENTRIES_MAX} 个文件；请指明测试所在的文件夹", path.display())]
     TooMany {
         /// The folder.
         path: PathBuf,
@@ -50,6 +54,7 @@ pub enum DiscoverError {
     },
     /// Two tests of one file have the same name.
     #[error("{}:{line}: there are two tests called {name}; only the second would ever run", path.display())]
+    #[zh("{}:{line}：有两个名为 {name} 的测试；只有第二个会运行", path.display())]
     DuplicateName {
         /// The file.
         path: PathBuf,
@@ -60,6 +65,7 @@ pub enum DiscoverError {
     },
     /// A test wants arguments.
     #[error("{}:{line}: {name} takes arguments; a test is called without any", path.display())]
+    #[zh("{}:{line}：{name} 有参数；测试调用时没有参数", path.display())]
     Arguments {
         /// The file.
         path: PathBuf,

@@ -8,6 +8,7 @@ use std::io;
 use std::path::Path;
 
 use kinematics::{Pose, RpyPose};
+use messages::Localized;
 use thiserror::Error;
 
 use crate::files::FileScope;
@@ -32,17 +33,20 @@ pub enum GoldenMode {
 }
 
 /// A reason why a path cannot be compared, or is not the same.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub(crate) enum GoldenError {
     /// No file.
     #[error("cannot read {path}: {source}; eliteserver test --update writes it from this run")]
+    #[zh("无法读取 {path}：{source}；eliteserver test --update 会由本次运行写出它")]
     Unreadable { path: String, source: io::Error },
     /// The file cannot be written.
     #[error("cannot write {path}: {source}")]
+    #[zh("无法写入 {path}：{source}")]
     Unwritable { path: String, source: io::Error },
     /// A file of something else.
     #[error("{path} line {line}: {what}")]
+    #[zh("{path} 第 {line} 行：{what}")]
     NotAWay {
         path: String,
         line: usize,
@@ -50,6 +54,7 @@ pub(crate) enum GoldenError {
     },
     /// Nothing was driven or kept.
     #[error("{0} has no cycle")]
+    #[zh("{0}没有周期")]
     Empty(String),
     /// The paths differ.
     #[error("{0}")]

@@ -18,6 +18,7 @@ use controller::outcome::ResultCollector;
 use controller::{CellWorld, ProgramOutcome, ProgramResult};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskState};
 use io_bus::{Fieldbus, SimulatedPeers};
+use messages::Localized;
 use motion_api::{CommandKind, Origin, Seconds, SettingCommand};
 use parking_lot::Mutex;
 use tokio::sync::mpsc::UnboundedSender;
@@ -66,10 +67,11 @@ pub(crate) enum InvariantCheck {
 }
 
 /// A reason why a program does not run.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Localized)]
 pub(crate) enum StartError {
     /// The text of the program does not compile.
     #[error("{program} does not compile: line {line}: {reason}")]
+    #[zh("{program} 不能编译：第 {line} 行：{reason}")]
     NotCompiled {
         /// Name of the program.
         program: String,

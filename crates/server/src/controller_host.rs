@@ -7,6 +7,7 @@ use std::sync::Arc;
 use controller::{Controller, ControllerConfig, PreparedController, StartError, StartOptions};
 use editor::dap::{DebugHub, HubDebugger};
 use elite_runtime::Instrumentation;
+use messages::Localized;
 use motion::ConfigError;
 use thiserror::Error;
 
@@ -17,7 +18,7 @@ use crate::ports::description::RobotDescription;
 use crate::sample_feed::SampleFeed;
 
 /// What kept the controller from starting; each is a sentence for the person who typed the command.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum HostError {
     /// The controller itself.
@@ -28,6 +29,7 @@ pub enum HostError {
     Settings(#[from] ConfigError),
     /// No log files.
     #[error("--log-dir: cannot write into {}: {source}", path.display())]
+    #[zh("--log-dir：无法写入 {}：{source}", path.display())]
     LogDir {
         /// Path of the folder.
         path: PathBuf,
@@ -36,6 +38,7 @@ pub enum HostError {
     },
     /// The operating system gave no thread.
     #[error("cannot start a thread: {0}")]
+    #[zh("无法启动线程：{0}")]
     Thread(#[from] io::Error),
 }
 

@@ -8,6 +8,7 @@ use std::sync::{Arc, OnceLock};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use messages::Localized;
 use thiserror::Error;
 
 use crate::EndSignal;
@@ -59,8 +60,9 @@ impl fmt::Display for ThreadRole {
 }
 
 /// A panic that was caught: a bug of ours.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[error("a fault of ours in {name} ({kind}): {}; please report it", self.describe())]
+#[zh("{name} 中的软件缺陷（{kind}）：{}；请报告", self.describe())]
 pub struct Fault {
     /// What the thread was for.
     pub kind: ThreadRole,

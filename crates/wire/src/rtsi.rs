@@ -2,6 +2,7 @@
 //!
 //! A packet is a length (itself included), a letter and a payload (SDK source/Rtsi; the vendor's Python client). A
 //! packet without payload must never be sent: the SDK takes it for a failed read.
+use messages::Localized;
 
 /// Bytes before the payload.
 pub const HEADER_BYTES: usize = 3;
@@ -237,8 +238,9 @@ impl RtsiValue {
 }
 
 /// The stream cannot be RTSI: a packet says that it is shorter than its own head.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, Localized)]
 #[error("a packet of {0} bytes; the shortest has {HEADER_BYTES}")]
+#[zh("{0} 字节的数据包；最短为 {HEADER_BYTES} 字节")]
 pub struct InvalidPacketLength(pub u16);
 
 /// A packet in the bytes received.

@@ -1,11 +1,13 @@
 //! What is wrong with the description of a cell, or with an order to the world.
+use messages::Localized;
 
 /// A refusal of a description: the table, the entry, the key, what was given and what is allowed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Localized)]
 #[non_exhaustive]
 pub enum WorldError {
     /// A value outside its range.
     #[error("[[{table}]] \"{name}\": {key} is {given}, allowed: {allowed}")]
+    #[zh("[[{table}]] \"{name}\"：{key} 为 {given}，允许：{allowed}")]
     OutOfRange {
         /// Table of the cell file.
         table: &'static str,
@@ -20,6 +22,7 @@ pub enum WorldError {
     },
     /// A name that nothing has.
     #[error("[[{table}]] \"{name}\": {key} names \"{given}\", allowed: the name of {allowed}")]
+    #[zh("[[{table}]] \"{name}\"：{key} 指向 \"{given}\"，允许{allowed}的名称")]
     UnknownName {
         /// Table of the cell file.
         table: &'static str,
@@ -36,6 +39,7 @@ pub enum WorldError {
     #[error(
         "[[{table}]]: name is \"{name}\", allowed: names that nothing else has ([[{other}]] has it)"
     )]
+    #[zh("[[{table}]]：名称为 \"{name}\"，不允许重名（[[{other}]] 已用此名称）")]
     DuplicateName {
         /// Table of the second.
         table: &'static str,
@@ -46,6 +50,7 @@ pub enum WorldError {
     },
     /// More entries than the world can hold.
     #[error("[[{table}]]: {given} entries, allowed: up to {allowed}")]
+    #[zh("[[{table}]]：有 {given} 项，最多允许 {allowed} 项")]
     TooMany {
         /// Table of the cell file.
         table: &'static str,
@@ -57,6 +62,9 @@ pub enum WorldError {
     /// An input that two things drive.
     #[error(
         "[[{table}]] \"{name}\": {key} is {given}, allowed: an input that nothing else drives (\"{other}\" drives it)"
+    )]
+    #[zh(
+        "[[{table}]] \"{name}\"：{key} 为 {given}，应为没有其他驱动的输入（\"{other}\" 在驱动它）"
     )]
     DrivenTwice {
         /// Table of the second.
@@ -74,6 +82,7 @@ pub enum WorldError {
     #[error(
         "[[part]] \"{a}\": pose overlaps \"{b}\" by {depth_m:.4} m, allowed: poses in which parts do not overlap"
     )]
+    #[zh("[[part]] \"{a}\"：位姿与 \"{b}\" 重叠 {depth_m:.4} m，只允许工件不重叠的位姿")]
     Overlap {
         /// Name of the first part.
         a: String,
@@ -84,6 +93,7 @@ pub enum WorldError {
     },
     /// The engine refused a joint between an actuator and its frame.
     #[error("[[actuator]] \"{name}\": the physics engine refused its joint")]
+    #[zh("[[actuator]] \"{name}\"：物理引擎拒绝了它的关节")]
     Joint {
         /// Name of the actuator.
         name: String,
@@ -91,11 +101,12 @@ pub enum WorldError {
 }
 
 /// A refusal of an order to a running world.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Localized)]
 #[non_exhaustive]
 pub enum OrderError {
     /// A name that nothing has.
     #[error("there is no {what} \"{name}\"")]
+    #[zh("没有 {what} \"{name}\"")]
     UnknownName {
         /// What was looked for.
         what: &'static str,
@@ -104,6 +115,7 @@ pub enum OrderError {
     },
     /// An argument outside its range.
     #[error("{argument} is {given}, allowed: {allowed}")]
+    #[zh("{argument} 为 {given}，允许：{allowed}")]
     OutOfRange {
         /// Name of the argument.
         argument: &'static str,
@@ -114,6 +126,7 @@ pub enum OrderError {
     },
     /// There are as many parts as the world can hold.
     #[error("there are {given} parts, allowed: up to {allowed}")]
+    #[zh("有 {given} 个工件，最多允许 {allowed} 个")]
     TooManyParts {
         /// How many there would be.
         given: usize,

@@ -5,6 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use mesh::{FileError, MeshBody, MeshError, MeshFiles, Solid};
+use messages::Localized;
 use recorder::files::MAX_FILES_BYTES;
 use thiserror::Error;
 
@@ -88,7 +89,7 @@ impl fmt::Display for MeshFacts {
 }
 
 /// A mesh that a cell cannot have.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 #[non_exhaustive]
 pub enum CellMeshError {
     /// The file is no solid.
@@ -98,6 +99,7 @@ pub enum CellMeshError {
     #[error(
         "with {file} the meshes of the cell have {triangles} triangles together, allowed are {MAX_TRIANGLES_TOGETHER}"
     )]
+    #[zh("加上 {file}，单元的网格共有 {triangles} 个三角形，允许 {MAX_TRIANGLES_TOGETHER} 个")]
     TooManyTriangles {
         /// The file that is one too many.
         file: String,

@@ -27,6 +27,7 @@ use kinematics::SafetyBounds;
 use kinematics::safety::SafetySettingError;
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
 use mesh::{MeshBody, MeshFiles};
+use messages::Localized;
 use motion::contact::Environment;
 use motion::external::TimedWrench;
 use motion::modes::encoder::Belt;
@@ -46,11 +47,12 @@ use schema::{ActiveLevel, InputValue, SafetyFunction, SerialPort, Tables};
 use world_schema::GripperBus;
 
 /// A reason why there is no cell: one sentence, which ends the program with exit status 2.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum CellError {
     /// The file cannot be read.
     #[error("cannot read the cell file {}: {source}", path.display())]
+    #[zh("无法读取单元文件 {}：{source}", path.display())]
     Unreadable {
         /// The file as it was given.
         path: PathBuf,
@@ -59,6 +61,7 @@ pub enum CellError {
     },
     /// A key or value that the schema does not have, or no TOML at all.
     #[error("{} line {line}: {message}", path.display())]
+    #[zh("{} 第 {line} 行：{message}", path.display())]
     Schema {
         /// The cell file.
         path: PathBuf,
@@ -69,6 +72,7 @@ pub enum CellError {
     },
     /// A value that has the right type but makes no sense.
     #[error("{}: {table} has {key} = {given}; {allowed}", path.display())]
+    #[zh("{}：{table} 的 {key} = {given}；{allowed}", path.display())]
     Value {
         /// The cell file.
         path: PathBuf,
@@ -83,6 +87,7 @@ pub enum CellError {
     },
     /// A Modbus signal that cannot be added.
     #[error("the cell's modbus signal {name:?} cannot be added: {reason}")]
+    #[zh("无法添加单元的 Modbus 信号 {name:?}：{reason}")]
     Signal {
         /// Name of the signal.
         name: String,
@@ -93,6 +98,7 @@ pub enum CellError {
     #[error(
         "the cell's {what} is of {device}; with --allow net=played no device outside this process is reached"
     )]
+    #[zh("单元的{what}属于 {device}；用 --allow net=played 时不连接此进程之外的设备")]
     Device {
         /// The port or the signal.
         what: String,

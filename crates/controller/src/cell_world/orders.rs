@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use kinematics::{Pose, RpyPose};
+use messages::Localized;
 use recorder::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
 use world::{FingerOrder, OrderError, World};
@@ -58,7 +59,7 @@ pub enum WorldOrder {
 }
 
 /// An order that was not carried out, in a sentence.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 pub enum WorldOrderError {
     /// The world refuses it.
     #[error(transparent)]

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use elite_runtime::message::Observer;
 use elite_runtime::{Preset, ProgramText};
 use kinematics::{Pose, RobotModel};
+use messages::Localized;
 use motion_api::Seconds;
 use path_planning::CollisionScene;
 use recorder::Setup;
@@ -93,14 +94,16 @@ impl Default for MeasureOptions {
 }
 
 /// How a measured program ended.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 #[non_exhaustive]
 pub enum MeasuredEnd {
     /// The program ran to its end.
     #[error("the program ended")]
+    #[zh("程序已结束")]
     Finished,
     /// The program does not compile.
     #[error("the program does not compile{}: {error}", in_line(*.line))]
+    #[zh("程序不能编译{}：{error}", in_line(*.line))]
     NotCompiled {
         /// What is wrong.
         error: String,
@@ -109,6 +112,7 @@ pub enum MeasuredEnd {
     },
     /// An exception, an alarm or a stop ended the program.
     #[error("the program failed{}: {error}", in_line(*.line))]
+    #[zh("程序失败{}：{error}", in_line(*.line))]
     Failed {
         /// What happened.
         error: String,
@@ -121,6 +125,7 @@ pub enum MeasuredEnd {
          ([[input]]), or give it values with --set",
         in_line(*.line)
     )]
+    #[zh("程序{}在等待不会到来的外部信号；请在单元文件中按时间设置输入（[[input]]），或用 --set 给出值", in_line(*.line))]
     Waits {
         /// Where, from 1; 0 unknown.
         line: u32,
@@ -131,6 +136,7 @@ pub enum MeasuredEnd {
          repeats itself for ever needs a bound on its repetitions",
         in_line(*.line)
     )]
+    #[zh("仿真时间 {seconds} s 后程序仍未结束{}；--timeout 可给更长时间，而无限重复的程序需要限定重复次数", in_line(*.line))]
     TimedOut {
         /// What it was given, s.
         seconds: f64,
@@ -139,6 +145,7 @@ pub enum MeasuredEnd {
     },
     /// Whoever asked for it does not want to wait any longer.
     #[error("the program was stopped{}", in_line(*.line))]
+    #[zh("程序被停止{}", in_line(*.line))]
     Interrupted {
         /// Where it was then, from 1; 0 unknown.
         line: u32,
@@ -153,7 +160,7 @@ fn in_line(line: u32) -> String {
 }
 
 /// A reason why a program could not be measured.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum ClearanceError {
     /// No controller.

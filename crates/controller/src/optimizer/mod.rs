@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use elite_runtime::{Preset, ProgramText};
+use messages::Localized;
 use path_planning::CollisionScene;
 use thiserror::Error;
 
@@ -70,17 +71,19 @@ pub struct OptimizedProgram {
 }
 
 /// A reason why a program cannot be made faster.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum OptimizeError {
     /// The program fails as it is, or does not end.
     #[error("the program cannot be made faster as it is: {0}")]
+    #[zh("程序现状无法加快：{0}")]
     Program(MeasuredEnd),
     /// The program runs into something as it is.
     #[error(
         "the program runs into something as it is: {a} and {b} are {:.1} mm inside each other in line {line}, at {time:.3} s",
         depth * 1e3
     )]
+    #[zh("程序现状会发生碰撞：{a}与{b}重叠 {:.1} mm，在第 {line} 行，{time:.3} s 时", depth * 1e3)]
     Touches {
         /// What moves with the arm.
         a: String,

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use elite_runtime::SandboxRoots;
 use kinematics::{Calibration, CalibrationError};
+use messages::Localized;
 use thiserror::Error;
 
 use super::slot::OptionSlot;
@@ -79,7 +80,7 @@ pub struct ControllerOptions {
 }
 
 /// A reason why options make no settings: one sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum OptionsError {
     /// The calibration file is not usable, or for another model.
@@ -87,6 +88,7 @@ pub enum OptionsError {
     Calibration(#[from] CalibrationError),
     /// The calibration file is of an arm that is none of ours.
     #[error("{}: `model` is {given:?}; {allowed}", path.display())]
+    #[zh("{}：`model` 为 {given:?}；{allowed}", path.display())]
     CalibratedModel {
         /// The calibration file.
         path: PathBuf,

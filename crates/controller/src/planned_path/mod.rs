@@ -12,6 +12,7 @@ use std::time::Instant;
 
 use elite_runtime::ProgramText;
 use kinematics::{JointPositions, Pose};
+use messages::Localized;
 use path_planning::{CollisionScene, JointPath, ObstaclePlace, PathError, PathRequest};
 use thiserror::Error;
 
@@ -60,7 +61,7 @@ pub struct PlannedPath {
 }
 
 /// A reason why there is no path.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum PlanError {
     /// No path, for a reason that lies in the cell.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use editor::analysis::words::Language;
+use editor::analysis::words::{Language, LanguageWords as _};
 use elite_runtime::builtins::all;
 use elite_runtime::builtins::declare::{
     Builtin, Category, FROM_OUTPUT, Parameter, ParameterDefault, ParameterType, Range,

@@ -9,7 +9,7 @@ use super::Analysis;
 use super::library;
 use super::scopes::{Symbol, SymbolKind};
 use super::types::{Type, TypeRef};
-use super::words::Language;
+use super::words::{Language, LanguageWords as _};
 
 /// Most lines in which an attribute is set that are told.
 const PLACES_MAX: usize = 8;

@@ -6,6 +6,7 @@
 
 use elite_syntax::lexer::{Token, TokenKind as T};
 use elite_syntax::{SourceFile, Span};
+use messages::Localized;
 
 use super::Analysis;
 use super::fixes::Edit;
@@ -29,10 +30,11 @@ impl Default for Indent {
 }
 
 /// A reason why a text is not formatted.
-#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, PartialEq, Eq, thiserror::Error, Localized)]
 pub enum FormatError {
     /// The text has errors.
     #[error("a text with errors is not formatted: line {line}: {message}")]
+    #[zh("有错误的文本不作排版：第 {line} 行：{message}")]
     TextHasErrors {
         /// Line of the first error, from 1.
         line: u32,
@@ -41,6 +43,7 @@ pub enum FormatError {
     },
     /// Our own slip, found before anything was changed.
     #[error("the formatted text would mean something else; nothing was changed")]
+    #[zh("排版后的文本含义会不同；没有改动")]
     WouldChange,
 }
 

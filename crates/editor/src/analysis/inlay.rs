@@ -5,7 +5,7 @@ use elite_syntax::Span;
 use elite_syntax::ast::visit::{blocks, own_expressions, parts};
 use elite_syntax::ast::{Arg, Expr, ExprKind, Stmt};
 
-use super::words::Language;
+use super::words::{Language, LanguageWords as _};
 use super::{Analysis, describe, library};
 
 /// A unit behind an argument.

@@ -10,7 +10,7 @@ use elite_runtime::builtins::declare::Builtin;
 use parking_lot::Mutex;
 
 use super::types::Type;
-use super::words::Language;
+use super::words::{Language, LanguageWords as _};
 
 /// Functions of the robot by name, in the order of their names.
 pub static ROBOT: LazyLock<BTreeMap<&'static str, &'static Builtin>> = LazyLock::new(|| {

@@ -2,6 +2,7 @@
 
 use elite_syntax::Span;
 use elite_syntax::lexer::TokenKind;
+use messages::Localized;
 
 use super::navigate::{KeywordOwner, NamedEntity, entity_at, keyword_of, references_of};
 use super::scopes::{KeywordUse, SymbolKind};
@@ -12,22 +13,27 @@ use super::{Analysis, TextKind, library};
 const NAME_MAX: usize = 255;
 
 /// A reason why something cannot be renamed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, Localized)]
 pub enum RenameError {
     /// Nothing is there.
     #[error("there is no name here that could be changed")]
+    #[zh("这里没有可以更改的名称")]
     NoName,
     /// The name is a builtin, not the program's.
     #[error("'{0}' is a builtin: it cannot be renamed")]
+    #[zh("'{0}' 是内置函数：不能重命名")]
     Builtin(String),
     /// Nothing defines it.
     #[error("nothing in this program defines '{0}'")]
+    #[zh("本程序没有定义 '{0}'")]
     Undefined(String),
     /// The name is that of a module or of something in one.
     #[error("'{0}' is the name of what is imported: give it another one with 'as'")]
+    #[zh("'{0}' 是导入内容的名称：请用 'as' 另取名称")]
     Imported(String),
     /// A name of an argument, or a text, may be it.
     #[error("'{name}' in line {line} may be meant: nobody can tell what takes it there")]
+    #[zh("可能指第 {line} 行的 '{name}'：无法判断那里用的是什么")]
     MayBeMeant {
         /// The name.
         name: String,
@@ -36,11 +42,13 @@ pub enum RenameError {
     },
     /// Some places could be missed.
     #[error("the text has errors: places of '{0}' in lines that do not parse could be missed")]
+    #[zh("文本有错误：无法解析的行中的 '{0}' 可能被遗漏")]
     TextHasErrors(String),
     /// The name may be that of another object's attribute.
     #[error(
         "'{name}' is also an attribute of something whose type is not known (line {line}): it could be the same"
     )]
+    #[zh("'{name}' 也是某个类型未知的对象的属性（第 {line} 行）：可能是同一个")]
     MayBeAnother {
         /// The attribute.
         name: String,
@@ -49,12 +57,15 @@ pub enum RenameError {
     },
     /// The language or Python gives it a meaning.
     #[error("'{0}' is called by the language under this name")]
+    #[zh("语言以此名称调用 '{0}'")]
     Special(String),
     /// The new name is no valid name.
     #[error("'{0}' is not a name")]
+    #[zh("'{0}' 不是名称")]
     Invalid(String),
     /// The new name has a meaning at one of the places already.
     #[error("'{name}' means something else there already (line {line})")]
+    #[zh("'{name}' 在那里已有别的含义（第 {line} 行）")]
     Taken {
         /// The new name.
         name: String,
@@ -63,6 +74,7 @@ pub enum RenameError {
     },
     /// The new name would hide a builtin that the program uses.
     #[error("'{0}' is a builtin that this program uses")]
+    #[zh("'{0}' 是本程序使用的内置函数")]
     HidesBuiltin(String),
 }
 

@@ -2,7 +2,7 @@
 
 use super::cursor::CursorContext;
 use super::types::{Type, attribute_of};
-use super::words::Language;
+use super::words::{Language, LanguageWords as _};
 use super::{Analysis, describe, library};
 
 /// A signature for people.

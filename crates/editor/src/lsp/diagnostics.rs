@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::documents::Document;
 use super::positions::Encoding;
-use crate::analysis::words::Language;
+use crate::analysis::words::{Language, LanguageWords as _};
 
 /// The parameters of `textDocument/publishDiagnostics`.
 pub fn of(document: &mut Document, encoding: Encoding, language: Language) -> Value {

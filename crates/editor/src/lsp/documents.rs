@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use elite_syntax::Span;
 use ls_types::{Position, Range, TextDocumentContentChangeEvent, Uri};
+use messages::Localized;
 
 use super::positions::{Encoding, LineIndex};
 use crate::analysis::{Analysis, TextKind};
@@ -22,16 +23,19 @@ const OPEN_MAX: usize = 1000;
 const TEXT_MAX: usize = 32 << 20;
 
 /// A reason why an order about a document is not carried out.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Localized)]
 pub enum DocumentError {
     /// Nobody opened it.
     #[error("the document {0} is not open")]
+    #[zh("文档 {0} 没有打开")]
     NotOpen(String),
     /// There are too many.
     #[error("{OPEN_MAX} documents are open, more are not taken")]
+    #[zh("已打开 {OPEN_MAX} 个文档，不再接受更多")]
     TooMany,
     /// The change would make the document too long.
     #[error("the document would have {0} bytes, at most {TEXT_MAX} are taken")]
+    #[zh("文档将有 {0} 字节，最多接受 {TEXT_MAX} 字节")]
     TooLong(usize),
 }
 

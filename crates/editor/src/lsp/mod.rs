@@ -19,6 +19,7 @@ use std::io::{BufReader, Read, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
+use messages::Localized;
 use supervision::{ThreadRole, ThreadSupervisor};
 
 use crate::analysis::words::Language;
@@ -42,13 +43,15 @@ pub struct ServerOptions {
 }
 
 /// A reason why the server could not go on.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Localized)]
 pub enum LspError {
     /// The client takes no answers.
     #[error("cannot write to the client: {0}")]
+    #[zh("无法写给客户端：{0}")]
     Output(std::io::Error),
     /// There is no thread for its messages.
     #[error("cannot start a thread: {0}")]
+    #[zh("无法启动线程：{0}")]
     Thread(std::io::Error),
 }
 

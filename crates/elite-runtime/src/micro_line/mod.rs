@@ -13,6 +13,7 @@ mod smooth;
 use std::cell::RefCell;
 
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
+use messages::Localized;
 use nalgebra::{Quaternion, UnitQuaternion};
 use thiserror::Error;
 
@@ -53,11 +54,12 @@ pub enum Units {
 }
 
 /// The reason for which a file or its points cannot be used.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 #[non_exhaustive]
 pub enum MicroLineError {
     /// A word of the file is no number that can be used.
     #[error("line {line}: {word:?} is not a finite number")]
+    #[zh("第 {line} 行：{word:?} 不是有限数")]
     NotANumber {
         /// The line of the file, from 1.
         line: usize,
@@ -66,6 +68,7 @@ pub enum MicroLineError {
     },
     /// A line does not hold one point.
     #[error("line {line} has {count} numbers, a point has 6")]
+    #[zh("第 {line} 行有 {count} 个数，一个点有 6 个")]
     NotSix {
         /// The line of the file, from 1.
         line: usize,
@@ -74,12 +77,14 @@ pub enum MicroLineError {
     },
     /// The file holds too little or too much.
     #[error("2 to {POINTS_MAX} points are allowed, it has {count}")]
+    #[zh("允许 2 到 {POINTS_MAX} 个点，它有 {count} 个")]
     Count {
         /// Points found.
         count: usize,
     },
     /// A point cannot be reached.
     #[error("no joint positions reach point {point}, {pose:?}, with this TCP")]
+    #[zh("以此 TCP 没有关节位置能到达第 {point} 点 {pose:?}")]
     OutOfReach {
         /// From 1.
         point: usize,
@@ -90,6 +95,7 @@ pub enum MicroLineError {
     #[error(
         "a task may load {LOADED_MAX} micro-line files with {POINTS_OF_TASK_MAX} points together, this would be more"
     )]
+    #[zh("一个任务最多加载 {LOADED_MAX} 个微线段文件、共 {POINTS_OF_TASK_MAX} 个点，这会超出")]
     Full,
 }
 

@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use elite_syntax::{KnownNames, Program, SourceFile};
+use messages::Localized;
 use motion_api::{CycleFrame, ProgramId};
 use thiserror::Error;
 use tokio::time::timeout;
@@ -19,7 +20,7 @@ use crate::test_task::TestTaskConfig;
 const ANSWERED_WITHIN: Duration = Duration::from_millis(1500);
 
 /// The reason for which a question has no answer.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 pub enum NoAnswer {
     /// The question does not compile.
     #[error("{0}")]

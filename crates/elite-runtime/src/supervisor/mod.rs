@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use elite_syntax::{Diagnostic, KnownNames, SourceFile};
+use messages::Localized;
 use motion_api::{CommandId, CommandKind, MachineCommand, Origin, ProgramId};
 use supervision::{CaughtPanic, Fault, ThreadRole, catch};
 use thiserror::Error;
@@ -70,11 +71,12 @@ pub struct TaskStatus {
 }
 
 /// The reason for which a program was not started.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[non_exhaustive]
 pub enum SubmitError {
     /// Another one runs and does not end, or takes no further secondary program.
     #[error("program \"{refused}\" was refused: program \"{running}\" runs and does not make way")]
+    #[zh("程序 \"{refused}\" 被拒绝：程序 \"{running}\" 正在运行且不让位")]
     Running {
         /// The new one.
         refused: String,
@@ -83,12 +85,14 @@ pub enum SubmitError {
     },
     /// The new program does not compile, so the one that runs goes on; the findings were reported.
     #[error("program \"{refused}\" was refused: it does not compile")]
+    #[zh("程序 \"{refused}\" 被拒绝：无法编译")]
     NotCompiled {
         /// The new one.
         refused: String,
     },
     /// The compiler has too much to do, or has failed.
     #[error("program \"{refused}\" was refused: {reason}")]
+    #[zh("程序 \"{refused}\" 被拒绝：{reason}")]
     NoCompiler {
         /// The new one.
         refused: String,
@@ -97,6 +101,7 @@ pub enum SubmitError {
     },
     /// The operating system gave no thread.
     #[error("program \"{refused}\" was refused: no thread for it ({reason})")]
+    #[zh("程序 \"{refused}\" 被拒绝：没有线程可用（{reason}）")]
     NoThread {
         /// The new one.
         refused: String,

@@ -10,6 +10,7 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
+use messages::Localized;
 use platform::beneath::{ConfinedDir as Held, ConfinedEntry};
 use platform::files::OpenMode;
 use thiserror::Error;
@@ -33,8 +34,9 @@ impl PartialEq for SandboxRoots {
 const ALLOWED_TO_PROGRAMS: &str = "which is what --allow fs= opens to programs";
 
 /// A folder that cannot be opened to programs.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[error("programs cannot be given the folder {}: {source}", path.display())]
+#[zh("不能把文件夹 {} 给程序使用：{source}", path.display())]
 pub struct SandboxError {
     path: PathBuf,
     source: io::Error,

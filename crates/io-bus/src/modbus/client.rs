@@ -6,6 +6,7 @@
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
+use messages::Localized;
 use motion_api::RunStateChoice;
 use parking_lot::MutexGuard;
 use supervision::ThreadSupervisor;
@@ -28,14 +29,16 @@ const CUSTOM_WAITING_MAX: usize = 64;
 const RESET_TIME: Duration = Duration::from_secs(3);
 
 /// A reason why something cannot be done with a signal.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 #[non_exhaustive]
 pub enum ModbusError {
     /// Nobody added it.
     #[error("there is no signal {0:?}; add it with modbus_add_signal()")]
+    #[zh("没有信号 {0:?}；请用 modbus_add_signal() 添加")]
     UnknownSignal(String),
     /// No signal uses that device.
     #[error("no signal uses a device at {host}:{port}")]
+    #[zh("没有信号使用 {host}:{port} 处的设备")]
     UnknownDevice {
         /// Address.
         host: String,
@@ -44,12 +47,15 @@ pub enum ModbusError {
     },
     /// There are enough.
     #[error("{SIGNALS_MAX} signals exist already, more are not allowed")]
+    #[zh("已有 {SIGNALS_MAX} 个信号，不允许更多")]
     TooManySignals,
     /// Broadcasts have no answer (MODBUS over TCP, unit 0).
     #[error("slave 0 is a broadcast, which nobody answers: an input cannot be read from it")]
+    #[zh("从站 0 是广播，无人应答：不能从它读取输入")]
     BroadcastRead,
     /// A signal of another kind is needed.
     #[error("signal {name:?} is not {needed}")]
+    #[zh("信号 {name:?} 不是 {needed}")]
     WrongKind {
         /// Name of the signal.
         name: String,
@@ -58,6 +64,7 @@ pub enum ModbusError {
     },
     /// A list of the wrong length.
     #[error("signal {name:?} takes 1 to {most} values, got {given}")]
+    #[zh("信号 {name:?} 接受 1 到 {most} 个值，给出的是 {given} 个")]
     Length {
         /// Name of the signal.
         name: String,
@@ -70,6 +77,9 @@ pub enum ModbusError {
     #[error(
         "signal {name:?} has had no good answer for {invalid:.1} s, its watchdog allows {watchdog:.1} s \
          (device error {device}, connection error {connection})"
+    )]
+    #[zh(
+        "信号 {name:?} 已 {invalid:.1} s 没有正确应答，其看门狗允许 {watchdog:.1} s（设备错误 {device}，连接错误 {connection}）"
     )]
     Invalid {
         /// Name of the signal.
@@ -85,6 +95,7 @@ pub enum ModbusError {
     },
     /// Too many custom commands wait.
     #[error("{CUSTOM_WAITING_MAX} commands wait for {host}:{port} already")]
+    #[zh("已有 {CUSTOM_WAITING_MAX} 条命令等待 {host}:{port}")]
     DeviceBusy {
         /// Address.
         host: String,
@@ -93,6 +104,7 @@ pub enum ModbusError {
     },
     /// The operating system gave no thread.
     #[error("cannot start the Modbus client: {0}")]
+    #[zh("无法启动 Modbus 客户端：{0}")]
     NoThread(String),
 }
 

@@ -1,5 +1,6 @@
 //! Modbus requests and replies without their framing (MODBUS Application Protocol Specification V1.1b3). Pure.
 
+use messages::Localized;
 use thiserror::Error;
 
 /// What is asked of a device. Counts are within the protocol's limits by construction of their callers.
@@ -70,13 +71,15 @@ pub enum Reply {
 }
 
 /// A reason why an answer is no result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error, Localized)]
 pub enum PduError {
     /// The device refused.
     #[error("the device answered with exception {0}")]
+    #[zh("设备以异常 {0} 应答")]
     Exception(u8),
     /// The bytes do not answer the request.
     #[error("the device's answer does not fit the request")]
+    #[zh("设备的应答与请求不符")]
     Malformed,
 }
 

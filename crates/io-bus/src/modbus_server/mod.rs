@@ -10,6 +10,7 @@ pub mod tables;
 use std::io;
 use std::time::Duration;
 
+use messages::Localized;
 use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::time::timeout;
@@ -21,17 +22,20 @@ use tables::{Slaves, Tables};
 pub const MESSAGE_TIME: Duration = Duration::from_secs(5);
 
 /// A reason why a conversation ended before the client closed it.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum ModbusSessionError {
     /// The connection broke.
     #[error("the connection broke: {0}")]
+    #[zh("连接中断：{0}")]
     Io(#[from] io::Error),
     /// What was sent is not Modbus TCP.
     #[error("not Modbus TCP: {0}")]
+    #[zh("不是 Modbus TCP：{0}")]
     NotModbus(#[from] ModbusFrameError),
     /// A request stayed unfinished, or a reply unread, for [`MESSAGE_TIME`].
     #[error("a request stayed unfinished or a reply unread for {} s", MESSAGE_TIME.as_secs())]
+    #[zh("请求未完成或应答未被读取已 {} s", MESSAGE_TIME.as_secs())]
     Stalled,
 }
 

@@ -8,6 +8,7 @@ use std::io;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
+use messages::Localized;
 use parking_lot::Mutex as SyncMutex;
 
 use supervision::{ThreadSupervisor, injection};
@@ -84,14 +85,16 @@ pub struct SerialSettings {
 }
 
 /// A reason why a serial line did not do what was asked.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum SerialError {
     /// No device stands behind the port.
     #[error("no device is connected to this port; name one with [[serial]] in the cell file")]
+    #[zh("此端口没有连接设备；请在单元文件中用 [[serial]] 指定")]
     NoDevice,
     /// The port is not open, or open for something else.
     #[error("the port is {}, this needs {}", describe(*.found), describe(*.needed))]
+    #[zh("端口为{}，这需要{}", describe(*.found), describe(*.needed))]
     Mode {
         /// What it is.
         found: SerialMode,
@@ -100,24 +103,30 @@ pub enum SerialError {
     },
     /// The device cannot be opened, or broke.
     #[error("the line failed: {0}")]
+    #[zh("线路故障：{0}")]
     Line(#[from] io::Error),
     /// No answer.
     #[error("no answer within the timeout")]
+    #[zh("超时未应答")]
     NoAnswer,
     /// Bytes came, but no frame with a good checksum.
     #[error("the answer is damaged ({0} bytes without a frame whose checksum fits)")]
+    #[zh("应答已损坏（{0} 字节，没有校验和正确的帧）")]
     CorruptReply(usize),
     /// The device refused.
     #[error(transparent)]
     Refused(#[from] PduError),
     /// The operating system gave no thread.
     #[error("cannot start the thread of the serial ports: {0}")]
+    #[zh("无法启动串口线程：{0}")]
     NoThread(io::Error),
     /// The line was closed meanwhile.
     #[error("the line was closed meanwhile")]
+    #[zh("线路已在此期间关闭")]
     Ended,
     /// Slaves in this process speak Modbus only.
     #[error("simulated Modbus slaves are on this port: it can be used in Modbus RTU mode only")]
+    #[zh("此端口上有仿真的 Modbus 从站：只能以 Modbus RTU 方式使用")]
     SlavesOnly,
 }
 

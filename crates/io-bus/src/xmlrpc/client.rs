@@ -13,6 +13,7 @@ use hyper::body::{Bytes, Incoming};
 use hyper::client::conn::http1::{SendRequest, handshake};
 use hyper::{Request, Response, StatusCode, header};
 use hyper_util::rt::TokioIo;
+use messages::Localized;
 use socket2::Socket;
 use supervision::{ThreadRole, ThreadSupervisor};
 use thiserror::Error;
@@ -36,8 +37,9 @@ pub struct RpcUrl {
 }
 
 /// A text that is no address of a server.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[error("{0:?} is no address; allowed are \"ip:port\" and \"http://ip:port/path\"")]
+#[zh("{0:?} 不是地址；允许 \"ip:port\" 和 \"http://ip:port/path\"")]
 pub struct InvalidRpcUrl(String);
 
 impl std::str::FromStr for RpcUrl {
@@ -84,7 +86,7 @@ impl RpcUrl {
 }
 
 /// A reason why a call has no result.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum RpcError {
     /// The server's own error.
@@ -95,6 +97,7 @@ pub enum RpcError {
     NotXmlRpc(#[from] InvalidXmlRpc),
     /// No connection.
     #[error("cannot connect to {address}: {source}")]
+    #[zh("无法连接 {address}：{source}")]
     Connect {
         /// Host and port.
         address: String,
@@ -103,6 +106,7 @@ pub enum RpcError {
     },
     /// The connection broke before anything of the call was sent.
     #[error("the connection to {address} failed before the call was sent: {reason}")]
+    #[zh("在发送调用之前与 {address} 的连接失败：{reason}")]
     NotSent {
         /// Host and port.
         address: String,
@@ -113,6 +117,7 @@ pub enum RpcError {
     #[error(
         "the connection to {address} failed: {reason}; the call may have been executed, it is not sent again"
     )]
+    #[zh("与 {address} 的连接失败：{reason}；调用可能已执行，不再发送")]
     Unanswered {
         /// Host and port.
         address: String,
@@ -121,6 +126,7 @@ pub enum RpcError {
     },
     /// Another status than 200.
     #[error("{address} answered with HTTP status {status}")]
+    #[zh("{address} 以 HTTP 状态 {status} 应答")]
     Status {
         /// Host and port.
         address: String,
@@ -132,6 +138,7 @@ pub enum RpcError {
         "{address} did not answer within {} s; the call may have been executed",
         CALL_TIME.as_secs()
     )]
+    #[zh("{address} 在 {} s 内没有应答；调用可能已执行", CALL_TIME.as_secs())]
     NoAnswer {
         /// Host and port.
         address: String,

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use messages::Localized;
 use quick_xml::Reader;
 use quick_xml::escape::{escape, resolve_predefined_entity};
 use quick_xml::events::Event;
@@ -35,8 +36,9 @@ pub enum RpcValue {
 }
 
 /// The server's own error.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[error("fault {code}: {text}")]
+#[zh("故障 {code}：{text}")]
 pub struct RpcFault {
     /// Number of the fault.
     pub code: i64,
@@ -45,8 +47,9 @@ pub struct RpcFault {
 }
 
 /// An answer that is none.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[error("the answer is no XML-RPC: {0}")]
+#[zh("应答不是 XML-RPC：{0}")]
 pub struct InvalidXmlRpc(String);
 
 /// The body of a call.

@@ -6,6 +6,7 @@
 mod file;
 
 use crate::elementary;
+use messages::Localized;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -43,11 +44,12 @@ pub struct Calibration {
 }
 
 /// A reason why there is no calibrated arm, told in one sentence.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Localized)]
 #[non_exhaustive]
 pub enum CalibrationError {
     /// The file cannot be read.
     #[error("cannot read the calibration file {}: {source}", path.display())]
+    #[zh("无法读取标定文件 {}：{source}", path.display())]
     Unreadable {
         /// The file as it was given.
         path: PathBuf,
@@ -56,6 +58,7 @@ pub enum CalibrationError {
     },
     /// The file is not TOML.
     #[error("{} line {line} is not TOML: {message}", path.display())]
+    #[zh("{} 第 {line} 行不是 TOML：{message}", path.display())]
     Syntax {
         /// The calibration file.
         path: PathBuf,
@@ -66,6 +69,7 @@ pub enum CalibrationError {
     },
     /// A key or a table that does not exist.
     #[error("{}: {place} has an unknown key `{key}`; the keys are {allowed}", path.display())]
+    #[zh("{}：{place}中有未知的键 `{key}`；可用的键为 {allowed}", path.display())]
     UnknownKey {
         /// The calibration file.
         path: PathBuf,
@@ -78,6 +82,7 @@ pub enum CalibrationError {
     },
     /// A key or a table that must be there.
     #[error("{}: {place} has no `{key}`; {allowed}", path.display())]
+    #[zh("{}：{place}中没有 `{key}`；{allowed}", path.display())]
     Missing {
         /// The calibration file.
         path: PathBuf,
@@ -90,6 +95,7 @@ pub enum CalibrationError {
     },
     /// A value that a key does not take.
     #[error("{}: {place} has {key} = {given}; {allowed}", path.display())]
+    #[zh("{}：{place} 的 {key} = {given}；{allowed}", path.display())]
     Value {
         /// The calibration file.
         path: PathBuf,
@@ -108,6 +114,7 @@ pub enum CalibrationError {
          leave the model out, or give {calibrated}",
         path.display()
     )]
+    #[zh("标定文件 {} 用于型号 {calibrated}，而要求的型号是 {asked}；请不给出型号，或给出 {calibrated}", path.display())]
     ModelMismatch {
         /// The calibration file.
         path: PathBuf,
@@ -118,6 +125,7 @@ pub enum CalibrationError {
     },
     /// The model cannot be had.
     #[error("{}: model = {given:?}: {source}", path.display())]
+    #[zh("{}：model = {given:?}：{source}", path.display())]
     Model {
         /// The calibration file.
         path: PathBuf,
@@ -132,6 +140,7 @@ pub enum CalibrationError {
          (axes 2, 3, 4 parallel, axes 4-5 and 5-6 crossing at right angles, flange in the frame of joint 6)",
         path.display()
     )]
+    #[zh("{}：型号 {model} 不能标定，它不具有 CS 机械臂的结构（轴 2、3、4 平行，轴 4-5 和 5-6 垂直相交，法兰在关节 6 的坐标系中）", path.display())]
     UnsupportedGeometry {
         /// The calibration file.
         path: PathBuf,

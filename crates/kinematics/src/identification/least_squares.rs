@@ -1,5 +1,6 @@
 //! Least squares over any number of measurements, with what they cannot tell.
 
+use messages::Localized;
 use nalgebra::{DMatrix, DVector};
 
 /// Below this share of the largest one, an eigenvalue of the scaled normal matrix belongs to a direction that the
@@ -51,10 +52,11 @@ pub struct Solution {
 }
 
 /// A reason why measurements have no least-squares solution.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Localized)]
 pub enum FitError {
     /// Fewer measurements than unknowns and some more.
     #[error("{count} measurements for {unknowns} unknowns: {needed} or more are needed")]
+    #[zh("{count} 个测量值对 {unknowns} 个未知量：需要 {needed} 个或更多")]
     TooFew {
         /// How many there are.
         count: usize,
@@ -65,6 +67,7 @@ pub enum FitError {
     },
     /// Some unknowns, or sums of them, make no difference in any measurement.
     #[error("the measurements do not tell the unknowns {unknowns:?}")]
+    #[zh("测量值不能确定未知量 {unknowns:?}")]
     Unobservable {
         /// Numbers of these unknowns, from 0.
         unknowns: Vec<usize>,

@@ -1,5 +1,6 @@
 //! The tool centre point from rests at one point.
 
+use messages::Localized;
 use nalgebra::Vector3;
 
 use super::least_squares::{FitError, LeastSquares};
@@ -19,15 +20,17 @@ pub struct ToolFit {
 }
 
 /// A reason why a tool cannot be fitted.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Localized)]
 pub enum ToolFitError {
     /// Fewer than four rests.
     #[error("four or more rests at one point are needed, the data has {0}")]
+    #[zh("需要在同一点的四个以上静止段，数据中有 {0} 个")]
     TooFew(usize),
     /// The flange was turned about one axis only, or not at all.
     #[error(
         "the flange lies alike in all rests: turn it about two axes by 20 degrees or more between them"
     )]
+    #[zh("各静止段中法兰姿态相同：请在它们之间绕两个轴转动 20 度以上")]
     Alike,
 }
 

@@ -12,6 +12,7 @@ use crate::elementary;
 use crate::joint::JointPositions;
 use crate::model::RobotModel;
 use crate::pose::Pose;
+use messages::Localized;
 use nalgebra::Vector3;
 use std::sync::Arc;
 
@@ -27,25 +28,30 @@ pub const CI_PAIRS: usize = 4;
 pub const POSITION_SLACK: f64 = 1e-6;
 
 /// A safety setting that cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Localized)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SafetySettingError {
     #[error("the {what} of a safety plane is {value:?}, it must be {allowed}")]
+    #[zh("安全平面的 {what} 为 {value:?}，应为{allowed}")]
     Plane {
         what: &'static str,
         value: [f64; 3],
         allowed: &'static str,
     },
     #[error("ci_pair is {0}, it must be 0 to 3 (CI0/1, CI2/3, CI4/5, CI6/7)")]
+    #[zh("ci_pair 为 {0}，应为 0 到 3（CI0/1、CI2/3、CI4/5、CI6/7）")]
     CiPair(u8),
     #[error("there are {SAFETY_PLANES_MAX} safety planes already, more are not possible")]
+    #[zh("已有 {SAFETY_PLANES_MAX} 个安全平面，不能再多")]
     TooManyPlanes,
     #[error("the size of the tool's {shape} is {size:?}, every number must be finite and positive")]
+    #[zh("工具的 {shape} 尺寸为 {size:?}，每个数都必须是有限的正数")]
     ToolSize { shape: &'static str, size: [f64; 3] },
     #[error(
         "the hull of the tool has the point {point:?}, at least one point is needed and all must be finite"
     )]
+    #[zh("工具的凸包有点 {point:?}，至少需要一个点，且必须都是有限值")]
     ToolPoint { point: Option<[f64; 3]> },
 }
 
@@ -202,13 +208,15 @@ impl core::fmt::Display for ProtectedPart {
 }
 
 /// A reason why a position is not allowed.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, Localized)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SafetyViolation {
     #[error("no joint positions inside the limits reach the pose")]
+    #[zh("限位之内没有关节位置能到达该位姿")]
     Unreachable,
     #[error("joint {} is at {value_rad:.4} rad, allowed are {min_rad:.4} to {max_rad:.4} rad", .joint + 1)]
+    #[zh("关节 {} 位于 {value_rad:.4} rad，允许 {min_rad:.4} 到 {max_rad:.4} rad", .joint + 1)]
     JointPosition {
         joint: usize,
         value_rad: f64,
@@ -216,12 +224,14 @@ pub enum SafetyViolation {
         max_rad: f64,
     },
     #[error("{part} is {depth_m:.4} m behind safety plane {plane}")]
+    #[zh("{part}在安全平面 {plane} 之后 {depth_m:.4} m")]
     Plane {
         plane: usize,
         part: ProtectedPart,
         depth_m: f64,
     },
     #[error("{} and {} overlap by {depth_m:.4} m", link_name(.links[0]), link_name(.links[1]))]
+    #[zh("{}与{}重叠 {depth_m:.4} m", link_name(.links[0]), link_name(.links[1]))]
     Links { links: [LinkIndex; 2], depth_m: f64 },
 }
 

@@ -15,6 +15,7 @@ use crate::model::{JointLimits, RobotModel};
 use crate::payload::{RigidBody, is_physical, principal_moments};
 use crate::pose::Pose;
 use extension::Extension;
+use messages::Localized;
 use nalgebra::{Matrix3, Vector3};
 use tree::{JointChain, Tree, pose_of};
 use urdf_rs::Link;
@@ -26,58 +27,75 @@ pub const DEFAULT_JOINT_ACCELERATION: f64 = 10.0;
 const SIZE_MAX: usize = 4 << 20;
 
 /// A reason why there is no robot model.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Localized)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ModelError {
     #[error(
         "there is no built-in robot model `{name}`; built in are {known}, a path of a URDF file works as well"
     )]
+    #[zh("没有内置的机器人型号 `{name}`；内置的有 {known}，也可以给出 URDF 文件的路径")]
     UnknownName { name: String, known: String },
     #[error(
         "the robot `{name}` exists, but its dimensions and masses are not public, so it cannot be simulated; \
          built in are {known}"
     )]
+    #[zh("机器人 `{name}` 存在，但其尺寸和质量没有公开，因此不能仿真；内置的有 {known}")]
     UnsupportedModel { name: String, known: String },
     #[error("the robot model {path} cannot be read: {source}")]
+    #[zh("无法读取机器人型号 {path}：{source}")]
     Unreadable {
         path: String,
         #[source]
         source: std::io::Error,
     },
     #[error("the URDF is {bytes} bytes long, {max} are allowed")]
+    #[zh("URDF 有 {bytes} 字节，允许 {max} 字节")]
     TooLarge { bytes: usize, max: usize },
     #[error("the URDF nests elements more than {max} deep")]
+    #[zh("URDF 的元素嵌套超过 {max} 层")]
     TooDeep { max: usize },
     #[error("the URDF is not well-formed XML near byte {offset}: {reason}")]
+    #[zh("URDF 在第 {offset} 个字节附近不是合法的 XML：{reason}")]
     NotXml { offset: u64, reason: String },
     #[error("the URDF cannot be understood: {0}")]
+    #[zh("无法理解 URDF：{0}")]
     NotUrdf(#[from] urdf_rs::UrdfError),
     #[error("the URDF element <{element}> {reason}")]
+    #[zh("URDF 元素 <{element}> {reason}")]
     Extension { element: String, reason: String },
     #[error("the URDF has {found} revolute joints in a row ({names}), exactly six are needed")]
+    #[zh("URDF 中串联的旋转关节有 {found} 个（{names}），需要恰好六个")]
     JointCount { found: usize, names: String },
     #[error("the URDF joint `{joint}` is {kind}; only revolute and fixed joints are supported")]
+    #[zh("URDF 关节 `{joint}` 为 {kind}；只支持 revolute 和 fixed 关节")]
     JointKind { joint: String, kind: &'static str },
     #[error(
         "two revolute joints, `{first}` and `{second}`, move on the same link `{link}`: the arm must not branch"
     )]
+    #[zh("两个旋转关节 `{first}` 和 `{second}` 都连在连杆 `{link}` 上：机械臂不能分叉")]
     Branch {
         link: String,
         first: String,
         second: String,
     },
     #[error("the URDF link `{link}` {reason}")]
+    #[zh("URDF 连杆 `{link}` {reason}")]
     Tree { link: String, reason: &'static str },
     #[error("the URDF joint `{joint}` names the link `{link}`, which does not exist")]
+    #[zh("URDF 关节 `{joint}` 指向不存在的连杆 `{link}`")]
     MissingLink { joint: String, link: String },
     #[error("the URDF names two {what} `{name}`")]
+    #[zh("URDF 中有两个{what}名为 `{name}`")]
     Duplicate { what: &'static str, name: String },
     #[error("the URDF joint `{joint}` {reason}")]
+    #[zh("URDF 关节 `{joint}` {reason}")]
     Joint { joint: String, reason: String },
     #[error("the URDF link `{link}` has {reason}")]
+    #[zh("URDF 连杆 `{link}` 有{reason}")]
     Inertial { link: String, reason: String },
     #[error("a collision shape of the URDF link `{link}` {reason}")]
+    #[zh("URDF 连杆 `{link}` 的碰撞形状{reason}")]
     Collision { link: String, reason: String },
 }
 

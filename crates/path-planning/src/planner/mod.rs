@@ -10,6 +10,7 @@ mod tree;
 
 use kinematics::random::RandomSequence;
 use kinematics::{JointLimits, JointPositions};
+use messages::Localized;
 use thiserror::Error;
 
 use crate::scene::{CollisionScene, Pair};
@@ -58,23 +59,26 @@ pub struct JointPath {
 }
 
 /// A reason why there is no path.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 #[non_exhaustive]
 pub enum PathError {
     /// Something touches at the start.
     #[error("the arm touches something at the start")]
+    #[zh("机械臂在起点碰到物体")]
     StartInCollision {
         /// What touches.
         pair: Pair,
     },
     /// Something touches at every goal.
     #[error("the arm touches something at the goal")]
+    #[zh("机械臂在终点碰到物体")]
     GoalInCollision {
         /// What touches, for each goal.
         pairs: Vec<Pair>,
     },
     /// Something touches at a position that the path has to pass.
     #[error("the arm touches something at via position {number}")]
+    #[zh("机械臂在中间位置 {number} 碰到物体")]
     ViaInCollision {
         /// Number of the position, from 1.
         number: usize,
@@ -83,6 +87,7 @@ pub enum PathError {
     },
     /// A position beyond the ranges of the joints.
     #[error("joint {} would be at {value:.4} rad, allowed is {min:.4} to {max:.4} rad", joint + 1)]
+    #[zh("关节 {} 将位于 {value:.4} rad，允许 {min:.4} 到 {max:.4} rad", joint + 1)]
     JointLimit {
         /// Joint index from 0.
         joint: usize,
@@ -95,9 +100,11 @@ pub enum PathError {
     },
     /// There are no goals.
     #[error("no joint positions reach the goal")]
+    #[zh("没有关节位置能到达终点")]
     NoGoal,
     /// Tries or time were used up.
     #[error("no path was found in {tries} tries")]
+    #[zh("{tries} 次尝试中没有找到路径")]
     NotFound {
         /// Random joint positions that were tried.
         tries: u32,

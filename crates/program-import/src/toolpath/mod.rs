@@ -11,6 +11,7 @@ pub mod reach;
 mod spline;
 
 use core::fmt;
+use messages::Localized;
 
 pub use arc::{Arc, Plane};
 
@@ -83,16 +84,18 @@ impl fmt::Display for Remark {
 }
 
 /// A reason why a file is no toolpath.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, Localized)]
 pub enum ToolpathError {
     /// More than anybody drives.
     #[error("line {line}: the path has more than {STEPS_MAX} steps")]
+    #[zh("第 {line} 行：路径超过 {STEPS_MAX} 步")]
     TooLong {
         /// The line of the first one too many.
         line: u32,
     },
     /// The file is damaged.
     #[error("line {line}: {text}")]
+    #[zh("第 {line} 行：{text}")]
     Damaged {
         /// The place.
         line: u32,

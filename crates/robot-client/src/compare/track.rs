@@ -1,5 +1,6 @@
 //! A recording as what is compared of it: joints, TCP, speed and force over time.
 
+use messages::Localized;
 use nalgebra::{UnitQuaternion, Vector3};
 use recorder::{CycleMessage, ReadError, Recording};
 use thiserror::Error;
@@ -7,7 +8,7 @@ use thiserror::Error;
 use kinematics::{Pose, RpyPose};
 
 /// A recording that cannot be compared.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum RunTraceError {
     /// The recording cannot be read.
@@ -15,6 +16,7 @@ pub enum RunTraceError {
     Read(#[from] ReadError),
     /// The recording has no cycles.
     #[error("there is nothing to compare: {name} has no cycles")]
+    #[zh("没有可比较的内容：{name} 没有控制周期")]
     Empty {
         /// Name of the recording.
         name: String,

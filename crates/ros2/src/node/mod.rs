@@ -13,6 +13,7 @@ mod services;
 use std::io::{self, Read, Write};
 use std::net::IpAddr;
 
+use messages::Localized;
 use ros2_client::dds::rustdds::DomainParticipantBuilder;
 use ros2_client::qos::{History, WhenFull};
 use ros2_client::{
@@ -34,29 +35,35 @@ use services::Services;
 const SAMPLES_BEHIND_MAX: usize = 16;
 
 /// The reason for which the node ended.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum NodeError {
     /// The link does not work.
     #[error("the link to the controller: {0}")]
+    #[zh("与控制器的链接：{0}")]
     Io(#[from] io::Error),
     /// The controller says what cannot be read.
     #[error("the link to the controller: {0}")]
+    #[zh("与控制器的链接：{0}")]
     Link(#[from] LinkError),
     /// The controller does not begin with what the node is to be.
     #[error("the controller does not say what the node is to be")]
+    #[zh("控制器没有说明节点的设置")]
     NoSetup,
     /// DDS does not start.
     #[error("the DDS stack: {0}")]
+    #[zh("DDS 协议栈：{0}")]
     Dds(String),
     /// An address is none.
     #[error("{given:?} is no address of an interface")]
+    #[zh("{given:?} 不是网络接口的地址")]
     Address {
         /// The address as given.
         given: String,
     },
     /// Sockets cannot be kept on this machine.
     #[error("the sockets cannot be held to the loopback interface: {0}")]
+    #[zh("无法把套接字限制在回环接口：{0}")]
     Loopback(io::Error),
 }
 

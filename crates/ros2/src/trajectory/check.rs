@@ -1,5 +1,6 @@
 //! What is asked of a trajectory before the arm moves.
 
+use messages::Localized;
 use thiserror::Error;
 
 use super::code;
@@ -45,11 +46,12 @@ pub struct CheckedTrajectory {
 }
 
 /// The reason for which a trajectory cannot be run.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 #[non_exhaustive]
 pub enum TrajectoryError {
     /// Joints that the arm does not have, or not all of them.
     #[error("the joints are {given}; needed are {needed}, in any order")]
+    #[zh("关节为 {given}；需要 {needed}，顺序不限")]
     Joints {
         /// The joints as given.
         given: String,
@@ -58,15 +60,18 @@ pub enum TrajectoryError {
     },
     /// No point.
     #[error("the trajectory has no point")]
+    #[zh("轨迹没有点")]
     Empty,
     /// Too many points.
     #[error("the trajectory has {count} points, {POINTS_MAX} at most are allowed")]
+    #[zh("轨迹有 {count} 个点，最多允许 {POINTS_MAX} 个")]
     TooManyPoints {
         /// Number of points.
         count: usize,
     },
     /// A list of a point that has not six numbers.
     #[error("{list} of point {point} have {count} numbers, needed are 6")]
+    #[zh("第 {point} 点的 {list} 有 {count} 个数，需要 6 个")]
     Length {
         /// From 1.
         point: usize,
@@ -77,6 +82,7 @@ pub enum TrajectoryError {
     },
     /// A number that is none.
     #[error("{list} of point {point} have {value} for {joint}, needed is a finite number")]
+    #[zh("第 {point} 点的 {list} 中 {joint} 为 {value}，需要有限数")]
     NotFinite {
         /// From 1.
         point: usize,
@@ -89,6 +95,7 @@ pub enum TrajectoryError {
     },
     /// Times that do not rise.
     #[error("point {point} is at {time:.4} s, not after the one before, at {before:.4} s")]
+    #[zh("第 {point} 点在 {time:.4} s，不晚于前一点（{before:.4} s）")]
     Times {
         /// From 1.
         point: usize,
@@ -99,12 +106,14 @@ pub enum TrajectoryError {
     },
     /// A trajectory that lasts too long.
     #[error("the trajectory takes {seconds:.1} s, {SECONDS_MAX} s at most are allowed")]
+    #[zh("轨迹需要 {seconds:.1} s，最多允许 {SECONDS_MAX} s")]
     TooLong {
         /// s.
         seconds: f64,
     },
     /// A position or a speed beyond a limit.
     #[error("{what} {value:.4} of {joint} at {time:.4} s is beyond its limit, {limit:.4}")]
+    #[zh("{joint} 在 {time:.4} s 处的{what} {value:.4} 超出其极限 {limit:.4}")]
     Limit {
         /// Position or speed.
         what: &'static str,
@@ -121,6 +130,7 @@ pub enum TrajectoryError {
     #[error(
         "the trajectory starts {away:.4} rad from where {joint} is; 0.1 rad at most can be made good"
     )]
+    #[zh("轨迹起点与 {joint} 的当前位置相差 {away:.4} rad；最多可弥补 0.1 rad")]
     Start {
         /// The joint.
         joint: &'static str,
@@ -129,6 +139,7 @@ pub enum TrajectoryError {
     },
     /// Forces, or joints of several degrees of freedom.
     #[error("{what} cannot be followed: the arm follows positions of its six joints")]
+    #[zh("无法跟随 {what}：手臂跟随其六个关节的位置")]
     Unsupported {
         /// What was given.
         what: &'static str,
@@ -137,6 +148,7 @@ pub enum TrajectoryError {
     #[error(
         "the tolerance of {joint:?} is {value}: needed are joints of the arm and finite numbers"
     )]
+    #[zh("{joint:?} 的容差为 {value}：需要手臂的关节和有限数")]
     Tolerance {
         /// The joint as given.
         joint: String,
@@ -145,6 +157,7 @@ pub enum TrajectoryError {
     },
     /// The trajectory was to begin earlier.
     #[error("the trajectory was to start {seconds:.3} s ago and is over")]
+    #[zh("轨迹本应在 {seconds:.3} s 前开始，已经结束")]
     OldStamp {
         /// s.
         seconds: f64,

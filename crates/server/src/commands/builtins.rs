@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use editor::analysis::describe;
 use editor::analysis::library::searched_text;
-use editor::analysis::words::Language;
+use editor::analysis::words::{Language, LanguageWords as _};
 use elite_syntax::nearest;
 
 use crate::cli::{BuiltinsArgs, ListFormat};

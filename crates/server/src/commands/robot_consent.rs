@@ -4,6 +4,7 @@
 use std::io::{self, IsTerminal};
 use std::time::Duration;
 
+use messages::Localized;
 use robot_client::{PrimaryClient, PrimaryError, RobotAddress, dashboard};
 use thiserror::Error;
 use tokio::time::timeout;
@@ -21,15 +22,18 @@ pub(super) const STOP_PATIENCE: Duration = Duration::from_secs(3);
 pub(super) const END_PATIENCE: Duration = Duration::from_millis(3600);
 
 /// A reason why nothing is sent to a robot, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 pub(super) enum ConsentError {
     #[error(
         "{0} is in local mode: it takes no programs from outside. Switch it to remote control first"
     )]
+    #[zh("{0} 处于本地模式，不接收外部程序。请先切换到远程控制")]
     Local(RobotAddress),
     #[error("nothing was sent")]
+    #[zh("没有发送任何内容")]
     Declined,
     #[error("nobody can be asked: {0}")]
+    #[zh("无法询问任何人：{0}")]
     Unasked(#[from] io::Error),
 }
 

@@ -3,6 +3,7 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
+use messages::Localized;
 use thiserror::Error;
 use tokio::io::AsyncReadExt;
 use tokio::net::TcpStream;
@@ -19,8 +20,9 @@ const RETRY: Duration = Duration::from_millis(20);
 const ATTEMPT: Duration = Duration::from_secs(1);
 
 /// No server answered.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[error("no server answered on {address} within {} s: {reason}", waited.as_secs_f64())]
+#[zh("{address} 上没有服务器在 {} s 内应答：{reason}", waited.as_secs_f64())]
 pub struct NoAnswer {
     address: SocketAddr,
     waited: Duration,

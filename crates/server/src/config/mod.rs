@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use elite_runtime::{Preset, SandboxRoots};
+use messages::Localized;
 use motion_api::Seconds;
 use script_test::TestSettings;
 use thiserror::Error;
@@ -46,11 +47,12 @@ pub const QUERY_PORT: u16 = 40011;
 pub const MODBUS_PORTS: (u16, u16) = (502, 5020);
 
 /// A reason why there are no settings: one sentence, which ends the program with exit status 2.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum ConfigError {
     /// The file cannot be read.
     #[error("cannot read the configuration file {}: {source}", path.display())]
+    #[zh("无法读取配置文件 {}：{source}", path.display())]
     Unreadable {
         /// The file as it was given.
         path: PathBuf,
@@ -59,6 +61,7 @@ pub enum ConfigError {
     },
     /// The file is not TOML.
     #[error("{} line {line} is not TOML: {message}", path.display())]
+    #[zh("{} 第 {line} 行不是 TOML：{message}", path.display())]
     Syntax {
         /// The configuration file.
         path: PathBuf,
@@ -69,12 +72,14 @@ pub enum ConfigError {
     },
     /// Two options that contradict each other.
     #[error("--local and --control {mode} contradict each other: leave one of them out")]
+    #[zh("--local 与 --control {mode} 相矛盾：请去掉其中一个")]
     TwoControls {
         /// The mode that was named.
         mode: &'static str,
     },
     /// A key that does not exist.
     #[error("{} has an unknown key `{key}`; the keys are {}", path.display(), allowed.join(", "))]
+    #[zh("{} 中有未知的键 `{key}`；可用的键为 {}", path.display(), allowed.join(", "))]
     UnknownKey {
         /// The configuration file.
         path: PathBuf,
@@ -85,6 +90,7 @@ pub enum ConfigError {
     },
     /// A key that is given twice, as `step-ms` and `step_ms`.
     #[error("{} gives `{key}` twice", path.display())]
+    #[zh("{} 两次给出 `{key}`", path.display())]
     Twice {
         /// The configuration file.
         path: PathBuf,
@@ -93,6 +99,7 @@ pub enum ConfigError {
     },
     /// A value that a key does not take.
     #[error("{}: `{key}` is {given}; {allowed}", path.display())]
+    #[zh("{}：`{key}` 为 {given}；{allowed}", path.display())]
     BadValue {
         /// The configuration file.
         path: PathBuf,
@@ -108,12 +115,14 @@ pub enum ConfigError {
     Robot(Box<OptionsError>),
     /// A detail of a node that is not asked for.
     #[error("{option} says something of the ROS 2 node, which is off: give --ros2 as well")]
+    #[zh("{option} 用于 ROS 2 节点，而节点没有启用：请同时给出 --ros2")]
     Ros2Missing {
         /// The option.
         option: &'static str,
     },
     /// No machine, or more than are spoken with.
     #[error("--ros-peers names {count} machines, allowed are 1 to {allowed}")]
+    #[zh("--ros-peers 给出了 {count} 台机器，允许 1 到 {allowed} 台")]
     TooManyPeers {
         /// Number of machines.
         count: usize,
@@ -124,12 +133,14 @@ pub enum ConfigError {
     #[error(
         "the ROS 2 domain is {given:?}, allowed are 0 to 232 (--ros-domain, else ROS_DOMAIN_ID)"
     )]
+    #[zh("ROS 2 域为 {given:?}，允许 0 到 232（--ros-domain，否则 ROS_DOMAIN_ID）")]
     BadDomain {
         /// The domain as given.
         given: String,
     },
     /// Two services on one port.
     #[error("{first} and {second} are both {port}; every service needs a port of its own")]
+    #[zh("{first} 和 {second} 都是 {port}；每个服务需要各自的端口")]
     SamePort {
         /// Option that has the port first.
         first: &'static str,

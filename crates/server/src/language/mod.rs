@@ -13,11 +13,11 @@ use std::borrow::Cow;
 use std::ffi::OsString;
 use std::sync::OnceLock;
 
-use editor::analysis::words::Language;
 use elite_runtime::chinese;
 use elite_runtime::message::Message;
 use elite_syntax::Diagnostic;
 use elite_syntax::chinese::{self as texts, PhraseTable, Translations};
+use messages::{InLanguage, Language, Localized};
 
 use crate::cli::TextLanguage;
 
@@ -142,6 +142,12 @@ pub fn message(message: &Message) -> Cow<'_, Message> {
         true => Cow::Owned(chinese::message(message)),
         false => Cow::Borrowed(message),
     }
+}
+
+/// A text as it is shown in the language of this process.
+#[allow(dead_code)]
+pub fn shown<T: Localized>(text: &T) -> InLanguage<'_, T> {
+    text.in_language(chosen())
 }
 
 /// Lines of a command for people, in the language of this process: those that the tables have.

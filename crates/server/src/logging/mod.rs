@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use messages::Localized;
 use thiserror::Error;
 use tracing::Subscriber;
 use tracing_subscriber::EnvFilter;
@@ -25,10 +26,11 @@ static STDERR: OnceLock<LogQueue> = OnceLock::new();
 const DEFAULT_FILTER: &str = "info,foxglove=warn,rmcp=warn";
 
 /// A reason why there is no log, told in one sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 pub enum LoggingError {
     /// RUST_LOG is not a filter.
     #[error("RUST_LOG is `{given}`: {reason}; an example is `warn,server::ports=debug`")]
+    #[zh("RUST_LOG 为 `{given}`：{reason}；例如 `warn,server::ports=debug`")]
     Filter {
         /// The filter as it was set.
         given: String,
@@ -37,9 +39,11 @@ pub enum LoggingError {
     },
     /// No thread to write it.
     #[error("the log cannot be written: {0}")]
+    #[zh("无法写日志：{0}")]
     Thread(io::Error),
     /// Set up twice: a fault of ours.
     #[error("the log is set up already")]
+    #[zh("日志已设置")]
     Twice,
 }
 

@@ -36,6 +36,7 @@ mod palette;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use messages::Localized;
 use thiserror::Error;
 
 /// Points of one curve that are drawn; of more, every column of the picture keeps its smallest and largest value.
@@ -44,17 +45,20 @@ const POINTS_MAX: usize = 6000;
 pub(crate) const SLOTS: usize = 1500;
 
 /// A reason why there is no picture.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum PlotError {
     /// The compiled-in font cannot be read, or there is no memory for the picture.
     #[error("the picture cannot be drawn: {0}")]
+    #[zh("无法绘制图片：{0}")]
     Draw(&'static str),
     /// The picture cannot be encoded.
     #[error("the picture cannot be encoded: {0}")]
+    #[zh("无法编码图片：{0}")]
     Encode(String),
     /// The file cannot be written.
     #[error("cannot write the picture {}: {source}", path.display())]
+    #[zh("无法写入图片 {}：{source}", path.display())]
     Write {
         /// The file.
         path: PathBuf,

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use messages::Localized;
 use platform::sockets::break_when_deaf_for;
 use socket2::{SockRef, TcpKeepalive};
 use supervision::{ThreadRole, ThreadSupervisor, injection};
@@ -82,11 +83,14 @@ impl PortMeter {
 }
 
 /// A reason why a port cannot be opened, told in one sentence that says what to do.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 pub enum BindError {
     /// Somebody else has it.
     #[error(
         "{address} is in use by another program: stop it, or choose another port with {option} (0 takes any free one)"
+    )]
+    #[zh(
+        "{address} 正被其他程序使用：请停止该程序，或用 {option} 选择其他端口（0 为任意空闲端口）"
     )]
     InUse {
         /// Address that was asked for.
@@ -96,6 +100,7 @@ pub enum BindError {
     },
     /// A port below 1024, usually.
     #[error("this user may not listen on {address}: choose a port from 1024 on with {option}")]
+    #[zh("此用户不能监听 {address}：请用 {option} 选择 1024 及以上的端口")]
     NotAllowed {
         /// Address that was asked for.
         address: SocketAddr,
@@ -104,12 +109,14 @@ pub enum BindError {
     },
     /// The machine has no such address.
     #[error("this machine has no address {}: choose one of its own with --bind", address.ip())]
+    #[zh("本机没有地址 {}：请用 --bind 选择本机的地址", address.ip())]
     NoSuchAddress {
         /// Address that was asked for.
         address: SocketAddr,
     },
     /// The port cannot be opened for another reason.
     #[error("cannot listen on {address} ({option}): {source}")]
+    #[zh("无法监听 {address}（{option}）：{source}")]
     Other {
         /// Address that was asked for.
         address: SocketAddr,

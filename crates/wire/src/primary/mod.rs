@@ -11,6 +11,7 @@ pub use exception::{
 };
 pub use state::State;
 
+use messages::Localized;
 use thiserror::Error;
 
 use fields::FieldReader;
@@ -27,17 +28,19 @@ pub const ROBOT_STATE: u8 = 16;
 pub const ROBOT_EXCEPTION: u8 = 20;
 
 /// A reason why bytes are no message of this port.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[non_exhaustive]
 pub enum DecodeError {
     /// No message is so short or so long.
     #[error("a message of {length} bytes; one of port 30001 has 6 to {MESSAGE_BYTES_MAX}")]
+    #[zh("消息有 {length} 字节；端口 30001 的消息有 6 到 {MESSAGE_BYTES_MAX} 字节")]
     Length {
         /// What it says.
         length: u32,
     },
     /// A part says that it is longer than its message, or shorter than its own head.
     #[error("part {kind} of a state says it has {length} bytes, {left} are there")]
+    #[zh("状态的第 {kind} 部分声明有 {length} 字节，实有 {left} 字节")]
     PartLength {
         /// Type of the part.
         kind: u8,
@@ -48,6 +51,7 @@ pub enum DecodeError {
     },
     /// The message ends inside a value.
     #[error("{what} ends {missing} bytes too early")]
+    #[zh("{what} 提前 {missing} 字节结束")]
     UnexpectedEnd {
         /// What is too short.
         what: &'static str,
@@ -56,6 +60,7 @@ pub enum DecodeError {
     },
     /// There are bytes behind the last part.
     #[error("{0} bytes behind the last part of a state are no part")]
+    #[zh("状态最后一部分之后的 {0} 字节不属于任何部分")]
     TrailingBytes(usize),
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use elite_lang::{NodeCursor, Value};
+use messages::Localized;
 use motion_api::ThreadNumber;
 use thiserror::Error;
 
@@ -41,8 +42,9 @@ pub(crate) enum ThreadLookup {
 }
 
 /// More script threads than [`THREADS_MAX`] were to run at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error, Localized)]
 #[error("Thread over the max size: {}", THREADS_MAX)]
+#[zh("线程数超过上限：{}", THREADS_MAX)]
 pub(crate) struct ThreadCountError;
 
 impl TaskContext {

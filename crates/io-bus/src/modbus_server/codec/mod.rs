@@ -6,6 +6,7 @@
 
 use super::tables::{ModbusException, Slaves, Space, Tables};
 use crate::modbus::pdu::EXCEPTION_FLAG;
+use messages::Localized;
 
 /// Bytes before the request proper: transaction, protocol, length, unit.
 pub const HEADER_BYTES: usize = 7;
@@ -24,13 +25,15 @@ const WRITE_REGISTERS_MAX: usize = 123;
 const READ_WRITE_REGISTERS_MAX: usize = 121;
 
 /// The stream cannot be Modbus TCP; there is no way to find the next request in it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, Localized)]
 pub enum ModbusFrameError {
     /// The protocol number is not 0.
     #[error("protocol number {0} instead of 0")]
+    #[zh("协议号为 {0}，应为 0")]
     Protocol(u16),
     /// Shorter than a unit and a function, or longer than the protocol allows.
     #[error("length {0}, allowed are 2 to 254")]
+    #[zh("长度 {0}，允许 2 到 254")]
     Length(u16),
 }
 

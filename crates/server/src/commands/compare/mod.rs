@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
+use messages::Localized;
 use recorder::{ReadError, Recording};
 use robot_client::compare::{
     Alignment, Comparison, Deviation, RunTrace, RunTraceError, align, compare as compared,
@@ -31,7 +32,7 @@ const CURVE_POINTS: usize = 3200;
 const JOINTS: [&str; 6] = ["J1", "J2", "J3", "J4", "J5", "J6"];
 
 /// A reason why there is no comparison, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 enum CompareError {
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -44,6 +45,7 @@ enum CompareError {
     #[error(transparent)]
     RunHere(#[from] RunHereError),
     #[error("the two recordings have no moment in common in which both know where the joints are")]
+    #[zh("两个记录没有共同的、都知道关节位置的时刻")]
     NothingInCommon,
 }
 

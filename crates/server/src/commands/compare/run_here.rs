@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use elite_runtime::TaskEnd;
+use messages::Localized;
 use recorder::{CellFiles, Setup};
 use tempfile::TempDir;
 use thiserror::Error;
@@ -24,21 +25,26 @@ use controller::options::{ModelChoice, RecordTarget};
 use controller::start_configuration::{RecordedSettingsError, recorded_settings};
 
 /// A reason why there is no run, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 pub(super) enum RunHereError {
     #[error("the recording {0} does not say which arm it is of")]
+    #[zh("记录 {0} 没有说明是哪种手臂")]
     NoSetup(String),
     #[error("{0}")]
     Script(String),
     #[error("the script does not compile; there is nothing to compare")]
+    #[zh("脚本无法编译；没有可比较的内容")]
     NotCompiled,
     #[error("the run was broken off; nothing is compared")]
+    #[zh("运行已中断；不作比较")]
     BrokenOff,
     #[error("the recording is of an arm {given:?}, which is none of ours: {allowed}")]
+    #[zh("记录来自手臂 {given:?}，不是所支持的型号：{allowed}")]
     Model { given: String, allowed: String },
     #[error(transparent)]
     Settings(#[from] RecordedSettingsError),
     #[error("cannot write the run beside the comparison: {0}")]
+    #[zh("无法在比较旁写入运行记录：{0}")]
     Folder(#[from] io::Error),
     #[error(transparent)]
     Start(Box<HostError>),

@@ -10,6 +10,7 @@ use std::io::{self, BufReader};
 use std::net::{Ipv4Addr, TcpListener};
 
 use editor::dap::{RunTarget, serve_attaching};
+use messages::Localized;
 use serde_json::Value as Json;
 use thiserror::Error;
 
@@ -35,11 +36,13 @@ pub fn debug(args: &DebugArgs) -> CommandResult {
 }
 
 /// The reason for which the debugger cannot go on, displayed as one sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 enum DebugError {
     #[error("cannot open port {port}: {source}")]
+    #[zh("无法打开端口 {port}：{source}")]
     Port { port: u16, source: io::Error },
     #[error("the debugger ends: {0}")]
+    #[zh("调试器结束：{0}")]
     System(#[from] io::Error),
 }
 

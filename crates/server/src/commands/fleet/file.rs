@@ -9,6 +9,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 
 use controller::options::{ByteSize, ModelChoice, Permission, RecordTarget};
+use messages::Localized;
 use thiserror::Error;
 use toml::{Table, Value};
 
@@ -30,11 +31,12 @@ const FILE_BYTES_MAX: usize = 1 << 20;
 const KEYS: [&str; 4] = ["bind", "folder", "http-port", "trust-host"];
 
 /// A reason why a fleet cannot be started, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum FleetFileError {
     /// The file cannot be read.
     #[error("cannot read the fleet {}: {source}", path.display())]
+    #[zh("无法读取机器人组文件 {}：{source}", path.display())]
     Unreadable {
         /// The file as it was given.
         path: PathBuf,
@@ -51,6 +53,7 @@ pub enum FleetFileError {
     },
     /// The options of a robot.
     #[error("robot {name}: {source}")]
+    #[zh("机器人 {name}：{source}")]
     Robot {
         /// Name of the robot.
         name: String,

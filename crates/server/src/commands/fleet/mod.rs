@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use messages::Localized;
 use platform::machine;
 use platform::signals::Hangups;
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -37,7 +38,7 @@ use robot::{READY_WITHIN, RestartRequest, RobotProcess};
 const ORDERLY: Duration = Duration::from_secs(15);
 
 /// A reason why a fleet is not started, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum FleetError {
     /// The fleet's file cannot be used.
@@ -48,6 +49,7 @@ pub enum FleetError {
     Bind(#[from] BindError),
     /// Threads, signals, the program itself.
     #[error("the operating system refused what a fleet needs: {0}")]
+    #[zh("操作系统拒绝了机器人组所需的资源：{0}")]
     System(#[from] io::Error),
 }
 

@@ -11,6 +11,7 @@ use std::io::Write;
 
 use controller::recorded_run::RecordedModelError;
 use kinematics::identification::FitError;
+use messages::Localized;
 use recorder::ReadError;
 
 use crate::cli::{FindingFormat, IdentifyArgs, IdentifyTarget};
@@ -21,7 +22,7 @@ pub use answer::Answer;
 pub use samples::Samples;
 
 /// Why there is no answer.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Localized)]
 pub enum IdentifyError {
     /// A recording cannot be read.
     #[error(transparent)]
@@ -31,6 +32,7 @@ pub enum IdentifyError {
     Model(#[from] RecordedModelError),
     /// A recording does not say which arm it is of.
     #[error("{0}: it does not say which arm it is of")]
+    #[zh("{0}：没有说明是哪种机械臂")]
     NoSetup(String),
     /// The data do not tell.
     #[error("{0}")]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use editor::analysis::words::Language;
+use editor::analysis::words::{Language, LanguageWords as _};
 use editor::analysis::{describe, library};
 use elite_runtime::builtins::all;
 use elite_runtime::builtins::declare::Builtin;

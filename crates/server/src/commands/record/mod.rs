@@ -10,6 +10,7 @@ mod robot;
 use std::time::{Duration, SystemTime};
 
 use kinematics::{CalibrationError, JointPositions};
+use messages::Localized;
 use motion_api::{MotionEndpoint, Record, RingCapacities, RobotState, motion_channel};
 use recorder::{
     CustomTopic, CustomTopicId, LogLevel, RecordError, Recorder, RecorderConfig, RecorderHandle,
@@ -49,9 +50,10 @@ const OUTPUTS: CustomTopicId = CustomTopicId(0);
 const STATES: CustomTopicId = CustomTopicId(1);
 
 /// A reason why there is no recording, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 enum RecordingError {
     #[error("cannot start: {0}")]
+    #[zh("无法启动：{0}")]
     Start(#[from] std::io::Error),
     #[error(transparent)]
     Arm(#[from] CalibrateError),
@@ -62,6 +64,7 @@ enum RecordingError {
     #[error(transparent)]
     Record(#[from] RecordError),
     #[error("the recording {0} has failed")]
+    #[zh("记录 {0} 失败")]
     Failed(String),
 }
 

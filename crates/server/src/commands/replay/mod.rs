@@ -20,6 +20,7 @@ use std::io::{self, IsTerminal, Write};
 
 use controller::recorded_run::model_of;
 use editor::analysis::words::Language;
+use messages::Localized;
 use recorder::{FileEnd, ReadError, Recording, Summary};
 use thiserror::Error;
 
@@ -86,7 +87,7 @@ fn printable(sentence: &str) -> String {
 }
 
 /// A reason why a question about a recording has no answer.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum ReplayError {
     /// The recording cannot be read.
@@ -94,6 +95,7 @@ pub enum ReplayError {
     Read(#[from] ReadError),
     /// There is no state at that time.
     #[error("there is no state at {asked} s: {}", covered(*.range))]
+    #[zh("{asked} s 处没有状态：{}", covered(*.range))]
     NoSuchTime {
         /// The time asked for, s.
         asked: f64,
@@ -117,6 +119,7 @@ pub enum ReplayError {
     Serve(Box<ServeRecordingError>),
     /// The answer cannot be written.
     #[error("cannot write the answer: {0}")]
+    #[zh("无法写出回答：{0}")]
     Output(#[from] io::Error),
 }
 

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use messages::Localized;
 use recorder::lengths::truncate_marked;
 use recorder::{CycleMessage, ReadError, Recording, RecordingEntry, Topic};
 use thiserror::Error;
@@ -21,7 +22,7 @@ const MAX_SPAN: f64 = 3.2e9;
 const MAX_NAME: usize = 80;
 
 /// A reason why there is no picture of a recording.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum PictureError {
     /// The recording cannot be read.
@@ -29,11 +30,13 @@ pub enum PictureError {
     Read(#[from] ReadError),
     /// Nothing to draw.
     #[error("there is nothing to draw: the recording has no cycles")]
+    #[zh("没有可画的内容：记录中没有周期")]
     Empty,
     /// The times are none that a controller has.
     #[error(
         "there is nothing to draw from {begin:e} s to {end:e} s; time goes forward, for a hundred years at most"
     )]
+    #[zh("{begin:e} s 到 {end:e} s 没有可画的内容；时间只向前，最多一百年")]
     Times {
         /// Begin of the first cycle, s.
         begin: f64,
@@ -44,6 +47,7 @@ pub enum PictureError {
     #[error(
         "there is nothing to draw from {from} s to {to} s: the recording covers {begin:.3} s to {end:.3} s"
     )]
+    #[zh("{from} s 到 {to} s 没有可画的内容：记录的范围是 {begin:.3} s 到 {end:.3} s")]
     Nothing {
         /// Begin of the span, s.
         from: f64,

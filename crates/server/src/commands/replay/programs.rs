@@ -11,11 +11,12 @@ use controller::rerun::RerunController;
 use controller::{NullObserver, StartError};
 use elite_runtime::Instrumentation;
 use elite_runtime::external::Divergence;
+use messages::Localized;
 use recorder::Recording;
 use thiserror::Error;
 
 /// A reason why programs were not run again.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum ProgramsError {
     /// The recording does not tell enough.
@@ -32,6 +33,7 @@ pub enum ProgramsError {
     Command(String),
     /// The system gives no thread.
     #[error("the operating system refused what a run needs: {0}")]
+    #[zh("操作系统拒绝了运行所需的资源：{0}")]
     System(#[from] std::io::Error),
 }
 

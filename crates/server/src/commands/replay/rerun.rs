@@ -14,6 +14,7 @@ use controller::recorded_run::{
 };
 use controller::register_write::RegisterWrite;
 use controller::start_configuration::cycle_config;
+use messages::Localized;
 use motion::{ConfigError, ControlLoop, CycleTiming};
 use motion_api::{RingCapacities, ScriptEndpoint, motion_channel};
 use parking_lot::Mutex;
@@ -29,7 +30,7 @@ const MAX_MISSING: u64 = 200_000;
 const MAX_WAITING: usize = 10_000;
 
 /// A reason why a recording cannot be run again.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum RerunError {
     /// The recording cannot be read.
@@ -43,15 +44,18 @@ pub enum RerunError {
     Arm(#[from] RecordedModelError),
     /// The controller cannot be made.
     #[error("the controller of the recording cannot be made: {0}")]
+    #[zh("无法建立记录中的控制器：{0}")]
     Config(#[from] ConfigError),
     /// The world of the cell cannot be made.
     #[error("the cell of the recording: {0}")]
+    #[zh("记录中的单元：{0}")]
     World(#[from] Box<WorldError>),
     /// A recorded command cannot be given again.
     #[error(transparent)]
     Feed(#[from] CommandReplayError),
     /// The commands of a cycle do not fit into the ring.
     #[error("more commands than the ring holds were taken in cycle {cycle}")]
+    #[zh("周期 {cycle} 取走的命令多于环形缓冲区的容量")]
     TooManyCommands {
         /// The cycle.
         cycle: u64,
@@ -60,6 +64,7 @@ pub enum RerunError {
     #[error(
         "the recording jumps from cycle {from} to cycle {to}; at most {MAX_MISSING} missing cycles are run"
     )]
+    #[zh("记录从周期 {from} 跳到周期 {to}；缺少的周期最多补运行 {MAX_MISSING} 个")]
     Gap {
         /// The cycle before.
         from: u64,

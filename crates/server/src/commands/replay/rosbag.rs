@@ -15,6 +15,7 @@ use controller::recorded_run::{RecordedModelError, model_of};
 use kinematics::RobotModel;
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
+use messages::Localized;
 use recorder::{ReadError, Recording};
 use ros2::messages::{Message, RosRobotMode, RosSafetyMode, Text, TfMessage, Time};
 use ros2::names::topic;
@@ -22,7 +23,7 @@ use ros2::sample::{NodeSample, fixed_frames, flange_in_wrist};
 use thiserror::Error;
 
 /// Why there is no bag.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum BagError {
     /// The recording cannot be read.
@@ -30,15 +31,18 @@ pub enum BagError {
     Read(#[from] ReadError),
     /// The recording does not say which arm it is of.
     #[error("{0} does not say how the controller was started, so there are no frames to write")]
+    #[zh("{0} 没有说明控制器是如何启动的，因此没有可写的坐标系")]
     NoSetup(String),
     /// The arm is not known here.
     #[error(transparent)]
     Model(#[from] RecordedModelError),
     /// A cycle that is none.
     #[error("a cycle of the recording: {0}")]
+    #[zh("记录中的一个周期：{0}")]
     Cycle(String),
     /// The folder.
     #[error("the bag {}: {source}", path.display())]
+    #[zh("bag {}：{source}", path.display())]
     Folder {
         /// The folder as given.
         path: PathBuf,
@@ -47,15 +51,18 @@ pub enum BagError {
     },
     /// There is something else where the bag belongs.
     #[error("the bag {} cannot be written: there is something else in that folder", path.display())]
+    #[zh("无法写入 bag {}：该文件夹中有别的内容", path.display())]
     Occupied {
         /// The folder.
         path: PathBuf,
     },
     /// The bag cannot be written.
     #[error("cannot write the bag: {0}")]
+    #[zh("无法写入 bag：{0}")]
     Mcap(#[from] mcap::McapError),
     /// A message cannot be written.
     #[error("a message of the bag: {0}")]
+    #[zh("bag 的消息：{0}")]
     Message(String),
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use controller::options::RecordTarget;
+use messages::Localized;
 use recorder::Recording;
 use thiserror::Error;
 
@@ -11,11 +12,13 @@ use crate::commands::replay::rosbag::{folder_beside, prepare_folder, write_into}
 use crate::config::RunConfig;
 
 /// Why there can be no bag.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 enum ProfileError {
     #[error("--ros2-profile writes a bag beside the recording: give --record FILE as well")]
+    #[zh("--ros2-profile 在记录旁写入 bag：请同时给出 --record 文件")]
     NoRecording,
     #[error("--ros2-profile makes a bag of one recording: leave --record-rotate out")]
+    #[zh("--ros2-profile 由一个记录生成 bag：请去掉 --record-rotate")]
     Rotation,
 }
 

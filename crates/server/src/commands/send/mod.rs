@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use elite_runtime::{Preset, PresetError};
 use elite_syntax::{Severity, SourceFile, check, compile};
+use messages::Localized;
 use robot_client::{
     MonitorOutcome, PrimaryClient, PrimaryError, ProgramEvent, ProgramMonitor, RobotAddress,
     dashboard,
@@ -46,7 +47,7 @@ const TICK: Duration = Duration::from_millis(50);
 const LAST_LINES: Duration = Duration::from_millis(120);
 
 /// A reason why nothing was sent, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 enum SendError {
     #[error("{0}")]
     Sentence(String),
@@ -59,6 +60,7 @@ enum SendError {
     #[error(transparent)]
     Setting(#[from] PresetError),
     #[error("cannot start: {0}")]
+    #[zh("无法启动：{0}")]
     Start(#[from] std::io::Error),
 }
 

@@ -16,6 +16,7 @@ use std::time::Duration;
 
 use elite_runtime::{Preset, PresetError};
 use elite_syntax::{SourceFile, compile};
+use messages::Localized;
 use robot_client::{InterpreterRequest, RobotAddress, dashboard};
 use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 use thiserror::Error;
@@ -62,9 +63,10 @@ const ORDERS: [(&str, &str); 7] = [
 ];
 
 /// A reason why there is no shell, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 enum ShellError {
     #[error("cannot start: {0}")]
+    #[zh("无法启动：{0}")]
     Start(#[from] std::io::Error),
     #[error(transparent)]
     Setting(#[from] PresetError),

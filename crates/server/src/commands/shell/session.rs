@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
+use messages::Localized;
 use robot_client::interpreter::{self, END_INTERPRETER_STATEMENT};
 use robot_client::{
     InterpreterClient, InterpreterError, InterpreterRequest, PrimaryClient, PrimaryError, Reply,
@@ -74,19 +75,23 @@ pub(super) enum SessionReply {
 pub(super) type SessionRequest = (SessionCommand, SyncSender<SessionReply>);
 
 /// A reason why there is no session, or none any more, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 pub(super) enum SessionError {
     #[error(transparent)]
     Primary(#[from] PrimaryError),
     #[error(transparent)]
     Interpreter(#[from] InterpreterError),
     #[error("a program runs on the robot at {0}; the shell would take its place. Stop it first")]
+    #[zh("机器人 {0} 上正在运行程序，交互会话会取代它。请先停止该程序")]
     Busy(RobotAddress),
     #[error("the robot at {0} has not begun the program that enters interpreter mode")]
+    #[zh("机器人 {0} 没有启动进入解释器模式的程序")]
     NotBegun(RobotAddress),
     #[error("the robot at {0} has not answered the statement, and none waits there")]
+    #[zh("机器人 {0} 没有回应该语句，那里也没有等待的语句")]
     Unanswered(RobotAddress),
     #[error("the program that enters interpreter mode failed: {0}")]
+    #[zh("进入解释器模式的程序失败：{0}")]
     Failed(String),
     #[error("{error}; {what}")]
     GivenUp {

@@ -4,6 +4,7 @@
 //! knows (2.1.1): a `;` stands for a line end, the blanks behind it for the indentation. So a function that is typed is
 //! defined, as one in that form is, and not called, as a block of lines is by controllers that take one.
 
+use messages::Localized;
 use thiserror::Error;
 
 use crate::ports::interpreter::codec::{BLOCK_BYTES_MAX, StatementFrame, StatementFramer};
@@ -19,11 +20,13 @@ pub(super) struct StatementReader {
 }
 
 /// A text that cannot be a statement; each is a sentence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error, Localized)]
 pub(super) enum StatementError {
     #[error("a text over several lines cannot stand in a block: the port takes one line")]
+    #[zh("多行文本不能放在块中：端口只接收一行")]
     LongText,
     #[error("a block has at most {} KiB", BLOCK_BYTES_MAX / 1024)]
+    #[zh("一个块最多 {} KiB", BLOCK_BYTES_MAX / 1024)]
     TooLong,
 }
 

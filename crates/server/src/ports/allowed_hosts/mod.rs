@@ -11,23 +11,27 @@ use std::net::{IpAddr, Ipv6Addr};
 use axum::http::request::Parts;
 use axum::http::uri::Authority;
 use axum::http::{HeaderName, StatusCode, Version, header};
+use messages::Localized;
 
 use super::escape::EscapedLine;
 
 /// A reason why a request is turned away: one sentence that names what was given.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, Localized)]
 pub enum HostRejection {
     /// The server is called by a name that is not this machine's.
     #[error(
         "the request is for {0}, which is not a name of this machine; open it by its address or as localhost, or \
          start the server with --trust-host"
     )]
+    #[zh("请求的是 {0}，不是本机的名称；请用地址或 localhost 打开，或以 --trust-host 启动服务器")]
     Host(String),
     /// A page that comes from elsewhere.
     #[error("the request comes from a page of {0}; only pages of this machine may ask here")]
+    #[zh("请求来自 {0} 的页面；这里只有本机的页面可以请求")]
     Origin(String),
     /// HTTP demands exactly one name.
     #[error("a request needs one Host header, this one has {0}")]
+    #[zh("请求需要一个 Host 头，此请求有 {0} 个")]
     Hosts(usize),
 }
 

@@ -6,18 +6,21 @@
 //! names the page's origin, that must be this server.
 
 use axum::http::{HeaderMap, StatusCode, header};
+use messages::Localized;
 
 use crate::ports::allowed_hosts::is_same_server;
 use crate::ports::escape::EscapedLine;
 
 /// A reason why a request is turned away.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, Localized)]
 pub enum CrossSiteRejection {
     /// A form, a text, or nothing at all.
     #[error("the content type is {0}; it must be application/json")]
+    #[zh("内容类型为 {0}；必须是 application/json")]
     NotJson(String),
     /// A page that this server did not send.
     #[error("the request comes from a page of {0}; only pages of this server may change anything")]
+    #[zh("请求来自 {0} 的页面；只有本服务器的页面可以更改")]
     Foreign(String),
 }
 

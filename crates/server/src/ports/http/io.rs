@@ -2,6 +2,7 @@
 //!
 //! Names are those of the cell file. A request sets all of its inputs or none.
 
+use messages::Localized;
 use motion_api::registers::{BOOLEAN_REGISTERS, FLOAT_REGISTERS, INTEGER_REGISTERS};
 use motion_api::{IoChange, IoConfig, RegisterImages, RobotState};
 use serde_json::{Map, Value, json};
@@ -20,15 +21,17 @@ pub struct IoChanges {
 }
 
 /// A reason why nothing was set: one sentence that names the point, what was given and what is allowed.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 pub enum InputError {
     /// No JSON.
     #[error("the body is no JSON: {0}")]
+    #[zh("正文不是 JSON：{0}")]
     NotJson(String),
     /// JSON, but no object.
     #[error(
         "the body must be an object from names of inputs to values, as {{\"standard_digital_in[0]\": true}}"
     )]
+    #[zh("正文必须是从输入名到值的对象，例如 {{\"standard_digital_in[0]\": true}}")]
     NotAnObject,
     /// An input cannot be set so.
     #[error(transparent)]

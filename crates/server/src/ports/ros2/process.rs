@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use elite_runtime::OwnChild;
+use messages::Localized;
 use platform::sockets::AsyncLocalStream;
 use platform::{processes, sockets};
 use ros2::link::LinkError;
@@ -25,19 +26,23 @@ const WELL_AFTER: Duration = Duration::from_secs(20);
 const END_WITHIN: Duration = Duration::from_secs(2);
 
 /// How a life of the node ended.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 pub(super) enum NodeEnd {
     /// The controller ends.
     #[error("the controller ends")]
+    #[zh("控制器结束")]
     Asked,
     /// The process has closed the link.
     #[error("its process has ended")]
+    #[zh("其进程已结束")]
     Closed,
     /// The link.
     #[error("the link to it does not work: {0}")]
+    #[zh("与它的链接不可用：{0}")]
     Io(#[from] io::Error),
     /// What the process says cannot be read.
     #[error("its process says what cannot be understood: {0}")]
+    #[zh("其进程所说的无法理解：{0}")]
     Link(#[from] LinkError),
 }
 
@@ -74,10 +79,11 @@ pub async fn keep_node<B: Ros2Backend>(
 }
 
 /// The reason for which a node is gone.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 enum GoneReason {
     /// The process of the node was not started.
     #[error("its process cannot be started: {0}")]
+    #[zh("无法启动其进程：{0}")]
     Start(io::Error),
     /// The process of the node has ended.
     #[error("{why}; {}", status(ended))]

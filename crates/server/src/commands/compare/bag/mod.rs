@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use messages::Localized;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use recorder::{FileEnd, ReadError, messages_of_file};
 use robot_client::compare::{RunTrace, TraceSample};
@@ -31,33 +32,41 @@ const NAMES_SHOWN: usize = 12;
 const GAP_MAX: f64 = 0.1;
 
 /// A reason why a bag cannot be compared.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 pub(super) enum BagReadError {
     #[error(transparent)]
     Read(#[from] ReadError),
     #[error("cannot read the bag {}: {source}", path.display())]
+    #[zh("无法读取 bag {}：{source}", path.display())]
     Folder { path: PathBuf, source: io::Error },
     #[error("{} is no bag in MCAP: no file in that folder ends in .mcap", path.display())]
+    #[zh("{} 不是 MCAP 格式的 bag：该文件夹中没有以 .mcap 结尾的文件", path.display())]
     NoMcap { path: PathBuf },
     #[error(
         "the bag {} keeps its messages in {file}; only MCAP is read: ros2 bag convert makes it of other bags", path.display()
     )]
+    #[zh("bag {} 的消息保存在 {file} 中；只读取 MCAP：可用 ros2 bag convert 转换其他 bag", path.display())]
     OtherStorage { path: PathBuf, file: String },
     #[error("the bag {} has more than {FILES_MAX} files", path.display())]
+    #[zh("bag {} 的文件多于 {FILES_MAX} 个", path.display())]
     TooManyFiles { path: PathBuf },
     #[error(
         "{name} has no joint states (sensor_msgs/msg/JointState as CDR); its topics are {topics}"
     )]
+    #[zh("{name} 没有关节状态（CDR 编码的 sensor_msgs/msg/JointState）；其主题为 {topics}")]
     NoJointStates { name: String, topics: String },
     #[error("{name} has joint states of several robots, and which is meant is not known: {topics}")]
+    #[zh("{name} 含有多台机器人的关节状态，不知道指哪一台：{topics}")]
     SeveralTopics { name: String, topics: String },
     #[error("{topic} of {name} has not the joints of the arm; the first message has {given}")]
+    #[zh("{name} 的 {topic} 没有机械臂的关节；第一条消息含有 {given}")]
     OtherJoints {
         name: String,
         topic: String,
         given: String,
     },
     #[error("message {number} of {topic} in {name} cannot be read: {reason}")]
+    #[zh("无法读取 {name} 中 {topic} 的第 {number} 条消息：{reason}")]
     Message {
         name: String,
         topic: String,
@@ -65,10 +74,14 @@ pub(super) enum BagReadError {
         reason: String,
     },
     #[error("{topic} of {name} has more than {SAMPLES_MAX} messages")]
+    #[zh("{name} 的 {topic} 多于 {SAMPLES_MAX} 条消息")]
     TooLong { name: String, topic: String },
     #[error(
         "{0} is a bag, which does not say tool, payload and place of its arm: run the script with 'run --record FILE' \
          and compare the bag with that recording"
+    )]
+    #[zh(
+        "{0} 是 bag，不含机械臂的工具、负载和位置：请用 'run --record 文件' 运行脚本，再与该记录比较"
     )]
     NoArm(String),
 }

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use controller::recorded_run::{InitialSetupError, model_of};
+use messages::Localized;
 use recorder::lengths::truncate_marked;
 use recorder::{ReadError, Recording, RecordingEntry, Topic, ViewerMessages};
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -56,7 +57,7 @@ const PAGE_WITHIN: Duration = Duration::from_secs(30);
 const RATE_TO_LOOK_AT: f64 = 10.0;
 
 /// A reason why a recording cannot be served.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub enum ServeRecordingError {
     /// The recording cannot be read.
@@ -76,6 +77,7 @@ pub enum ServeRecordingError {
     Serve(#[from] ServeError),
     /// Threads or signals.
     #[error("the operating system refused what a server needs: {0}")]
+    #[zh("操作系统拒绝了服务器所需的资源：{0}")]
     System(#[from] std::io::Error),
 }
 

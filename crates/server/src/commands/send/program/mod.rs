@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use elite_runtime::{Preset, PresetError};
 use elite_syntax::{Diagnostic, Program, ProgramKind, SourceFile, compile};
+use messages::Localized;
 use thiserror::Error;
 
 use crate::ports::script_text::{StringTracker, is_end_line};
@@ -35,7 +36,7 @@ pub(super) struct OutgoingProgram {
 }
 
 /// A reason why a file cannot be sent, told in a sentence.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 #[non_exhaustive]
 pub(super) enum WrapError {
     /// A setting is none.
@@ -43,9 +44,11 @@ pub(super) enum WrapError {
     Setting(#[from] PresetError),
     /// Settings go before a main program.
     #[error("--set: the file is a secondary program, which has no globals of its own")]
+    #[zh("--set：该文件是次级程序，没有自己的全局变量")]
     SecondarySet,
     /// What became of it does not compile: a fault of ours or a construct that only a file's own level takes.
     #[error("the program cannot be put into a function, as controllers take it: {0}")]
+    #[zh("程序无法放入控制器要求的函数中：{0}")]
     NotWrapped(String),
 }
 

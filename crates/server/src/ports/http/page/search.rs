@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use controller::condition::ConditionError;
 use controller::search::{MatchInterval, search};
+use messages::Localized;
 use recorder::{ReadError, Recording};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -31,7 +32,7 @@ pub(super) struct SearchRequest {
 }
 
 /// A reason why a search has no answer.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Localized)]
 enum SearchError {
     #[error(transparent)]
     Read(#[from] ReadError),
