@@ -1,6 +1,7 @@
 //! Macros of the crate `messages`: they compare the English and the Chinese form of a text while it is compiled.
 
 mod derive;
+mod help;
 mod template;
 mod text;
 
@@ -17,6 +18,18 @@ use syn::parse_macro_input;
 pub fn derive_localized(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as syn::DeriveInput);
     derive::expand(&input)
+        .unwrap_or_else(syn::Error::into_compile_error)
+        .into()
+}
+
+/// Implements `messages::LocalizedHelp` for a type of clap.
+///
+/// A comment that is a help text has its Chinese form below it: `#[zh("…")]`, and `#[zh("…", long = "…")]` where the
+/// comment has more than one paragraph.
+#[proc_macro_derive(LocalizedHelp, attributes(zh))]
+pub fn derive_help(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as syn::DeriveInput);
+    help::expand(&input)
         .unwrap_or_else(syn::Error::into_compile_error)
         .into()
 }

@@ -38,6 +38,7 @@
 //! `Display` is English everywhere: what machines read (logs, recordings, answers of ports) stays English. Whoever shows
 //! a text to a person asks for the language of that person.
 
+mod help;
 mod language;
 mod localized;
 mod system;
@@ -45,7 +46,8 @@ mod text;
 #[doc(hidden)]
 pub mod value;
 
+pub use help::LocalizedHelp;
 pub use language::Language;
 pub use localized::{InLanguage, Localized};
-pub use messages_macros::{Localized, text};
+pub use messages_macros::{Localized, LocalizedHelp, text};
 pub use text::Text;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use elite_runtime::SandboxRoots;
 use kinematics::{Calibration, CalibrationError};
-use messages::Localized;
+use messages::{Localized, LocalizedHelp};
 use thiserror::Error;
 
 use super::slot::OptionSlot;
@@ -20,53 +20,71 @@ use crate::config::{ControllerConfig, read_text_within};
 ///
 /// A field is an option of the command line, whose help is the field's comment; its key elsewhere is the field's name
 /// with dashes.
-#[derive(Args, Clone, Debug, Default, PartialEq)]
+#[derive(Args, Clone, Debug, Default, PartialEq, LocalizedHelp)]
 #[command(next_help_heading = "Robot")]
 pub struct ControllerOptions {
     /// The arm: cs63, cs66, cs612, cs616, cs620, cs625, or the path of a URDF file [default: cs66]
+    #[zh("机械臂：cs63、cs66、cs612、cs616、cs620、cs625，或 URDF 文件的路径 [默认：cs66]")]
     #[arg(long)]
     pub model: Option<ModelChoice>,
     /// A TOML file with the lengths and twists measured of this very arm; without --model its own counts
     /// [default: as the model]
+    #[zh(
+        "含有这台机械臂实测长度和扭角的 TOML 文件；没有 --model 时以它的型号为准 [默认：同型号值]"
+    )]
     #[arg(long, value_name = "FILE")]
     pub calibration: Option<PathBuf>,
     /// A TOML file that says what stands around the arm [default: nothing]
+    #[zh("说明机械臂周围有什么的 TOML 文件 [默认：无]")]
     #[arg(long, value_name = "FILE")]
     pub cell: Option<PathBuf>,
     /// Wall time, or simulated time as fast as the machine can [default: realtime for serve, virtual for run]
+    #[zh("实际时间，或尽机器所能的仿真时间 [默认：serve 为 realtime，run 为 virtual]")]
     #[arg(long, value_name = "realtime|virtual")]
     pub clock: Option<ClockChoice>,
     /// Length of a control cycle, 1 to 8 ms [default: 4]
+    #[zh("控制周期的长度，1 到 8 ms [默认：4]")]
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub step_ms: Option<StepMillis>,
     /// Rigid bodies with contact, the same in the rapier engine, or an arm that is always where it should be
     /// [default: rigid]
+    #[zh("带接触的刚体、用 rapier 引擎的刚体，或总在应处位置的机械臂 [默认：rigid]")]
     #[arg(long, value_name = "rigid|rapier|ideal")]
     pub plant: Option<PlantChoice>,
     /// Folder of the task files; names in scripts and commands cannot leave it [default: ./tasks]
+    #[zh("任务文件夹；脚本和命令中的名称不能越出它 [默认：./tasks]")]
     #[arg(long, value_name = "PATH")]
     pub task_dir: Option<PathBuf>,
     /// The recording of every cycle [default: a new file in ./recordings for serve, off for run]
+    #[zh("每个周期的记录 [默认：serve 为 ./recordings 中的新文件，run 为 off]")]
     #[arg(long, value_name = "PATH|off")]
     pub record: Option<RecordTarget>,
     /// Begin a new file of the recording at this size or after this time: 500MB, 8h [default: one file]
+    #[zh("达到此大小或经过此时间后换新的记录文件：500MB、8h [默认：一个文件]")]
     #[arg(long, value_name = "SIZE|TIME")]
     pub record_rotate: Option<RotationLimit>,
     /// Keep this much of finished recordings, remove the oldest: files of this run, and with a new file in ./recordings
     /// those of earlier runs [default: all]
+    #[zh(
+        "保留这么多已完成的记录，删除最旧的：本次运行的文件，以及（记录为 ./recordings 中的新文件时）以前运行的文件 [默认：全部]"
+    )]
     #[arg(long, value_name = "SIZE")]
     pub record_budget: Option<ByteSize>,
     /// Tool centre point from the flange, m and rad [default: 0,0,0,0,0,0]
+    #[zh("从法兰到工具中心点，m 和 rad [默认：0,0,0,0,0,0]")]
     #[arg(long, value_name = "x,y,z,rx,ry,rz", allow_hyphen_values = true)]
     pub tcp: Option<Tcp>,
     /// Payload, its centre of gravity, and its inertia about that as Ixx,Iyy,Izz,Ixy,Ixz,Iyz: kg, m, kg m²
     /// [default: 0]
+    #[zh("负载、其重心及绕重心的惯量 Ixx,Iyy,Izz,Ixy,Ixz,Iyz：kg、m、kg m² [默认：0]")]
     #[arg(long, value_name = "kg[,cx,cy,cz[,Ixx,…]]", allow_hyphen_values = true)]
     pub payload: Option<PayloadChoice>,
     /// Joint positions at start, rad [default: 0,-1.5708,1.5708,-1.5708,-1.5708,0]
+    #[zh("开始时的关节位置，rad [默认：0,-1.5708,1.5708,-1.5708,-1.5708,0]")]
     #[arg(long, value_name = "q1,…,q6", allow_hyphen_values = true)]
     pub home: Option<HomeJoints>,
     /// Seed of random() and of every simulated noise [default: 0]
+    #[zh("random() 和所有仿真噪声的种子 [默认：0]")]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// What scripts may reach beyond the robot; repeat it for more, the list replaces the default [default: net]
@@ -75,6 +93,10 @@ pub struct ControllerOptions {
     /// that this user may read or write, nothing is held back. fs=DIR: the files beneath that folder only, no link
     /// leads out of it; relative paths count from it. process: programs of this user, which reach files and network
     /// themselves. env: environment variables.
+    #[zh(
+        "脚本除机器人之外可以使用什么；可重复给出，所给的列表取代默认值 [默认：net]",
+        long = "脚本除机器人之外可以使用什么；可重复给出，所给的列表取代默认值 [默认：net]\n\nnet：与任何地方建立连接。net=played：只与测试所扮演的机器连接。fs：此用户可以读写的所有文件，不作限制。fs=DIR：只限该文件夹之内的文件，链接也不能越出；相对路径从它算起。process：以此用户运行的程序，它们自己可以使用文件和网络。env：环境变量。"
+    )]
     #[arg(long, value_name = "fs|fs=DIR|process|env|net|net=played")]
     pub allow: Option<Vec<Permission>>,
 }

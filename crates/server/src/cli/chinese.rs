@@ -8,10 +8,15 @@ use std::io::{IsTerminal as _, Write as _};
 
 use clap::builder::StyledStr;
 use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _, Parser as _};
-use editor::analysis::words::Language;
+use controller::options::ControllerOptions;
+use messages::{Language, LocalizedHelp as _};
 
-use super::Cli;
-use crate::language::{self, HELP};
+use super::{
+    BuiltinsArgs, CellArgs, CheckArgs, Cli, CliCommand, CompletionsArgs, ControllerArgs,
+    DoctorArgs, FindingFormat, FleetArgs, ListFormat, LogArgs, LspArgs, ManArgs, RunArgs,
+    RunCommandArgs, ServeArgs, TextLanguage, WaitArgs,
+};
+use crate::language;
 
 /// Columns of a line of help: what is left beside the names of most options.
 const COLUMNS: usize = 66;
@@ -27,6 +32,91 @@ const HEADINGS: [(&str, &str); 6] = [
     ("Commands:", "命令:"),
     ("[OPTIONS]", "[选项]"),
     ("<COMMAND>", "<命令>"),
+];
+
+/// Help texts that are declared beside their options and commands.
+const HELP: &[&[(&str, &str)]] = &[
+    ControllerOptions::CHINESE,
+    super::debug::DebugArgs::CHINESE,
+    super::debug::DebugRobotArgs::CHINESE,
+    super::identify::IdentifyArgs::CHINESE,
+    super::identify::IdentifyTarget::CHINESE,
+    super::identify::ExciteArgs::CHINESE,
+    super::identify::ExciteTarget::CHINESE,
+    super::import::TranslateArgs::CHINESE,
+    super::import::ImportArgs::CHINESE,
+    super::import::LengthUnit::CHINESE,
+    Cli::CHINESE,
+    CliCommand::CHINESE,
+    LogArgs::CHINESE,
+    LspArgs::CHINESE,
+    FleetArgs::CHINESE,
+    TextLanguage::CHINESE,
+    ControllerArgs::CHINESE,
+    ServeArgs::CHINESE,
+    DoctorArgs::CHINESE,
+    CompletionsArgs::CHINESE,
+    ManArgs::CHINESE,
+    RunCommandArgs::CHINESE,
+    RunArgs::CHINESE,
+    FindingFormat::CHINESE,
+    CheckArgs::CHINESE,
+    CellArgs::CHINESE,
+    ListFormat::CHINESE,
+    BuiltinsArgs::CHINESE,
+    WaitArgs::CHINESE,
+    super::paths::ClearanceArgs::CHINESE,
+    super::paths::PlanArgs::CHINESE,
+    super::paths::OptimizeArgs::CHINESE,
+    super::paths::PlaceArgs::CHINESE,
+    super::replay::ReplayArgs::CHINESE,
+    super::replay::ReplayPortArgs::CHINESE,
+    super::robot::RemoteRobotArgs::CHINESE,
+    super::robot::OutputArgs::CHINESE,
+    super::robot::SendArgs::CHINESE,
+    super::robot::ShellArgs::CHINESE,
+    super::robot::CalibrateArgs::CHINESE,
+    super::robot::RecordArgs::CHINESE,
+    super::robot::CompareFormat::CHINESE,
+    super::robot::CompareArgs::CHINESE,
+    super::ros2::Ros2Args::CHINESE,
+    super::ros2::RosMiddleware::CHINESE,
+    super::test::TestFormat::CHINESE,
+    super::test::TestArgs::CHINESE,
+];
+/// Headings of options, comments of examples, and what clap says of itself.
+const OTHER_TEXTS: &[(&str, &str)] = &[
+    ("Examples:", "示例："),
+    ("Messages", "消息"),
+    ("Ports and server", "端口与服务"),
+    ("Ports of --serve", "--serve 的端口"),
+    ("Robot", "机器人"),
+    ("ROS 2", "ROS 2"),
+    ("Print help", "显示帮助"),
+    (
+        "Print help (see a summary with '-h')",
+        "显示帮助（摘要用 '-h'）",
+    ),
+    (
+        "Print help (see more with '--help')",
+        "显示帮助（详细说明用 '--help'）",
+    ),
+    (
+        "Print this message or the help of the given subcommand(s)",
+        "显示此说明或子命令的帮助",
+    ),
+    ("Print version", "显示版本"),
+    ("a recording, backwards as well", "记录，也可反向"),
+    (
+        "every *.script below the folder",
+        "文件夹之内的所有 *.script",
+    ),
+    ("for an editor", "供编辑器使用"),
+    ("on the page, as if live", "在页面上，像实时一样"),
+    (
+        "the page is at http://127.0.0.1:8080/",
+        "页面在 http://127.0.0.1:8080/",
+    ),
 ];
 
 /// Reads a command line. What is wrong with it, and `--help`, end the process as clap does, in this language.
@@ -153,10 +243,9 @@ fn help_text(english: &str) -> String {
 }
 
 fn declared(english: &str) -> Option<&'static str> {
-    let at = HELP
-        .binary_search_by_key(&english, |(english, _)| english)
-        .ok()?;
-    Some(HELP[at].1)
+    let mut texts = HELP.iter().copied().flatten().chain(OTHER_TEXTS);
+    let (_, chinese) = texts.find(|(text, _)| *text == english)?;
+    Some(chinese)
 }
 
 /// Examples, and what stands behind them.
@@ -266,7 +355,8 @@ mod tests {
         command.build();
         let mut declared = BTreeSet::new();
         texts(&command, &mut declared);
-        let known: BTreeSet<&str> = HELP.iter().map(|(english, _)| *english).collect();
+        let known = HELP.iter().copied().flatten().chain(OTHER_TEXTS);
+        let known: BTreeSet<&str> = known.map(|(english, _)| *english).collect();
         let missing: Vec<&String> = declared
             .iter()
             .filter(|text| !known.contains(&***text))
@@ -277,7 +367,6 @@ mod tests {
             .filter(|text| !declared.contains(**text))
             .collect();
         assert!(dead.is_empty(), "no command says so any more: {dead:#?}");
-        assert!(HELP.is_sorted_by_key(|(english, _)| *english));
     }
 
     #[test]

@@ -19,6 +19,7 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use messages::LocalizedHelp;
 
 use controller::options::{ControllerOptions, HomeJoints, ModelChoice, Tcp};
 use elite_runtime::Preset;
@@ -42,7 +43,11 @@ pub use test::{TestArgs, TestFormat};
 /// An open controller for Elite Robots CS arms, with a simulated arm.
 ///
 /// Without a command it starts the controller, as `serve` does.
-#[derive(Debug, Parser)]
+#[derive(Debug, Parser, LocalizedHelp)]
+#[zh(
+    "Elite Robots CS 系列机械臂的开放控制器，带仿真机械臂",
+    long = "Elite Robots CS 系列机械臂的开放控制器，带仿真机械臂。\n\n不给出命令时启动控制器，与 `serve` 相同。"
+)]
 #[command(name = "eliteserver", version, args_conflicts_with_subcommands = true)]
 pub struct Cli {
     #[command(subcommand)]
@@ -60,55 +65,82 @@ impl Cli {
 }
 
 /// The commands.
-#[derive(Debug, Subcommand)]
+#[derive(Debug, Subcommand, LocalizedHelp)]
 pub enum CliCommand {
     /// Start the controller: every service, one simulated arm. Ends with SIGINT or SIGTERM
+    #[zh("启动控制器：所有服务和一台仿真机械臂。收到 SIGINT 或 SIGTERM 时结束")]
     #[command(after_help = examples::SERVE)]
     Serve(Box<ServeArgs>),
     /// Run one script to its end without opening ports. Exit status: 0 ended, 1 failed, 2 does not compile
+    #[zh("不打开端口，把一个脚本运行到结束。退出状态：0 已结束，1 失败，2 不能编译")]
     #[command(after_help = examples::RUN)]
     Run(Box<RunCommandArgs>),
     /// Parse and check scripts without running them. Exit status: 0 clean, 1 findings, 2 unreadable
+    #[zh("只解析和检查脚本，不运行。退出状态：0 没有问题，1 有发现，2 无法读取")]
     #[command(after_help = examples::CHECK)]
     Check(CheckArgs),
     /// Read a cell file: what it describes, which point is connected to what, and what is doubtful.
     /// Exit status: 0 clean, 1 findings, 2 unreadable
+    #[zh(
+        "读取单元文件：它描述了什么，哪个点与什么相连，有什么可疑之处。退出状态：0 没有问题，1 有发现，2 无法读取"
+    )]
     Cell(CellArgs),
     /// Tell how near every motion of a program comes to anything in its cell: the program is run on an ideal arm that
     /// contacts do not stop. Exit status: 0 it keeps the margin, 1 it does not or fails, 2 it cannot be run
+    #[zh(
+        "报告程序的每个运动离单元中的物体有多近：程序在不因接触而停止的理想机械臂上运行。退出状态：0 间隙足够，1 间隙不足或程序失败，2 无法运行"
+    )]
     Clearance(Box<ClearanceArgs>),
     /// Find a way around what is in the way and write it as a program; what comes out was driven on a simulated arm.
     /// Exit status: 0 a path was found, 1 there is none, 2 wrong arguments
+    #[zh(
+        "求一条绕过障碍的路径并写成程序；结果已在仿真机械臂上运行过。退出状态：0 找到路径，1 没有路径，2 参数错误"
+    )]
     Plan(Box<PlanArgs>),
     /// Make a program faster that does the same: speeds, blends, waypoints; every step is proven by running it. Prints
     /// what changed. Exit status: 0 done, also if nothing can be gained, 1 the program fails or touches something as it
     /// is, 2 it cannot be run
+    #[zh(
+        "把程序改得更快而效果不变：速度、交融、路点；每一步都经运行验证，并打印所作的改动。退出状态：0 完成（没有可加快之处也是 0），1 程序本身失败或碰到物体，2 无法运行"
+    )]
     Optimize(Box<OptimizeArgs>),
     /// Find where the base should stand so that the arm reaches all points, far from the ends of its joints' ranges.
     /// Exit status: 0 found, 1 no place fits, 2 wrong arguments
+    #[zh(
+        "求基座应放在哪里，使机械臂能到达所有点且远离关节范围的边界。退出状态：0 找到，1 没有合适的位置，2 参数错误"
+    )]
     Place(Box<PlaceArgs>),
     /// Run the tests of programs: every test_ function of test_*.script and *_test.script files.
     /// Exit status: 0 all passed, 1 some failed, 2 nothing to run
+    #[zh(
+        "运行程序的测试：test_*.script 和 *_test.script 文件中的每个 test_ 函数。退出状态：0 全部通过，1 有失败，2 没有可运行的测试"
+    )]
     #[command(after_help = examples::TEST)]
     Test(TestArgs),
     /// Debug a program forwards and backwards: at the terminal, or from an editor (Debug Adapter Protocol)
+    #[zh("正向和反向调试程序：在终端上，或由编辑器（Debug Adapter Protocol）进行")]
     #[command(after_help = examples::DEBUG)]
     Debug(Box<DebugArgs>),
     /// Read a recording: a summary, a state, a table, or run it again
+    #[zh("读取记录：摘要、某时刻的状态、表格，或重新运行")]
     #[command(after_help = examples::REPLAY)]
     Replay(ReplayArgs),
     /// List the builtin functions of the script language, search them, or show one. Exit status: 0 shown, 1 none found
+    #[zh("列出、查找或显示脚本语言的内置函数。退出状态：0 已显示，1 没有找到")]
     #[command(after_help = examples::BUILTINS)]
     Builtins(BuiltinsArgs),
     /// Send a program to a robot, real or simulated, and follow it. Exit status: 0 ended, 1 failed or stopped, 2 not
     /// sent
+    #[zh("把程序发送到真实或仿真的机器人并跟踪它。退出状态：0 已结束，1 失败或被停止，2 没有发送")]
     #[command(after_help = examples::SEND)]
     Send(SendArgs),
     /// Type statements that a robot carries out at once. Exit status: 0, 1 a line of a pipe was discarded or failed, 2
     /// no connection
+    #[zh("输入语句，由机器人立即执行。退出状态：0，1 管道中有一行被丢弃或失败，2 没有连接")]
     #[command(after_help = examples::SHELL)]
     Shell(ShellArgs),
     /// Read the arm's own kinematics from a robot into a calibration file. Exit status: 0 written, 2 not
+    #[zh("从机器人读取机械臂自身的运动学参数，写入标定文件。退出状态：0 已写入，2 没有写入")]
     #[command(after_help = examples::CALIBRATE)]
     #[command(mut_arg("yes", |arg| arg.hide(true)))]
     #[command(mut_arg("interpreter_port", |arg| arg.hide(true)))]
@@ -116,6 +148,7 @@ pub enum CliCommand {
     #[command(mut_arg("dashboard_port", |arg| arg.hide(true)))]
     Calibrate(CalibrateArgs),
     /// Record what a robot, real or simulated, does. Exit status: 0 recorded, 2 no connection or no recording
+    #[zh("记录真实或仿真机器人的动作。退出状态：0 已记录，2 没有连接或没有记录")]
     #[command(after_help = examples::RECORD)]
     #[command(mut_arg("yes", |arg| arg.hide(true)))]
     #[command(mut_arg("interpreter_port", |arg| arg.hide(true)))]
@@ -123,47 +156,72 @@ pub enum CliCommand {
     Record(RecordArgs),
     /// Lay two recordings over each other and tell how far they are apart. Exit status: 0 within the bound, 1 beyond, 2
     /// unreadable
+    #[zh("把两个记录叠在一起，报告相差多少。退出状态：0 在界限内，1 超出，2 无法读取")]
     #[command(after_help = examples::COMPARE)]
     Compare(CompareArgs),
     /// Find payload, friction, tool, frame or the bias of the force sensor in recordings. Exit status: 0 found, 1 the
     /// data cannot tell, 2 unreadable
+    #[zh(
+        "由记录辨识负载、摩擦、工具、坐标系或力传感器的零偏。退出状态：0 找到，1 数据不足以判断，2 无法读取"
+    )]
     #[command(after_help = examples::IDENTIFY)]
     Identify(IdentifyArgs),
     /// Write a program whose motion lets `identify` tell. Exit status: 0 written, 2 there is no room for the motion
+    #[zh("写一个程序，其运动可供 `identify` 辨识。退出状态：0 已写入，2 没有运动的空间")]
     #[command(after_help = examples::EXCITE)]
     Excite(Box<ExciteArgs>),
     /// Turn a toolpath (G-code, DXF, CSV) into a program. Exit status: 0 done, 1 the path is impossible or, with
     /// --strict, not wholly understood, 2 unreadable
+    #[zh(
+        "把刀具路径（G 代码、DXF、CSV）变成程序。退出状态：0 完成，1 路径不可行，或用 --strict 时有不理解的内容，2 无法读取"
+    )]
     #[command(after_help = examples::IMPORT)]
     Import(Box<ImportArgs>),
     /// Turn a program of Universal Robots (URScript) into one of this controller. Exit status: 0 complete, 1 something
     /// has no counterpart, 2 unreadable
+    #[zh(
+        "把 Universal Robots 的程序（URScript）变成本控制器的程序。退出状态：0 完整，1 有内容没有对应，2 无法读取"
+    )]
     #[command(after_help = examples::TRANSLATE)]
     Translate(TranslateArgs),
     /// The language server for editors, on standard input and output. Exit status: 0 after 'shutdown', 1 the client
     /// vanished
+    #[zh(
+        "供编辑器使用的语言服务器，通过标准输入输出通信。退出状态：0 收到 'shutdown' 之后，1 客户端消失"
+    )]
     Lsp(LspArgs),
     /// Tools for assistants that write robot programs (Model Context Protocol), on standard input and output: check,
     /// run and test programs on a simulated arm, look functions and recordings up. Files are those beneath the folder
     /// it is started in. Exit status: 0 the client has left, 1 it left before it began, 2 it broke the protocol
+    #[zh(
+        "供编写机器人程序的助手使用的工具（Model Context Protocol），通过标准输入输出通信：在仿真机械臂上检查、运行和测试程序，查询函数和记录。文件限于启动时所在的文件夹之内。退出状态：0 客户端已离开，1 客户端在开始前离开，2 客户端违反协议"
+    )]
     Mcp(McpArgs),
     /// Look whether this machine can run the controller as it is set up, and say what to do.
     /// Exit status: 0 it can, 1 something keeps it from running
+    #[zh("检查本机能否按设置运行控制器，并说明该怎么做。退出状态：0 能，1 有妨碍运行的问题")]
     #[command(after_help = examples::DOCTOR)]
     Doctor(Box<DoctorArgs>),
     /// Print the completion script of a shell
+    #[zh("打印 shell 的补全脚本")]
     #[command(after_help = examples::COMPLETIONS)]
     Completions(CompletionsArgs),
     /// Write the manual pages into a folder
+    #[zh("把手册页写入文件夹")]
     Man(ManArgs),
     /// Start many controllers on this machine, a process and an address each, and look after them. SIGHUP restarts one
     /// after the other with the file as it is then. Exit status: 0 after a signal, 2 they cannot be started
+    #[zh(
+        "在本机启动多个控制器并照看它们，每个各有一个进程和地址。收到 SIGHUP 时按当时的文件逐个重启。退出状态：0 收到信号后，2 无法启动"
+    )]
     #[command(after_help = examples::FLEET)]
     Fleet(FleetArgs),
     /// The process of the ROS 2 node, which serve --ros2 starts; nobody else can
+    #[zh("ROS 2 节点的进程，由 serve --ros2 启动；其他方式都不能启动")]
     #[command(hide = true)]
     Ros2,
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
+    #[zh("等待服务器应答。退出状态：0 已应答，1 未及时应答")]
     #[command(after_help = examples::WAIT)]
     Wait(WaitArgs),
 }
@@ -206,25 +264,31 @@ impl CliCommand {
 }
 
 /// Options of logging.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, LocalizedHelp)]
 #[command(next_help_heading = "Messages")]
 pub struct LogArgs {
     /// Log lines on stderr for people (text) or machines (json) [default: text]. RUST_LOG filters them
+    #[zh("标准错误上的日志行，给人看（text）或给机器看（json）[默认：text]。由 RUST_LOG 过滤")]
     #[arg(long, value_name = "text|json")]
     pub log_format: Option<LogFormat>,
     /// The language of findings, errors, stops and, for editors, of hover texts: en or zh
     /// [default: that of LANG; for editors that of the client's locale]
+    #[zh(
+        "发现、错误、停止以及编辑器悬停文本的语言：en 或 zh [默认：LANG 的语言；编辑器用客户端的语言]"
+    )]
     #[arg(long, value_name = "en|zh", hide_possible_values = true)]
     pub language: Option<TextLanguage>,
 }
 
 /// Options of `lsp`.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, LocalizedHelp)]
 pub struct LspArgs {
     /// Standard input and output; the only way there is, some editors say so
+    #[zh("标准输入输出；这是唯一的方式，有些编辑器会这样给出")]
     #[arg(long)]
     pub stdio: bool,
     /// Process of the editor; the server ends with it, as with the one that 'initialize' names
+    #[zh("编辑器的进程；它结束时服务器也结束，与 'initialize' 中给出的进程相同")]
     #[arg(long = "clientProcessId", value_name = "PID", hide = true)]
     pub client: Option<u32>,
     /// Logging.
@@ -233,12 +297,14 @@ pub struct LspArgs {
 }
 
 /// Options of `fleet`.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, LocalizedHelp)]
 pub struct FleetArgs {
     /// Which robots: `[[robot]]` tables with `name`, `bind` and options of `serve`, `[defaults]`
+    #[zh("哪些机器人：带 `name`、`bind` 和 `serve` 选项的 `[[robot]]` 表，以及 `[defaults]`")]
     #[arg(value_name = "FILE.toml")]
     pub file: PathBuf,
     /// Look whether the file can be started, and start nothing
+    #[zh("只检查文件能否启动，不启动任何控制器")]
     #[arg(long)]
     pub check: bool,
     /// Logging.
@@ -255,11 +321,13 @@ pub struct McpArgs {
 }
 
 /// A language of texts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, LocalizedHelp)]
 pub enum TextLanguage {
     /// English.
+    #[zh("英文")]
     En,
     /// Chinese.
+    #[zh("中文")]
     Zh,
 }
 
@@ -272,16 +340,18 @@ impl std::str::FromStr for TextLanguage {
 }
 
 /// Options of `serve` and `run`.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, LocalizedHelp)]
 #[command(next_help_heading = ROBOT)]
 pub struct ControllerArgs {
     /// A TOML file whose keys are the names of these options; options given here come first
+    #[zh("TOML 文件，其键就是这些选项的名称；这里给出的选项优先")]
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub options: ControllerOptions,
     /// Folder for the log files that the vendor's controller writes [default: not written]
+    #[zh("放置厂家控制器所写日志文件的文件夹 [默认：不写]")]
     #[arg(long, value_name = "PATH")]
     pub log_dir: Option<PathBuf>,
     #[command(flatten)]
@@ -290,69 +360,96 @@ pub struct ControllerArgs {
 }
 
 /// Options of `serve`.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, LocalizedHelp)]
 #[command(next_help_heading = "Ports and server")]
 pub struct ServeArgs {
     /// Address that every port listens on [default: 127.0.0.1]
+    #[zh("所有端口监听的地址 [默认：127.0.0.1]")]
     #[arg(long, value_name = "ADDR")]
     pub bind: Option<IpAddr>,
     /// Scripts in, robot state out; 0: any free port, off: not started [default: 30001]
+    #[zh("接收脚本，发送机器人状态；0：任一空闲端口，off：不启动 [默认：30001]")]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub primary_port: Option<PortSetting>,
     /// Statements for interpreter mode [default: 30020]
+    #[zh("解释器模式的语句 [默认：30020]")]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub interpreter_port: Option<PortSetting>,
     /// Cyclic data in both directions [default: 30004]
+    #[zh("双向周期数据 [默认：30004]")]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub rtsi_port: Option<PortSetting>,
     /// One-line commands of the dashboard [default: 29999]
+    #[zh("dashboard 的单行命令 [默认：29999]")]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub dashboard_port: Option<PortSetting>,
     /// The controller's own Modbus server [default: 502 where this user may open it, else 5020]
+    #[zh("控制器自身的 Modbus 服务器 [默认：此用户可以打开时为 502，否则 5020]")]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub modbus_port: Option<PortSetting>,
     /// Health and metrics [default: 8080]
+    #[zh("健康状况和指标 [默认：8080]")]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub http_port: Option<PortSetting>,
     /// Live data for the Foxglove app, read-only [default: off]
+    #[zh("供 Foxglove 应用使用的实时数据，只读 [默认：off]")]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
     /// Robot state as on the primary port, nothing in, in every control mode
     /// [default: 30011; any free port where the primary port is not 30001]
+    #[zh(
+        "与主端口相同的机器人状态，不接收任何内容，适用于所有控制模式 [默认：30011；主端口不是 30001 时为任一空闲端口]"
+    )]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub state_port: Option<PortSetting>,
     /// Single lines of script in, their values out [default: 40011; any free port where the primary port is not 30001]
+    #[zh("接收单行脚本，返回其值 [默认：40011；主端口不是 30001 时为任一空闲端口]")]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub query_port: Option<PortSetting>,
     /// The serial line at the tool, bytes both ways, with the settings that a program gives it [default: off]
+    #[zh("工具端的串口，双向字节，采用程序给出的设置 [默认：off]")]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub tool_serial_port: Option<PortSetting>,
     /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for
     /// more [default: this machine's own names]
+    #[zh(
+        "本机的另一个名称，或其页面可以在 http 和 Foxglove 端口上提问的机器的名称；可重复给出 [默认：本机自己的名称]"
+    )]
     #[arg(long, value_name = "NAME")]
     pub trust_host: Option<Vec<TrustedHost>>,
     /// Where to write process id and ports as JSON once every port listens
+    #[zh("所有端口开始监听后，把进程号和端口以 JSON 写到哪里")]
     #[arg(long, value_name = "PATH")]
     pub ready_file: Option<PathBuf>,
     /// Begin cycles this long after a multiple of the step on the machine's clock, µs, so that several controllers on
     /// one machine do not all wake at once [default: when it starts]
+    #[zh(
+        "每个周期在本机时钟的步长倍数之后这么久开始，µs，使同一台机器上的多个控制器不会同时醒来 [默认：启动的时刻]"
+    )]
     #[arg(long, value_name = "US")]
     pub cycle_phase_us: Option<u32>,
     /// End in an orderly way when standard input is closed: for whoever starts the server and may vanish
+    #[zh("标准输入关闭时有序结束：供启动服务器后可能消失的程序使用")]
     #[arg(long)]
     pub until_stdin_closes: bool,
     /// Start with the power off and the brakes engaged, as a real controller does
+    #[zh("启动时断电并抱闸，与真实控制器相同")]
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub powered_off: Option<bool>,
     /// Watch every program from its start, so that a debugger may attach to one that has begun; programs compute slower
     /// then
+    #[zh("从一开始就监视每个程序，使调试器可以附加到已开始的程序；程序的计算因此变慢")]
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub attachable: Option<bool>,
     /// Who controls the robot at start: the network (remote), the pendant alone (local), or the pendant with remote
     /// control switched off in the settings, as it leaves the factory (mixed) [default: remote]
+    #[zh(
+        "启动时由谁控制机器人：网络（remote）、仅示教器（local），或设置中关闭了远程控制的示教器，即出厂状态（mixed）[默认：remote]"
+    )]
     #[arg(long, value_name = "remote|local|mixed")]
     pub control: Option<ControlChoice>,
     /// Short for --control local: scripts are refused, and clients of the primary port are closed
+    #[zh("--control local 的简写：拒绝脚本，并关闭主端口的客户端")]
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub local: Option<bool>,
     // Options after flattened ones would stand under the heading of these.
@@ -368,9 +465,10 @@ pub struct ServeArgs {
 }
 
 /// Options of `doctor`: those of `serve`, whose set-up is looked at.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, LocalizedHelp)]
 pub struct DoctorArgs {
     /// The report for people, or as one JSON object
+    #[zh("给人看的报告，或一个 JSON 对象")]
     #[arg(
         long,
         value_enum,
@@ -385,31 +483,36 @@ pub struct DoctorArgs {
 }
 
 /// Options of `completions`.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, LocalizedHelp)]
 pub struct CompletionsArgs {
     /// The shell
+    #[zh("shell 的名称")]
     pub shell: clap_complete::Shell,
 }
 
 /// Options of `man`.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, LocalizedHelp)]
 pub struct ManArgs {
     /// The folder; it is made where it is not there
+    #[zh("文件夹；不存在时新建")]
     #[arg(value_name = "FOLDER")]
     pub folder: PathBuf,
 }
 
 /// Options of `run`.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, LocalizedHelp)]
 pub struct RunCommandArgs {
     /// Stop the program after this long: simulated seconds, or seconds of the machine in which no simulated time passes
     /// [default: never]
+    #[zh("经过这么久后停止程序：仿真时间的秒数，或没有仿真时间经过的本机秒数 [默认：不停止]")]
     #[arg(long, value_name = "S", value_parser = test::wall, allow_negative_numbers = true)]
     pub timeout: Option<std::time::Duration>,
     /// Run the text without a word of what check finds in it
+    #[zh("运行时不提示 check 的发现")]
     #[arg(long)]
     pub no_check: bool,
     /// Beside the recording x.mcap write the bag of ROS 2 x: a folder that ros2 bag, rosbags and Foxglove read
+    #[zh("在记录 x.mcap 旁写入 ROS 2 bag x：ros2 bag、rosbags 和 Foxglove 可读的文件夹")]
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub ros2_profile: Option<bool>,
     #[command(flatten)]
@@ -418,12 +521,14 @@ pub struct RunCommandArgs {
 }
 
 /// A program, and the robot that it runs on.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, LocalizedHelp)]
 pub struct RunArgs {
     /// The script; - reads it from stdin
+    #[zh("脚本；- 表示从标准输入读取")]
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// A global variable that is set before the program; repeat it for more: --set speed=0.25 --set 'name="left"'
+    #[zh("程序开始前设置的全局变量；可重复给出：--set speed=0.25 --set 'name=\"left\"'")]
     #[arg(long, value_name = "NAME=VALUE", value_parser = preset)]
     pub set: Vec<Preset>,
     #[command(flatten)]
@@ -437,25 +542,30 @@ fn preset(text: &str) -> Result<Preset, &'static str> {
 }
 
 /// How findings are printed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, LocalizedHelp)]
 pub enum FindingFormat {
     /// With the source line and a caret.
+    #[zh("带源代码行和插入符")]
     #[default]
     Human,
     /// One JSON object a line.
+    #[zh("每行一个 JSON 对象")]
     Json,
 }
 
 /// Options of `check`.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, LocalizedHelp)]
 pub struct CheckArgs {
     /// Scripts, and folders whose scripts are looked at; - reads stdin
+    #[zh("脚本，以及在其中查找脚本的文件夹；- 表示标准输入")]
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     /// The arm that the scripts are for: what it cannot reach is found as well [default: any arm]
+    #[zh("脚本所用的机械臂：它够不到的目标也会被发现 [默认：任意机械臂]")]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<ModelChoice>,
     /// With the source line and a caret for people, or one JSON object a finding and line
+    #[zh("给人看的源代码行和插入符，或每个发现一行 JSON 对象")]
     #[arg(
         long,
         value_enum,
@@ -466,12 +576,15 @@ pub struct CheckArgs {
     pub format: FindingFormat,
     /// Run the programs in this cell on an ideal arm as well, as far as they go without help from outside, and tell
     /// the motions that run into something
+    #[zh("还在此单元中的理想机械臂上运行程序，直到需要外部帮助为止，并报告与物体相碰的运动")]
     #[arg(long, value_name = "FILE")]
     pub cell: Option<PathBuf>,
     /// With --cell: also tell the motions that come nearer to something than this, m
+    #[zh("与 --cell 一起：还报告离物体比这更近的运动，m")]
     #[arg(long, value_name = "M", requires = "cell", value_parser = paths::margin, allow_negative_numbers = true)]
     pub margin: Option<f64>,
     /// With --cell: tool centre point from the flange, m and rad
+    #[zh("与 --cell 一起：从法兰到工具中心点，m 和 rad")]
     #[arg(
         long,
         value_name = "x,y,z,rx,ry,rz",
@@ -480,6 +593,7 @@ pub struct CheckArgs {
     )]
     pub tcp: Option<Tcp>,
     /// With --cell: joint positions at start, rad
+    #[zh("与 --cell 一起：开始时的关节位置，rad")]
     #[arg(
         long,
         value_name = "q1,…,q6",
@@ -493,15 +607,18 @@ pub struct CheckArgs {
 }
 
 /// Options of `cell`.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, LocalizedHelp)]
 pub struct CellArgs {
     /// The cell file (TOML)
+    #[zh("单元文件（TOML）")]
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// Draw the cell from two sides
+    #[zh("从两个方向画出单元")]
     #[arg(long, value_name = "OUT.png")]
     pub picture: Option<PathBuf>,
     /// For people, or one JSON object
+    #[zh("给人看的文本，或一个 JSON 对象")]
     #[arg(long, value_enum, default_value_t)]
     pub format: FindingFormat,
     #[command(flatten)]
@@ -510,22 +627,26 @@ pub struct CellArgs {
 }
 
 /// How lists are printed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, LocalizedHelp)]
 pub enum ListFormat {
     /// Columns.
+    #[zh("分列")]
     #[default]
     Table,
     /// One JSON array.
+    #[zh("一个 JSON 数组")]
     Json,
 }
 
 /// Options of `builtins`.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, LocalizedHelp)]
 pub struct BuiltinsArgs {
     /// A function, for everything about it; or words, for the functions that have all of them in name or description
+    #[zh("函数名，显示它的全部说明；或若干词，列出名称或说明中含有全部这些词的函数")]
     #[arg(value_name = "NAME|TEXT")]
     pub words: Vec<String>,
     /// Columns for people, or a JSON array
+    #[zh("给人看的分列文本，或一个 JSON 数组")]
     #[arg(
         long,
         value_enum,
@@ -543,15 +664,18 @@ pub struct BuiltinsArgs {
 pub(super) const ROBOT: &str = "Robot";
 
 /// Options of `wait`.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, LocalizedHelp)]
 pub struct WaitArgs {
     /// The primary port of the server
+    #[zh("服务器的主端口")]
     #[arg(long, default_value_t = PRIMARY_PORT)]
     pub port: u16,
     /// How long to wait, s
+    #[zh("等待多久，s")]
     #[arg(long, value_name = "S", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
     pub timeout: std::time::Duration,
     /// Where the server runs
+    #[zh("服务器在哪里运行")]
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1")]
     pub host: IpAddr,
     #[command(flatten)]

@@ -3,7 +3,6 @@
 //!
 //! Owns the Chinese of the command line: help texts, what is wrong with a command line, and what commands say.
 
-mod help;
 mod libraries;
 mod script_tests;
 mod sentences;
@@ -16,13 +15,10 @@ use std::sync::OnceLock;
 use elite_runtime::chinese;
 use elite_runtime::message::Message;
 use elite_syntax::Diagnostic;
-use elite_syntax::chinese::{self as texts, PhraseTable, Translations};
+use elite_syntax::chinese::{self as texts, Translations};
 use messages::{InLanguage, Language, Localized};
 
 use crate::cli::TextLanguage;
-
-/// Help texts of the command line.
-pub(crate) const HELP: PhraseTable = help::HELP;
 
 /// What commands say, and the crates whose errors they pass on. Words stand alone as well: a name in a column.
 const ALL: Translations = Translations {
