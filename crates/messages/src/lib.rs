@@ -35,6 +35,21 @@
 //! assert_eq!(refusal.in_language(Language::Chinese), "q 必须是数");
 //! ```
 //!
+//! Two forms with different arguments do not compile:
+//!
+//! ```compile_fail
+//! let (x, y) = (1, 2);
+//! messages::text!("{x} and {y}", "{x}");
+//! ```
+//!
+//! Neither does an error with a text in one language only:
+//!
+//! ```compile_fail
+//! #[derive(Debug, thiserror::Error, messages::Localized)]
+//! #[error("the file ends")]
+//! struct EndError;
+//! ```
+//!
 //! `Display` is English everywhere: what machines read (logs, recordings, answers of ports) stays English. Whoever shows
 //! a text to a person asks for the language of that person.
 
