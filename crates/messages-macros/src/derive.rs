@@ -23,13 +23,13 @@ enum ErrorAttribute {
 }
 
 /// A format string whose places name arguments by number.
-struct Form {
+struct VariantForm {
     format: String,
     /// The arguments, and whether each is shown in the language of the text.
     shown: Vec<(TokenStream, bool)>,
 }
 
-impl Form {
+impl VariantForm {
     /// The arguments as text, to be compared.
     fn keys(&self) -> BTreeSet<String> {
         let keys = self.shown.iter().map(|(argument, _)| argument.to_string());
@@ -216,13 +216,13 @@ fn bound_fields(tokens: Vec<TokenTree>) -> TokenStream {
 }
 
 /// The format string and the arguments of a text; `punctuation`: with Chinese punctuation.
-fn form(text: &AttributeText, fields: &Fields, punctuation: bool) -> syn::Result<Form> {
+fn form(text: &AttributeText, fields: &Fields, punctuation: bool) -> syn::Result<VariantForm> {
     let mut positional = text
         .arguments
         .iter()
         .filter(|(name, _)| name.is_none())
         .map(|(_, argument)| argument);
-    let mut form = Form {
+    let mut form = VariantForm {
         format: String::new(),
         shown: Vec::new(),
     };

@@ -9,12 +9,12 @@ use syn::{Expr, Ident, LitStr, Token};
 use crate::template::{Piece, pieces};
 
 /// An argument, with its name if it has one.
-struct Argument {
+struct TextArgument {
     name: Option<Ident>,
     value: Expr,
 }
 
-impl Parse for Argument {
+impl Parse for TextArgument {
     fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
         let is_named = input.peek(Ident) && input.peek2(Token![=]) && !input.peek2(Token![==]);
         let name = match is_named {
@@ -34,7 +34,7 @@ impl Parse for Argument {
 pub(crate) struct Input {
     english: LitStr,
     chinese: LitStr,
-    arguments: Vec<Argument>,
+    arguments: Vec<TextArgument>,
 }
 
 impl Parse for Input {
@@ -44,7 +44,7 @@ impl Parse for Input {
         let chinese = input.parse()?;
         let mut arguments = Vec::new();
         if input.parse::<Option<Token![,]>>()?.is_some() {
-            let list = Punctuated::<Argument, Token![,]>::parse_terminated(input)?;
+            let list = Punctuated::<TextArgument, Token![,]>::parse_terminated(input)?;
             arguments.extend(list);
         }
         Ok(Self {
@@ -56,12 +56,12 @@ impl Parse for Input {
 }
 
 /// The arguments of a text, those captured from around it behind those given.
-struct Arguments {
+struct TextArguments {
     values: Vec<TokenStream>,
     names: Vec<Option<String>>,
 }
 
-impl Arguments {
+impl TextArguments {
     /// The number of the argument that a place names.
     fn number(&mut self, name: &str, next: &mut usize, literal: &LitStr) -> syn::Result<usize> {
         let given = self.values.len();
@@ -98,12 +98,12 @@ impl Arguments {
 }
 
 /// A format string whose places name arguments by number, and the numbers.
-struct Form {
+struct TextForm {
     format: String,
     shown: Vec<(usize, bool)>,
 }
 
-fn form(literal: &LitStr, arguments: &mut Arguments) -> syn::Result<Form> {
+fn form(literal: &LitStr, arguments: &mut TextArguments) -> syn::Result<TextForm> {
     let mut format = String::new();
     let (mut shown, mut next) = (Vec::new(), 0);
     for piece in pieces(literal)? {
@@ -116,11 +116,16 @@ fn form(literal: &LitStr, arguments: &mut Arguments) -> syn::Result<Form> {
             }
         }
     }
-    Ok(Form { format, shown })
+    Ok(TextForm { format, shown })
 }
 
 /// Refuses a text whose other form does not use one of its arguments.
-fn compare(form: &Form, other: &Form, literal: &LitStr, arguments: &Arguments) -> syn::Result<()> {
+fn compare(
+    form: &TextForm,
+    other: &TextForm,
+    literal: &LitStr,
+    arguments: &TextArguments,
+) -> syn::Result<()> {
     let missing = form
         .shown
         .iter()
@@ -144,14 +149,14 @@ pub(crate) fn expand(input: &Input) -> syn::Result<TokenStream> {
         chinese,
         arguments,
     } = input;
-    let mut arguments = Arguments {
+    let mut arguments = TextArguments {
         names: arguments
             .iter()
             .map(|argument| argument.name.as_ref().map(Ident::to_string))
             .collect(),
         values: arguments
             .iter()
-            .map(|Argument { value, .. }| quote!(#value))
+            .map(|TextArgument { value, .. }| quote!(#value))
             .collect(),
     };
     let english_form = form(english, &mut arguments)?;
@@ -184,7 +189,7 @@ pub(crate) fn expand(input: &Input) -> syn::Result<TokenStream> {
     })
 }
 
-fn english_shown(form: &Form, bound: &[Ident]) -> TokenStream {
+fn english_shown(form: &TextForm, bound: &[Ident]) -> TokenStream {
     let format = &form.format;
     let shown = form.shown.iter().map(|(number, _)| {
         let argument = &bound[*number];
@@ -193,7 +198,7 @@ fn english_shown(form: &Form, bound: &[Ident]) -> TokenStream {
     quote!(::std::format!(#format, #(#shown),*))
 }
 
-fn chinese_shown(form: &Form, bound: &[Ident]) -> TokenStream {
+fn chinese_shown(form: &TextForm, bound: &[Ident]) -> TokenStream {
     let format = &form.format;
     let shown = form.shown.iter().map(|(number, in_language)| {
         let argument = &bound[*number];
