@@ -111,7 +111,7 @@ fn io_page_is_current() {
                 "| {} | `{}` | {} | {waits} |",
                 builtin.section,
                 builtin.signature(),
-                builtin.returns.replace('|', "\\|")
+                builtin.returns.english().replace('|', "\\|")
             );
         }
     }

@@ -63,8 +63,8 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
             script.commands.send(origin, kind).unwrap();
         }
         if number == 400 {
-            let message = "ValueError: no\n  line 2";
-            handle.log(time, LogLevel::Error, "dance.script", message);
+            let message = messages::Text::verbatim("ValueError: no\n  line 2");
+            handle.log(time, LogLevel::Error, "dance.script", &message);
             handle.io(time, "output_float_register[3]", IoValue::Number(0.5));
         }
         cycle.tick(CycleTiming::default());

@@ -184,7 +184,7 @@ fn function_table() -> String {
         let notes: Vec<&str> = written
             .iter()
             .map(String::as_str)
-            .chain([row.note])
+            .chain([row.note.english()])
             .collect();
         let note = notes
             .into_iter()

@@ -14,9 +14,9 @@ use elite_lang::{
     ExceptionKind, Host, Interpreter, Limits, NativeBody, NativeFunction, Param, Resume,
     ResumeOutcome, ScriptThread, ThreadId, Value, render_script_error,
 };
-use elite_syntax::{KnownNames, Severity, SourceFile, check, compile, render_human};
+use elite_syntax::{KnownNames, Severity, SourceFile, check, compile, picture};
 use kinematics::{JointPositions, Pose, RpyPose};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::{MotionMode, RobotMode, SafetyMode};
 use path_planning::{ClearanceTracker, CollisionScene, PairDistance};
 use recorder::{CycleMessage, FieldValue};
@@ -46,7 +46,7 @@ pub enum ConditionError {
     #[zh(
         "无法读取条件：\n{0}\n名称为 --csv /cycle 的列、line、program、command 和各模式的名称；函数为 norm，以及有工件的单元的 part、held、count、fallen"
     )]
-    Text(String),
+    Text(Text),
     /// The condition raised an exception.
     #[error("the condition fails at {time:.3} s:\n{report}")]
     #[zh("条件在 {time:.3} s 处出错：\n{report}")]
@@ -54,7 +54,7 @@ pub enum ConditionError {
         /// Time of the cycle, s.
         time: f64,
         /// The exception.
-        report: String,
+        report: Text,
     },
     /// The condition asks for distances where nothing is known of arm and cell.
     #[error("clearance() needs the arm and its cell, which are not known here")]
@@ -153,18 +153,18 @@ impl Condition {
                 .chain(natives.iter().map(|native| native.name.to_owned())),
         );
         if text.trim().is_empty() {
-            return Err(ConditionError::Text("it is empty".to_owned()));
+            return Err(ConditionError::Text(text!("it is empty", "条件为空")));
         }
         let file = SourceFile::new(place, format!("{text}\n"));
-        let findings: Vec<String> = check(file.clone(), &known)
+        let findings: Vec<Text> = check(file.clone(), &known)
             .iter()
             .filter(|finding| {
                 finding.severity == Severity::Error || finding.code == "undefined-name"
             })
-            .map(|finding| render_human(finding, &file, false))
+            .map(|finding| picture(finding, &file))
             .collect();
         if !findings.is_empty() {
-            return Err(ConditionError::Text(findings.join("\n")));
+            return Err(ConditionError::Text(Text::joined(findings, "\n", "\n")));
         }
         let interpreter = Interpreter::new(Rc::new(ConditionHost), natives, Limits::default());
         for word in &words {
@@ -173,18 +173,18 @@ impl Condition {
         // On a line of its own, so that a report shows the text as it was given.
         let file = SourceFile::new(place, format!("holds = lambda: bool((\n{text}\n))\n"));
         let program = compile(file.clone(), &known).map_err(|findings| {
-            let texts: Vec<String> = findings
-                .iter()
-                .map(|finding| render_human(finding, &file, false))
-                .collect();
-            ConditionError::Text(texts.join("\n"))
+            let pictures = findings.iter().map(|finding| picture(finding, &file));
+            ConditionError::Text(Text::joined(pictures, "\n", "\n"))
         })?;
         let mut thread = interpreter.spawn_program(&program);
         let (ResumeOutcome::Done(_), Some(function)) = (
             thread.resume(Resume::Continue, FUEL),
             interpreter.global("holds"),
         ) else {
-            return Err(ConditionError::Text("it is not one expression".to_owned()));
+            return Err(ConditionError::Text(text!(
+                "it is not one expression",
+                "不是单个表达式"
+            )));
         };
         let used = values
             .into_iter()

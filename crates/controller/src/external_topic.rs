@@ -8,6 +8,7 @@ use elite_runtime::external::{
     CallOutcome, ExternalInput, ExternalInputKind, RecordedCall, TaskOrder,
 };
 use io_bus::xmlrpc::RpcValue;
+use messages::{Text, text};
 use motion_api::ProgramId;
 use recorder::lengths::EXTRA_BYTES;
 use recorder::{CustomTopic, CustomTopicId, RecorderHandle};
@@ -86,6 +87,9 @@ enum InputMessage {
     Lost {
         #[serde(default, skip_serializing_if = "String::is_empty")]
         text: String,
+        /// The same in Chinese, where that is something else.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        chinese: Option<String>,
     },
 }
 
@@ -138,7 +142,10 @@ impl ExternalWriter {
         let mut bytes = encode(number, external);
         if bytes.is_empty() || bytes.len() > EXTRA_BYTES {
             let kind = kind_of(&external.what);
-            let text = format!("{kind} has more than {EXTRA_BYTES} bytes");
+            let text = text!(
+                "{kind} has more than {EXTRA_BYTES} bytes",
+                "{kind} 超过 {EXTRA_BYTES} 字节"
+            );
             let short = ExternalInput {
                 what: ExternalInputKind::Unrecorded(text),
                 ..external.clone()
@@ -178,13 +185,16 @@ fn encode(number: u64, external: &ExternalInput) -> Vec<u8> {
 ///
 /// # Errors
 /// A sentence.
-pub(crate) fn read(data: &[u8]) -> Result<(u64, ExternalInput), String> {
+pub(crate) fn read(data: &[u8]) -> Result<(u64, ExternalInput), Text> {
     if data.len() > EXTRA_BYTES {
         let (given, most) = (data.len(), EXTRA_BYTES);
-        return Err(format!("it has {given} bytes, at most {most} are read"));
+        return Err(text!(
+            "it has {given} bytes, at most {most} are read",
+            "有 {given} 字节，最多读取 {most} 字节"
+        ));
     }
     let message: ExternalMessage =
-        serde_json::from_slice(data).map_err(|error| error.to_string())?;
+        serde_json::from_slice(data).map_err(|error| Text::verbatim(error.to_string()))?;
     let external = ExternalInput {
         program: ProgramId(message.program),
         turn: message.turn,
@@ -204,7 +214,10 @@ impl From<&ExternalInputKind> for InputMessage {
             ExternalInputKind::CycleObserved => Self::Sees,
             ExternalInputKind::Woken { thread } => Self::Woken { thread: *thread },
             ExternalInputKind::TimeOfDay(time) => Self::Clock { time: *time },
-            ExternalInputKind::Unrecorded(text) => Self::Lost { text: text.clone() },
+            ExternalInputKind::Unrecorded(text) => Self::Lost {
+                text: text.english().to_owned(),
+                chinese: text.other_chinese().map(str::to_owned),
+            },
             ExternalInputKind::Order(order) => Self::Order(order.into()),
             ExternalInputKind::Call(call) => Self::Call(call.into()),
         }
@@ -212,16 +225,16 @@ impl From<&ExternalInputKind> for InputMessage {
 }
 
 impl TryFrom<InputMessage> for ExternalInputKind {
-    type Error = String;
+    type Error = Text;
 
-    fn try_from(message: InputMessage) -> Result<Self, String> {
+    fn try_from(message: InputMessage) -> Result<Self, Text> {
         Ok(match message {
             InputMessage::Begins { presets } => Self::Started { presets },
             InputMessage::Ends => Self::Ends,
             InputMessage::Sees => Self::CycleObserved,
             InputMessage::Woken { thread } => Self::Woken { thread },
             InputMessage::Clock { time } => Self::TimeOfDay(time),
-            InputMessage::Lost { text } => Self::Unrecorded(text),
+            InputMessage::Lost { text, chinese } => Self::Unrecorded(Text::recorded(text, chinese)),
             InputMessage::Order(order) => Self::Order(order.into()),
             InputMessage::Call(call) => Self::Call(call.try_into()?),
         })
@@ -274,9 +287,9 @@ impl From<&RecordedCall> for CallMessage {
 }
 
 impl TryFrom<CallMessage> for RecordedCall {
-    type Error = String;
+    type Error = Text;
 
-    fn try_from(message: CallMessage) -> Result<Self, String> {
+    fn try_from(message: CallMessage) -> Result<Self, Text> {
         Ok(Self {
             number: message.call,
             function: message.name,
@@ -317,11 +330,14 @@ fn json_of(value: &RpcValue) -> Json {
     }
 }
 
-fn value_of(json: &Json, depth: usize) -> Result<RpcValue, String> {
+fn value_of(json: &Json, depth: usize) -> Result<RpcValue, Text> {
     if depth > DEPTH_MAX {
-        return Err(format!("a value is nested deeper than {DEPTH_MAX}"));
+        return Err(text!(
+            "a value is nested deeper than {DEPTH_MAX}",
+            "值的嵌套超过 {DEPTH_MAX} 层"
+        ));
     }
-    let wrong = || format!("{json} is no value");
+    let wrong = || text!("{json} is no value", "{json} 不是值");
     Ok(match json {
         Json::Null => RpcValue::Nil,
         Json::Bool(level) => RpcValue::Bool(*level),
@@ -403,7 +419,8 @@ mod tests {
             ExternalInputKind::CycleObserved,
             ExternalInputKind::Woken { thread: 4 },
             ExternalInputKind::TimeOfDay(1_767_225_600.123_456_7),
-            ExternalInputKind::Unrecorded("why".to_owned()),
+            ExternalInputKind::Unrecorded(Text::verbatim("why")),
+            ExternalInputKind::Unrecorded(text!("files", "文件")),
             ExternalInputKind::Order(TaskOrder::Stop),
             ExternalInputKind::Order(TaskOrder::Pause),
             ExternalInputKind::Order(TaskOrder::Resume),

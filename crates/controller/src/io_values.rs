@@ -5,7 +5,7 @@
 
 use core::fmt;
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::{IoChange, IoConfig, IoImage, IoPoint, RegisterBank, Registers};
 use thiserror::Error;
 
@@ -127,7 +127,7 @@ impl RegisterValue {
 pub enum PointError {
     /// No such point.
     #[error("{0}")]
-    NoPoint(String),
+    NoPoint(Text),
     /// An output.
     #[error("{0} is an output; only inputs can be set from outside")]
     #[zh("{0} 是输出；从外部只能设置输入")]
@@ -146,14 +146,14 @@ pub enum PointError {
     NotDrivable(IoPointName),
     /// The value does not fit.
     #[error("{point} is {given}; it must be {allowed}")]
-    #[zh("{point} 为 {given}；应为 {allowed}")]
+    #[zh("{point} 为 {given}；应为{allowed}")]
     Value {
         /// The point.
         point: IoPointName,
         /// The value as it was given.
         given: String,
         /// What is allowed.
-        allowed: String,
+        allowed: Text,
     },
 }
 
@@ -196,14 +196,14 @@ impl PointChange {
         value: &PointValue,
         config: &IoConfig,
     ) -> Result<Self, PointError> {
-        let wrong = |allowed: String| PointError::Value {
+        let wrong = |allowed: Text| PointError::Value {
             point,
             given: value.to_string(),
             allowed,
         };
         let level = || match value {
             PointValue::Level(level) => Ok(*level),
-            _ => Err(wrong("true or false".to_owned())),
+            _ => Err(wrong(text!("true or false", "true 或 false"))),
         };
         let register = |value| Self::Register(point.direction, value);
         Ok(match (point.io_point(), point.direction) {
@@ -233,7 +233,12 @@ impl PointChange {
                 };
                 let unit = if most > 1.0 { "V" } else { "A" };
                 let within = value.number().filter(|x| (least..=most).contains(x));
-                let allowed = || wrong(format!("a number from {least} to {most} {unit}"));
+                let allowed = || {
+                    wrong(text!(
+                        "a number from {least} to {most} {unit}",
+                        "{least} 到 {most} {unit} 的数"
+                    ))
+                };
                 let value = within.ok_or_else(allowed)?;
                 Self::Io(match direction {
                     IoDirection::In => IoChange::AnalogIn { port, value },
@@ -249,12 +254,19 @@ impl PointChange {
                     PointValue::Whole(number) => i32::try_from(*number).ok(),
                     _ => None,
                 };
-                let allowed = || wrong(format!("a whole number from {} to {}", i32::MIN, i32::MAX));
+                let allowed = || {
+                    wrong(text!(
+                        "a whole number from {} to {}",
+                        "{} 到 {} 的整数",
+                        i32::MIN,
+                        i32::MAX
+                    ))
+                };
                 register(RegisterValue::Integer(n, whole.ok_or_else(allowed)?))
             }
             (IoPoint::FloatRegister(n), _) => {
                 let finite = value.number().filter(|x| x.is_finite());
-                let value = finite.ok_or_else(|| wrong("a number".to_owned()))?;
+                let value = finite.ok_or_else(|| wrong(text!("a number", "数")))?;
                 register(RegisterValue::Float(n, value))
             }
         })

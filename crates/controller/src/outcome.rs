@@ -11,6 +11,7 @@ use elite_runtime::message::{
     EMERGENCY_STOP_CODE, Message, Observer, PROTECTIVE_STOP_CODE, SCRIPT_ALARM_CODE, Severity,
 };
 use elite_syntax::TaskNode;
+use messages::{Language, Text};
 use motion_api::{CycleFrame, ProgramId, StopReason, ThreadNumber};
 use parking_lot::Mutex;
 
@@ -92,7 +93,7 @@ pub struct ProgramResult {
     /// How it ended.
     pub outcome: ProgramOutcome,
     /// `Type: message` of an exception, or the sentence of a stop, an alarm or a time-out.
-    pub error: Option<String>,
+    pub error: Option<Text>,
     /// The line of the error, from 1; of a stop or a time-out the line in which the main program stood.
     pub line: Option<u32>,
     /// Simulated time from its start until it had ended and the arm stood, s.
@@ -100,7 +101,7 @@ pub struct ProgramResult {
     /// What it printed, a line each.
     pub prints: Vec<String>,
     /// The whole report of its errors: places, source lines, call stacks.
-    pub report: Option<String>,
+    pub report: Option<Text>,
 }
 
 /// Notes what the newest program says, and the peaks of every cycle since then; passes everything on.
@@ -118,10 +119,10 @@ struct CollectedOutput {
     messages_bytes: usize,
     messages_lost: usize,
     is_compiled: bool,
-    error: Option<(String, u32)>,
-    report: String,
-    stop: Option<String>,
-    alarm: Option<String>,
+    error: Option<(Text, u32)>,
+    report: Option<Text>,
+    stop: Option<Text>,
+    alarm: Option<Text>,
     line: u32,
     peaks: Peaks,
 }
@@ -167,7 +168,7 @@ impl ResultCollector {
     }
 
     /// The first finding in the text of a program that did not compile, and its line; `None` once it has compiled.
-    pub fn compile_error(&self) -> Option<(String, u32)> {
+    pub fn compile_error(&self) -> Option<(Text, u32)> {
         let noted = self.noted.lock();
         noted.error.clone().filter(|_| !noted.is_compiled)
     }
@@ -188,7 +189,7 @@ impl ResultCollector {
         &self,
         outcome: ProgramOutcome,
         time: f64,
-        given_up: Option<String>,
+        given_up: Option<Text>,
     ) -> ProgramResult {
         let prints = self.prints();
         let noted = self.noted.lock();
@@ -211,7 +212,7 @@ impl ResultCollector {
             line,
             time,
             prints,
-            report: (!noted.report.is_empty()).then(|| noted.report.clone()),
+            report: noted.report.clone(),
         }
     }
 }
@@ -233,12 +234,13 @@ impl CollectedOutput {
                 ..
             } => {
                 self.error.get_or_insert_with(|| (summary.clone(), *line));
-                if self.report.len() + report.len() < REPORT_BYTES_MAX {
-                    if !self.report.is_empty() {
-                        self.report.push('\n');
+                self.report = match self.report.take() {
+                    None => Some(report.clone()),
+                    Some(known) if bytes(&known) + bytes(report) < REPORT_BYTES_MAX => {
+                        Some(Text::joined([&known, report], "\n", "\n"))
                     }
-                    self.report.push_str(report);
-                }
+                    known => known,
+                };
             }
             Message::Robot {
                 severity: Severity::Error,
@@ -259,8 +261,18 @@ impl CollectedOutput {
                 origin,
                 text,
             } if !self.is_compiled => {
-                if let Some(summary) = text.strip_prefix(SECONDARY_EXCEPTION) {
-                    let error = || (summary.to_owned(), origin.line);
+                // The mark is that of the manual, in each language.
+                let summary =
+                    |language| text.in_language(language).strip_prefix(SECONDARY_EXCEPTION);
+                if let (Some(english), Some(chinese)) =
+                    (summary(Language::English), summary(Language::Chinese))
+                {
+                    let error = || {
+                        (
+                            Text::new(english.to_owned(), chinese.to_owned()),
+                            origin.line,
+                        )
+                    };
                     self.error.get_or_insert_with(error);
                 }
             }
@@ -269,10 +281,10 @@ impl CollectedOutput {
                 origin,
                 text,
             } if origin.program != ProgramId::default() => {
-                let bytes = text.len().max(MESSAGE_BYTES_MIN);
+                let bytes = bytes(text).max(MESSAGE_BYTES_MIN);
                 if self.messages_lost == 0 && self.messages_bytes + bytes <= MESSAGES_BYTES_MAX {
                     self.messages_bytes += bytes;
-                    self.messages.push(text.clone());
+                    self.messages.push(text.english().to_owned());
                 } else {
                     self.messages_lost += 1;
                 }
@@ -280,6 +292,10 @@ impl CollectedOutput {
             Message::Robot { .. } | Message::Log { .. } => {}
         }
     }
+}
+
+fn bytes(text: &Text) -> usize {
+    text.english().len()
 }
 
 impl Observer for ResultCollector {

@@ -2,6 +2,7 @@
 //!
 //! Owns which values there are and what they are called. Values are magnitudes and SI.
 
+use messages::{Text, text};
 use motion_api::RobotState;
 
 /// The largest values of the cycles that were taken; zeros before the first.
@@ -40,7 +41,7 @@ impl Peaks {
     ///
     /// # Errors
     /// A sentence with the names there are.
-    pub fn by_name(&self, name: &str) -> Result<f64, String> {
+    pub fn by_name(&self, name: &str) -> Result<f64, Text> {
         let largest = |values: [f64; 6]| values.into_iter().fold(0.0, f64::max);
         let one = |values: [f64; 6], index: &str| {
             let index: Option<usize> = index.strip_suffix(']').and_then(|text| text.parse().ok());
@@ -60,10 +61,11 @@ impl Peaks {
             Some(_) => None,
         };
         value.ok_or_else(|| {
-            format!(
-                "there is no peak {name:?}; allowed are tcp_speed, tcp_force, tcp_torque, joint_speed \
-                 and joint_torque, \
-                 the last two also of one joint, joint_speed[0] to joint_speed[5]"
+            text!(
+                "there is no peak {name:?}; allowed are tcp_speed, tcp_force, tcp_torque, joint_speed and joint_torque, \
+                 the last two also of one joint, joint_speed[0] to joint_speed[5]",
+                "没有峰值 {name:?}；允许 tcp_speed、tcp_force、tcp_torque、joint_speed 和 joint_torque，\
+                 后两个也可指一个关节，joint_speed[0] 到 joint_speed[5]"
             )
         })
     }
@@ -110,7 +112,11 @@ mod tests {
             "",
         ] {
             assert!(
-                peaks.by_name(wrong).unwrap_err().contains("joint_speed[5]"),
+                peaks
+                    .by_name(wrong)
+                    .unwrap_err()
+                    .english()
+                    .contains("joint_speed[5]"),
                 "{wrong}"
             );
         }

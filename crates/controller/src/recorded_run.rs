@@ -8,7 +8,7 @@ use std::sync::Arc;
 use elite_runtime::external::{ExternalInput, ExternalInputKind, Rerun};
 use elite_runtime::{Preset, ProgramText};
 use kinematics::{Calibration, CalibrationError, ModelError, RobotModel};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::ProgramId;
 use recorder::{ArgumentError, CommandMessage, ReadError, Recording, RecordingEntry, Setup, Topic};
 use thiserror::Error;
@@ -88,7 +88,7 @@ pub enum RecordedRunError {
         /// Number of the message.
         number: usize,
         /// What is wrong with the message.
-        reason: String,
+        reason: Text,
     },
     /// A recorded command is not one of this version.
     #[error("command {id} cannot be given again: {source}")]
@@ -115,7 +115,7 @@ pub enum RecordedRunError {
     #[zh("记录中的{what}多于可重新运行的数量（{most}）")]
     TooMany {
         /// Kind of the entries.
-        what: &'static str,
+        what: Text,
         /// Most entries that are run again.
         most: usize,
     },
@@ -188,7 +188,7 @@ impl RecordedRun {
             }
             if run.commands.len() + run.writes.len() > MESSAGES_MAX {
                 return Err(RecordedRunError::TooMany {
-                    what: "commands and changes of registers",
+                    what: text!("commands and changes of registers", "命令和寄存器变化"),
                     most: MESSAGES_MAX,
                 });
             }
@@ -233,10 +233,11 @@ impl RecordedRun {
     }
 
     /// What of the programs is not in the recording, in a sentence; everything is where there is none.
-    pub fn unrecorded_input(&self) -> Option<String> {
+    pub fn unrecorded_input(&self) -> Option<Text> {
         self.externals.iter().find_map(|external| match &external.what {
-            ExternalInputKind::Unrecorded(text) => Some(format!(
-                "program {} cannot be repeated from cycle {} on: {text}, which is not in the recording",
+            ExternalInputKind::Unrecorded(text) => Some(text!(
+"program {} cannot be repeated from cycle {} on: {text}, which is not in the recording",
+"程序 {} 从第 {} 周期起不能重复：{text}，而记录中没有它",
                 external.program.0, external.cycle
             )),
             _ => None,
@@ -272,7 +273,10 @@ fn externals(recording: &Recording) -> Result<Vec<ExternalInput>, RecordedRunErr
         bytes += message.data.len();
         if bytes > BYTES_MAX || externals.len() >= MESSAGES_MAX {
             return Err(RecordedRunError::TooMany {
-                what: "messages of /external, in number or bytes,",
+                what: text!(
+                    "messages of /external, in number or bytes,",
+                    "/external 消息（个数或字节）"
+                ),
                 most: MESSAGES_MAX,
             });
         }
@@ -280,7 +284,10 @@ fn externals(recording: &Recording) -> Result<Vec<ExternalInput>, RecordedRunErr
         let (given, external) = external_topic::read(&message.data)
             .map_err(|reason| RecordedRunError::Message { number, reason })?;
         if given != last + 1 {
-            let text = "the recording did not keep up and dropped messages".to_owned();
+            let text = text!(
+                "the recording did not keep up and dropped messages",
+                "记录跟不上，丢弃了消息"
+            );
             externals.push(ExternalInput {
                 what: ExternalInputKind::Unrecorded(text),
                 ..external.clone()

@@ -10,6 +10,7 @@ use elite_runtime::external::{ExternalInput, ExternalInputSink};
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::VariableValue;
 use elite_syntax::TaskNode;
+use messages::{Text, text};
 use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
 use parking_lot::Mutex;
 use recorder::lengths::{NAME_BYTES, SHORT_TEXT_BYTES, truncate_marked};
@@ -102,7 +103,7 @@ impl RecordingObserver {
         known.map_or_else(|| CONTROLLER.to_owned(), |known| known.name.clone())
     }
 
-    fn log(&self, severity: Severity, program: ProgramId, text: &str) {
+    fn log(&self, severity: Severity, program: ProgramId, text: &Text) {
         let level = match severity {
             Severity::Info => LogLevel::Info,
             Severity::Warning => LogLevel::Warning,
@@ -116,7 +117,7 @@ impl RecordingObserver {
                 time,
                 level,
                 source: short(&source, NAME_BYTES),
-                text: short(text, LOG_BYTES_MAX),
+                text: short(text.english(), LOG_BYTES_MAX),
             });
         }
     }
@@ -142,7 +143,8 @@ impl Observer for RecordingObserver {
         self.observer.message(message);
         match message {
             Message::Print { origin, text } => {
-                self.log(Severity::Info, origin.program, text.trim_end_matches('\n'));
+                let text = Text::verbatim(text.trim_end_matches('\n').to_owned());
+                self.log(Severity::Info, origin.program, &text);
             }
             Message::Log {
                 severity,
@@ -160,7 +162,7 @@ impl Observer for RecordingObserver {
             } => {
                 let text = match origin.line {
                     0 => text.clone(),
-                    line => format!("{text} (line {line})"),
+                    line => text!("{text} (line {line})", "{text}（第 {line} 行）"),
                 };
                 self.log(*severity, origin.program, &text);
             }
@@ -226,7 +228,11 @@ impl Observer for RecordingObserver {
             self.recording
                 .program_started(self.time(), program, &name, &beginning);
         }
-        self.log(Severity::Info, program, PROGRAM_ENDED);
+        self.log(
+            Severity::Info,
+            program,
+            &Text::fixed(PROGRAM_ENDED, "程序结束"),
+        );
         self.observer.program_ended(program);
     }
 

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use elite_runtime::external::Rerun;
 use elite_runtime::message::Observer;
 use elite_runtime::{Instrumentation, TaskEnd};
+use messages::text;
 use motion_api::{CommandSender, ProgramId, Registers, RobotState, SnapshotCell, Timeline};
 use parking_lot::Mutex;
 use recorder::CommandMessage;
@@ -137,7 +138,8 @@ impl RerunController {
         })?;
         controller.robot().set_rerun(repeat.clone());
         // The door is gone through once, above.
-        let again = clock.ok_or_else(|| io::Error::other("the clock was not made"))?;
+        let again = clock
+            .ok_or_else(|| io::Error::other(text!("the clock was not made", "没有建立时钟")))?;
         Ok(Self {
             controller,
             again,

@@ -9,6 +9,7 @@ use elite_runtime::message::{CONTROLLER_FAULT_CODE, Message, Observer, Severity}
 use elite_runtime::{ProgramText, Robot, SandboxedPath, Supervisor, TaskEnd};
 use io_bus::Fieldbus;
 use io_bus::modbus_server::tables::Slaves;
+use messages::text;
 use motion::CycleConfig;
 use motion::realtime::ClockMetrics;
 use recorder::{CloseHandle, Recorder, RecorderMetrics, ViewerMessages};
@@ -57,7 +58,10 @@ impl Controller {
             code: CONTROLLER_FAULT_CODE,
             sub_code: 0,
             severity: Severity::Error,
-            text: format!("the controller ends, the arm is held: {fault}"),
+            text: text!(
+                "the controller ends, the arm is held: {fault}",
+                "控制器结束，手臂保持原位：{fault}"
+            ),
         });
     }
 

@@ -19,7 +19,7 @@ use elite_runtime::{
 use io_bus::serial::SerialLine;
 use io_bus::{Fieldbus, SimulatedPeers};
 use kinematics::{CalibrationError, ModelError, Pose, RobotModel};
-use messages::Localized;
+use messages::{Localized, text};
 use motion::{ControlLoop, CycleConfig};
 use motion_api::{
     CommandSender, Origin, Registers, RingCapacities, ScriptEndpoint, SnapshotCell, Timeline,
@@ -194,8 +194,8 @@ impl PreparedController {
         // Whoever runs one program after the other sees the results, and asks `eliteserver cell` for the rest.
         for mesh in cell.iter().flat_map(Cell::mesh_facts) {
             match manner.operator {
-                Operator::Present => tracing::info!("cell: {mesh}"),
-                Operator::Absent => tracing::debug!("cell: {mesh}"),
+                Operator::Present => tracing::info!("cell: {}", mesh.text()),
+                Operator::Absent => tracing::debug!("cell: {}", mesh.text()),
             }
         }
         let setup = setup(config, &loaded, cell.as_ref(), manner.powered_off);
@@ -544,8 +544,9 @@ impl SimulatedPeers for SimulatedPeersOnly {
     fn connect(&self, host: &str, port: u16) -> Option<io::Result<LocalStream>> {
         let played = self.0.as_ref().and_then(|inner| inner.connect(host, port));
         Some(played.unwrap_or_else(|| {
-            let text = format!(
-                "nobody plays {host}:{port}, and --allow net=played reaches no other machine"
+            let text = text!(
+                "nobody plays {host}:{port}, and --allow net=played reaches no other machine",
+                "没有测试扮演 {host}:{port}，而 --allow net=played 不连接其他机器"
             );
             Err(io::Error::new(io::ErrorKind::PermissionDenied, text))
         }))
@@ -588,7 +589,10 @@ impl RecordingAlarm {
             if let RecordError::Fault(fault) = error {
                 self.1.tell(fault);
             }
-            let text = format!("recording stopped, the robot goes on: {error}");
+            let text = text!(
+                "recording stopped, the robot goes on: {error}",
+                "记录已停止，机器人继续运行：{error}"
+            );
             match self.0.get().and_then(Weak::upgrade) {
                 Some(chronicle) => {
                     chronicle.message(&Message::Robot {

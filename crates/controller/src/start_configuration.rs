@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use kinematics::{Calibration, CalibrationError, RobotModel};
-use messages::Localized;
+use messages::{Localized, Text};
 use motion::{CycleConfig, PlantKind};
 use recorder::Setup;
 use thiserror::Error;
@@ -69,7 +69,7 @@ pub enum RecordedSettingsError {
         /// Length of a cycle, rounded, ms.
         millis: f64,
         /// What is allowed.
-        allowed: String,
+        allowed: Text,
     },
 }
 

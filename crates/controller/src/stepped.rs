@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use elite_runtime::message::Observer;
 use elite_runtime::{Instrumentation, ProgramText, SubmitError, TaskState};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::{RobotState, Seconds};
 use parking_lot::Mutex;
 use path_planning::CollisionScene;
@@ -71,7 +71,7 @@ pub enum SteppedError {
     DoesNotEnd,
     /// The control cycle met a fault of ours.
     #[error("{0}")]
-    Fault(String),
+    Fault(Text),
 }
 
 /// Longest time that a call may take.
@@ -154,7 +154,8 @@ impl SteppedController {
             |timeline| gate.insert(Arc::new(CycleGate::new(timeline))).clone(),
         )?;
         // The closure is called once, or the start has failed.
-        let gate = gate.ok_or_else(|| io::Error::other("the clock was not started"))?;
+        let gate = gate
+            .ok_or_else(|| io::Error::other(text!("the clock was not started", "时钟没有启动")))?;
         herald.connect(&gate);
         collector.follower().connect(controller.robot());
         Ok(Self {
@@ -254,8 +255,9 @@ impl SteppedController {
             WaitResult::Ended => Ok(self.close_program(None)),
             WaitResult::Interrupted => self.end_program(None),
             WaitResult::Waits => {
-                let text = format!(
+                let text = text!(
                     "TimeoutError: the program had not ended after {} s",
+                    "TimeoutError: 程序在 {} s 后没有结束",
                     simulated.get()
                 );
                 self.end_program(Some(text))
@@ -430,10 +432,13 @@ impl SteppedController {
     }
 
     fn fault(&self) -> SteppedError {
-        let fault = self.controller.faults().fatal().map(ToString::to_string);
-        SteppedError::Fault(
-            fault.unwrap_or_else(|| "the recording takes nothing, no time can pass".to_owned()),
-        )
+        let fault = self.controller.faults().fatal().map(Text::of);
+        SteppedError::Fault(fault.unwrap_or_else(|| {
+            text!(
+                "the recording takes nothing, no time can pass",
+                "记录不再接收数据，时间无法前进"
+            )
+        }))
     }
 
     /// Ends a program that computes without end, and says so.
@@ -445,7 +450,7 @@ impl SteppedController {
     }
 
     /// Ends the running program by force; `given_up` says why, if it was because of a time-out.
-    fn end_program(&self, given_up: Option<String>) -> Result<ProgramResult, SteppedError> {
+    fn end_program(&self, given_up: Option<Text>) -> Result<ProgramResult, SteppedError> {
         // Whoever stopped it before the time was over has ended it.
         let was_ending = self.controller.supervisor().status().ending;
         self.controller.supervisor().stop();
@@ -463,7 +468,7 @@ impl SteppedController {
     }
 
     /// Makes the result of a program that has ended.
-    fn close_program(&self, given_up: Option<String>) -> ProgramResult {
+    fn close_program(&self, given_up: Option<Text>) -> ProgramResult {
         let robot = self.controller.robot();
         robot.pump();
         let mut program = self.program.lock();
@@ -484,16 +489,17 @@ impl SteppedController {
     }
 }
 
-fn without_time(wall: Duration) -> String {
-    format!(
+fn without_time(wall: Duration) -> Text {
+    text!(
         "TimeoutError: no simulated time passed for {} s: the program computes without waiting",
+        "TimeoutError: {} s 内没有仿真时间经过：程序只计算不等待",
         wall.as_secs_f64()
     )
 }
 
-fn in_line(line: u32) -> String {
+fn in_line(line: u32) -> Text {
     match line {
-        0 => String::new(),
-        line => format!(" in line {line}"),
+        0 => Text::verbatim(""),
+        line => text!(" in line {line}", "（第 {line} 行）"),
     }
 }

@@ -135,7 +135,7 @@ impl Bench {
         };
         let time = Seconds::new(60.0).unwrap();
         let result = self.0.run_program(text, time, &mut patience).unwrap();
-        (self.0.state(), result.error)
+        (self.0.state(), result.error.map(|error| error.to_string()))
     }
 
     fn run(&self, program: &str) -> RobotState {
@@ -197,7 +197,7 @@ fn a_bracket_is_two_pieces_and_has_its_volume() {
     );
     assert!(facts[0].deviation < 2e-6, "{:?}", facts[0]);
     assert_eq!(
-        facts[0].to_string(),
+        facts[0].text().to_string(),
         "obstacle \"bracket\": bracket.stl has 20 triangles and 1440.0000 cm³, its convex pieces (2) keep within 0.000 mm"
     );
 }

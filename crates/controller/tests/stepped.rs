@@ -91,7 +91,7 @@ fn programs_end_in_their_words() {
             None => assert_eq!(result.error, None, "{program}"),
             Some(error) => {
                 let said = result.error.unwrap();
-                assert!(said.contains(error), "{program}: {said}");
+                assert!(said.english().contains(error), "{program}: {said}");
             }
         }
     }
@@ -109,7 +109,13 @@ fn a_program_that_computes_without_end_times_out_and_the_next_one_runs() {
     .unwrap();
     assert!(begin.elapsed() < Duration::from_secs(5));
     assert_eq!(result.outcome, ProgramOutcome::Timeout);
-    assert!(result.error.unwrap().contains("no simulated time passed"));
+    assert!(
+        result
+            .error
+            .unwrap()
+            .english()
+            .contains("no simulated time passed")
+    );
     let error = patiently(Duration::from_millis(100), |patience| {
         controller.start(program, patience)
     })

@@ -9,6 +9,7 @@ use elite_lang::{
     Host, Interpreter, Limits, Resume, ResumeOutcome, ScriptThread, ThreadId, render_script_error,
 };
 use elite_syntax::{KnownNames, SourceFile, check, compile, render_human};
+use messages::Language;
 use nix::time::{ClockId, clock_gettime};
 
 /// Threads a program may have at once.
@@ -90,7 +91,7 @@ pub fn check_diagnostics(text: String) {
             fields.line >= 1 && fields.line <= file.line_count() + 1,
             "{fields:?}"
         );
-        assert!(!render_human(finding, &file, false).is_empty());
+        assert!(!render_human(finding, &file, Language::English, false).is_empty());
     }
 }
 
@@ -171,7 +172,10 @@ fn run(text: String, before: isize) -> TrialOutcome {
                 ended => {
                     if let ResumeOutcome::Failed(error) = &ended {
                         let report = timed(|| render_script_error(error));
-                        assert!(!report.contains("AssertionError: BROKEN"), "{report}");
+                        assert!(
+                            !report.english().contains("AssertionError: BROKEN"),
+                            "{report}"
+                        );
                     }
                     if index == 0 {
                         outcome = match ended {

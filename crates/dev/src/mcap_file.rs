@@ -136,7 +136,12 @@ fn recorded() -> Option<Vec<u8>> {
         };
         ring.push(Record::Cycle(state)).ok()?;
     }
-    handle.log(0.004, LogLevel::Info, "seed", "a line");
+    handle.log(
+        0.004,
+        LogLevel::Info,
+        "seed",
+        &messages::Text::verbatim("a line"),
+    );
     drop(motion);
     recorder.finish().ok()?;
     let bytes = out.0.lock().clone();

@@ -1,18 +1,14 @@
 //! Every text for people in the source is Chinese in its Chinese form. That both forms are there, with the same
 //! arguments, the compiler sees to.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "tests fail by panicking"
-)]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "tests fail by panicking")]
 
 use std::path::{Path, PathBuf};
 
 use proc_macro2::{TokenStream, TokenTree};
 
 /// Forms that have no Chinese words: names and units, which are written alike.
-const SAME_IN_BOTH: &[&str] = &["ROS 2"];
+const SAME_IN_BOTH: &[&str] = &["ROS 2", "TCP"];
 
 /// A text as it is declared.
 struct DeclaredText {
@@ -71,11 +67,15 @@ fn add_texts(tokens: TokenStream, path: &Path, texts: &mut Vec<DeclaredText>) {
                 chinese,
             });
         } else if before(1) == "zh" {
-            texts.extend(literals(group.stream()).into_iter().map(|chinese| DeclaredText {
-                place: place.clone(),
-                english: None,
-                chinese,
-            }));
+            texts.extend(
+                literals(group.stream())
+                    .into_iter()
+                    .map(|chinese| DeclaredText {
+                        place: place.clone(),
+                        english: None,
+                        chinese,
+                    }),
+            );
         }
         add_texts(group.stream(), path, texts);
     }
@@ -87,7 +87,8 @@ fn declared_texts() -> Vec<DeclaredText> {
     for entry in std::fs::read_dir(&crates).unwrap() {
         let folder = entry.unwrap().path();
         // The examples of the crate that defines texts are about texts.
-        if folder.file_name().is_some_and(|name| name != "messages") && folder.join("src").is_dir() {
+        if folder.file_name().is_some_and(|name| name != "messages") && folder.join("src").is_dir()
+        {
             source_files(&folder.join("src"), &mut files);
         }
     }
@@ -134,7 +135,11 @@ fn every_chinese_form_is_chinese() {
 fn no_english_form_is_chinese() {
     let swapped: Vec<_> = declared_texts()
         .into_iter()
-        .filter(|text| text.english.as_ref().is_some_and(|form| form.contains(is_chinese)))
+        .filter(|text| {
+            text.english
+                .as_ref()
+                .is_some_and(|form| form.contains(is_chinese))
+        })
         .map(|text| text.place)
         .collect();
     assert_eq!(swapped, [""; 0]);

@@ -69,7 +69,7 @@ fn hover_speaks_the_language_of_the_client() {
 #[test]
 fn every_function_of_the_robot_has_a_chinese_text() {
     for builtin in elite_runtime::builtins::all() {
-        let chinese = Language::Chinese.summary(builtin);
+        let chinese = builtin.summary.in_language(Language::Chinese);
         let is_chinese = chinese
             .chars()
             .any(|c| ('\u{4e00}'..'\u{a000}').contains(&c));

@@ -73,7 +73,7 @@ fn output(text: &str) -> String {
     let end = drive(&mut thread, &task.host);
     let mut output = task.host.output.take();
     if let ResumeOutcome::Failed(error) = end {
-        output.push_str(&error.headline());
+        output.push_str(error.headline().english());
     }
     output
 }

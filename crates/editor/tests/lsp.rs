@@ -8,7 +8,6 @@
 
 mod answers;
 mod behaviour;
-mod chinese;
 mod client;
 mod edits;
 mod messages;

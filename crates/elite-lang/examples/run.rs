@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use elite_lang::{Host, Interpreter, Limits, Resume, ResumeOutcome, ThreadId, render_script_error};
 use elite_syntax::{KnownNames, SourceFile, compile, render_human};
+use messages::Language;
 
 struct Console {
     start: Instant,
@@ -49,7 +50,10 @@ fn main() -> ExitCode {
         Ok(program) => program,
         Err(diagnostics) => {
             for diagnostic in diagnostics {
-                eprintln!("{}", render_human(&diagnostic, &file, false));
+                eprintln!(
+                    "{}",
+                    render_human(&diagnostic, &file, Language::English, false)
+                );
             }
             return ExitCode::from(2);
         }

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use elite_syntax::{habit_advice, nearest};
+use messages::{Text, text};
 
 use crate::builtins::Builtin;
 use crate::eval::Evaluator;
@@ -83,20 +84,20 @@ impl Evaluator<'_> {
     }
 
     /// What to add to the report of an exception.
-    pub fn advice(&self, exception: &Rc<Instance>) -> Option<String> {
+    pub fn advice(&self, exception: &Rc<Instance>) -> Option<Text> {
         let state = exception.exception()?;
         if let Some(help) = &*state.help.borrow() {
-            return Some(help.to_string());
+            return Some((**help).clone());
         }
         if let Some(signature) = &*state.signature.borrow() {
-            return Some(format!("call it as {signature}"));
+            return Some(text!("call it as {signature}", "调用写作 {signature}"));
         }
         let own = |name: &str| {
             let symbol = self.core.symbols.find(name)?;
             exception.get(symbol, &self.core.symbols)
         };
         let Some(Value::Str(name)) = own("name") else {
-            return self.advice_of_type_error(exception).map(str::to_owned);
+            return self.advice_of_type_error(exception);
         };
         let candidates = match own("obj") {
             Some(object) => self.attribute_names(&object),
@@ -104,13 +105,13 @@ impl Evaluator<'_> {
             None => return None,
         };
         match nearest(name.as_str(), candidates.iter()) {
-            Some(near) => Some(format!("did you mean '{near}'")),
-            None => habit_advice(name.as_str()).map(str::to_owned),
+            Some(near) => Some(text!("did you mean '{near}'", "是否想写 '{near}'")),
+            None => habit_advice(name.as_str()),
         }
     }
 
     /// What to do about the usual errors of types.
-    fn advice_of_type_error(&self, exception: &Rc<Instance>) -> Option<&'static str> {
+    fn advice_of_type_error(&self, exception: &Rc<Instance>) -> Option<Text> {
         if &*exception.class.name() != "TypeError" {
             return None;
         }
@@ -120,7 +121,7 @@ impl Evaluator<'_> {
             return None;
         };
         let is_concatenation = said.as_str().starts_with("can only concatenate str (not ");
-        is_concatenation.then_some("str(…) makes a text of a value")
+        is_concatenation.then(|| text!("str(…) makes a text of a value", "str(…) 把值变成文本"))
     }
 
     fn global_names(&self) -> BTreeSet<Rc<str>> {

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_syntax::{SourceFile, Span, TaskNode};
+use messages::{Language, Localized, Text, text};
 
 use crate::eval::Evaluator;
 use crate::stdlib;
@@ -64,13 +65,43 @@ exceptions! {
     RuntimeWarning: Warning, SyntaxWarning: Warning, UnicodeWarning: Warning, UserWarning: Warning,
 }
 
+/// What an exception says. Programs see the English form.
+#[derive(Clone, Debug)]
+pub enum ExceptionText {
+    /// Words that are the same in every language: Python's own, and those of programs.
+    Words(String),
+    /// A text of ours.
+    Text(Text),
+}
+
+impl From<String> for ExceptionText {
+    fn from(words: String) -> Self {
+        Self::Words(words)
+    }
+}
+
+impl From<&str> for ExceptionText {
+    fn from(words: &str) -> Self {
+        Self::Words(words.to_owned())
+    }
+}
+
+impl From<Text> for ExceptionText {
+    fn from(text: Text) -> Self {
+        Self::Text(text)
+    }
+}
+
 impl Evaluator<'_> {
     /// An exception with a message.
     #[cold]
     #[inline(never)]
-    pub fn raise(&self, kind: ExceptionKind, message: impl Into<String>) -> Unwind {
+    pub fn raise(&self, kind: ExceptionKind, message: impl Into<ExceptionText>) -> Unwind {
         let class = self.core.types.exception(kind).clone();
-        let state = ExceptionState::with_message(message.into());
+        let state = match message.into() {
+            ExceptionText::Words(words) => ExceptionState::with_message(words),
+            ExceptionText::Text(text) => ExceptionState::with_text(text),
+        };
         Unwind::Exception(Instance::new(
             class,
             InstancePayload::Exception(Box::new(state)),
@@ -101,19 +132,19 @@ impl Evaluator<'_> {
 
     /// `TypeError`
     #[cold]
-    pub fn type_error(&self, message: impl Into<String>) -> Unwind {
+    pub fn type_error(&self, message: impl Into<ExceptionText>) -> Unwind {
         self.raise(ExceptionKind::TypeError, message)
     }
 
     /// `ValueError`
     #[cold]
-    pub fn value_error(&self, message: impl Into<String>) -> Unwind {
+    pub fn value_error(&self, message: impl Into<ExceptionText>) -> Unwind {
         self.raise(ExceptionKind::ValueError, message)
     }
 
     /// `MemoryError`
     #[cold]
-    pub fn memory_error(&self, message: impl Into<String>) -> Unwind {
+    pub fn memory_error(&self, message: impl Into<ExceptionText>) -> Unwind {
         self.raise(ExceptionKind::MemoryError, message)
     }
 
@@ -165,13 +196,13 @@ pub struct ScriptError {
     /// Name of the exception's type.
     pub exception: String,
     /// The exception as text.
-    pub message: String,
+    pub message: Text,
     /// The call stack, outermost first.
     pub traceback: Vec<TraceFrame>,
     /// The node of the pendant's task whose directive the thread passed last.
     pub node: Option<TaskNode>,
     /// Advice for the person who wrote the program: a name that was probably meant, how a function is called.
-    pub help: Option<String>,
+    pub help: Option<Text>,
     /// The exception this one was raised from, or while handling which it was raised.
     pub previous: Option<(Link, Box<ScriptError>)>,
 }
@@ -187,18 +218,24 @@ pub enum Link {
 
 impl ScriptError {
     /// The last line of the report: `Type: message`, or the type alone.
-    pub fn headline(&self) -> String {
-        if self.message.is_empty() {
-            self.exception.clone()
-        } else {
-            format!("{}: {}", self.exception, self.message)
-        }
+    pub fn headline(&self) -> Text {
+        Text::of(self)
     }
 }
 
 impl std::fmt::Display for ScriptError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.headline())
+        self.fmt_in(Language::English, f)
+    }
+}
+
+impl Localized for ScriptError {
+    fn fmt_in(&self, language: Language, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.exception)?;
+        match self.message.is_empty() {
+            true => Ok(()),
+            false => write!(f, ": {}", self.message.in_language(language)),
+        }
     }
 }
 
@@ -208,15 +245,18 @@ impl std::error::Error for ScriptError {}
 const FRAMES_SHOWN: usize = 12;
 
 /// Renders an error for people: the call stack with source lines and carets, innermost last, then `Type: message`.
-pub fn render_script_error(error: &ScriptError) -> String {
-    let mut out = String::new();
-    render_into(error, &mut out);
-    out
+pub fn render_script_error(error: &ScriptError) -> Text {
+    let [english, chinese] = [Language::English, Language::Chinese].map(|language| {
+        let mut out = String::new();
+        render_into(error, language, &mut out);
+        out
+    });
+    Text::new(english, chinese)
 }
 
-fn render_into(error: &ScriptError, out: &mut String) {
+fn render_into(error: &ScriptError, language: Language, out: &mut String) {
     if let Some((link, previous)) = &error.previous {
-        render_into(previous, out);
+        render_into(previous, language, out);
         out.push_str(match link {
             Link::Cause => {
                 "\nThe above exception was the direct cause of the following exception:\n\n"
@@ -233,20 +273,22 @@ fn render_into(error: &ScriptError, out: &mut String) {
     let hidden = frames.len().saturating_sub(2 * FRAMES_SHOWN);
     for (index, frame) in frames.iter().enumerate() {
         if hidden > 0 && index == FRAMES_SHOWN {
-            let _ = writeln!(out, "  … {hidden} more levels …");
+            let more = text!("{hidden} more levels", "另有 {hidden} 层");
+            let _ = writeln!(out, "  … {} …", more.in_language(language));
         }
         if hidden == 0 || index < FRAMES_SHOWN || index >= frames.len() - FRAMES_SHOWN {
             render_frame(frame, out);
         }
     }
     if let Some(node) = &error.node {
-        let _ = writeln!(out, "  in {node}");
+        let place = text!("in {node}", "位于{node}");
+        let _ = writeln!(out, "  {}", place.in_language(language));
     }
     // Advice comes first: tools read the last line, which is always `Type: message`.
     if let Some(help) = &error.help {
-        let _ = writeln!(out, "  help: {help}");
+        let _ = writeln!(out, "  help: {}", help.in_language(language));
     }
-    let _ = writeln!(out, "{}", error.headline());
+    let _ = writeln!(out, "{}", error.in_language(language));
 }
 
 fn render_frame(frame: &TraceFrame, out: &mut String) {
@@ -292,6 +334,9 @@ impl Evaluator<'_> {
             .str(&value)
             .unwrap_or_else(|_| "<exception str() failed>".to_owned());
         let state = exception.exception();
+        let message = state
+            .and_then(|state| state.text_of(&message))
+            .unwrap_or_else(|| Text::verbatim(message));
         let mut traceback: Vec<TraceFrame> = state
             .map(|s| s.traceback())
             .unwrap_or_default()

@@ -8,6 +8,7 @@ use std::rc::Rc;
 use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
 use elite_syntax::{Program, ProgramKind, TaskNode, WorkBudget, with_deep_stack};
+use messages::{Text, text};
 
 use crate::builtins::Builtin;
 use crate::debug::{DebugHook, Debugger, PausedProgram};
@@ -155,7 +156,7 @@ impl Interpreter {
             let name = self.core.types.name_of(&function);
             return Err(Box::new(ScriptError {
                 exception: "TypeError".to_owned(),
-                message: format!("'{name}' object is not callable"),
+                message: Text::verbatim(format!("'{name}' object is not callable")),
                 traceback: Vec::new(),
                 node: None,
                 help: None,
@@ -495,7 +496,10 @@ impl Evaluator<'_> {
 }
 
 fn no_stack() -> ScriptError {
-    let message = "the system has no memory for another script thread".to_owned();
+    let message = text!(
+        "the system has no memory for another script thread",
+        "系统没有内存可用于另一个脚本线程"
+    );
     ScriptError {
         exception: "MemoryError".to_owned(),
         message,

@@ -16,6 +16,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use elite_syntax::{Statement, WorkBudget, with_deep_stack};
+use messages::text;
 
 use crate::errors::{ExceptionKind, ScriptError};
 use crate::eval::code::Code;
@@ -123,8 +124,9 @@ impl StatementScope {
         for name in statement.declared_globals() {
             let symbol = core.symbols.intern_used(name);
             if !core.globals.has_name(symbol) {
-                let text = format!(
-                    "name '{name}' is not a global of the program, and a statement cannot define new ones"
+                let text = text!(
+                    "name '{name}' is not a global of the program, and a statement cannot define new ones",
+                    "名称 '{name}' 不是程序的全局变量，语句不能定义新的全局变量"
                 );
                 return Err(ev.raise(ExceptionKind::NameError, text));
             }

@@ -136,7 +136,9 @@ mod stdlib;
 mod trials;
 mod value;
 
-pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
+pub use errors::{
+    ExceptionKind, ExceptionText, Link, ScriptError, TraceFrame, render_script_error,
+};
 pub use eval::coroutine::Resume;
 pub use eval::count::LineCounts;
 pub use eval::node::{NodeChange, NodeCursor};

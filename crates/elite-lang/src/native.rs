@@ -2,7 +2,9 @@
 
 use std::rc::Rc;
 
-use crate::errors::ExceptionKind;
+use messages::Text;
+
+use crate::errors::{ExceptionKind, ExceptionText};
 use crate::eval::coroutine::SuspendRequest;
 use crate::eval::node::NodeCursor;
 use crate::eval::{Evaluator, Frame};
@@ -218,16 +220,16 @@ impl NativeCall<'_> {
     }
 
     /// An exception to return as error.
-    pub fn raise(&self, kind: ExceptionKind, message: impl Into<String>) -> Unwind {
+    pub fn raise(&self, kind: ExceptionKind, message: impl Into<ExceptionText>) -> Unwind {
         self.ev.raise(kind, message)
     }
 
     /// Adds advice to an exception, which the report of an uncaught one shows before its last line.
-    pub fn with_help(&self, raised: Unwind, help: impl Into<String>) -> Unwind {
+    pub fn with_help(&self, raised: Unwind, help: Text) -> Unwind {
         if let Unwind::Exception(exception) = &raised
             && let Some(state) = exception.exception()
         {
-            *state.help.borrow_mut() = Some(help.into().into());
+            *state.help.borrow_mut() = Some(Box::new(help));
         }
         raised
     }

@@ -7,6 +7,7 @@
 use elite_syntax::{
     DIAGNOSTICS_MAX, KnownNames, SourceFile, check, compile, compile_statement, render_human,
 };
+use messages::Language;
 
 /// Bytes of the smaller text.
 const SMALL: usize = 24 << 10;
@@ -426,7 +427,7 @@ fn work_on(text: &str) -> (usize, usize) {
     let found = check(file.clone(), &known);
     let shown = found.iter().map(|finding| {
         finding.fields(&file);
-        render_human(finding, &file, true).len()
+        render_human(finding, &file, Language::English, true).len()
     });
     (found.len(), shown.max().unwrap_or(0))
 }

@@ -1,5 +1,7 @@
 //! Golden texts of what people read: findings in program text, and reports of uncaught exceptions.
 
+use messages::Language;
+
 use crate::support;
 
 use elite_syntax::{KnownNames, check, compile, render_human};
@@ -12,7 +14,7 @@ fn findings(text: &str) -> String {
     let found = check(file.clone(), &known);
     let shown: Vec<String> = found
         .iter()
-        .map(|finding| render_human(finding, &file, false))
+        .map(|finding| render_human(finding, &file, Language::English, false))
         .collect();
     shown.join("\n")
 }
@@ -57,7 +59,10 @@ fn places_are_whole_characters_in_every_script() {
         for finding in found {
             let (start, end) = (finding.span.start as usize, finding.span.end as usize);
             assert!(text.get(start..end).is_some(), "{finding:?}");
-            assert!(render_human(&finding, &file, false).contains(&finding.message));
+            assert!(
+                render_human(&finding, &file, Language::English, false)
+                    .contains(finding.message.english())
+            );
         }
     }
 }
@@ -439,7 +444,7 @@ fn directives_that_cannot_be_read_say_so_once_on_their_line() {
         let found = elite_syntax::check(file.clone(), &elite_syntax::KnownNames::default());
         let shown: Vec<String> = found
             .iter()
-            .map(|finding| elite_syntax::render_human(finding, &file, false))
+            .map(|finding| elite_syntax::render_human(finding, &file, Language::English, false))
             .collect();
         assert_eq!(found.len(), 1, "{shown:?}");
         assert_eq!(found[0].message, message);
@@ -477,7 +482,9 @@ print(await, async in await)
         let file = elite_syntax::SourceFile::new("a.script", text);
         let found = elite_syntax::check(file, &elite_syntax::KnownNames::default());
         assert!(
-            found.iter().any(|finding| finding.message.contains(what)),
+            found
+                .iter()
+                .any(|finding| finding.message.english().contains(what)),
             "{text}: {found:?}"
         );
     }

@@ -162,7 +162,9 @@ fn texts_nest_two_hundred_deep_and_no_deeper() {
         assert_eq!(run(&nested(150)), "", "{open}");
         let found = elite_syntax::check(Task::file(&nested(250)), &Default::default());
         assert!(
-            found.iter().any(|f| f.message.contains("200 levels")),
+            found
+                .iter()
+                .any(|f| f.message.english().contains("200 levels")),
             "{open}: {found:?}"
         );
     }

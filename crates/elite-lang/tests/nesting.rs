@@ -189,7 +189,7 @@ fn errors(text: &str) -> Vec<String> {
         assert!(matches!(step, ResumeOutcome::Stopped), "{step:?}");
     }
     let errors = found.into_iter().filter(|f| f.severity == Severity::Error);
-    errors.map(|f| f.message).collect()
+    errors.map(|f| f.message.to_string()).collect()
 }
 
 fn nested(form: &(&str, &str, &str, &str, &str), count: usize) -> String {

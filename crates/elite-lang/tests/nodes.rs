@@ -1,5 +1,7 @@
 //! `$ LINE` directives: where they may stand, when a thread passes them, and what is said of bad ones.
 
+use messages::Language;
+
 use crate::support;
 
 use elite_lang::{
@@ -445,7 +447,7 @@ fn findings_name_the_node_they_are_in() {
         let file = Task::file(text);
         let shown = |finding: &elite_syntax::Diagnostic| {
             let node = finding.node.as_ref().map(ToString::to_string);
-            let picture = elite_syntax::render_human(finding, &file, false);
+            let picture = elite_syntax::render_human(finding, &file, Language::English, false);
             match &node {
                 Some(node) => assert!(picture.contains(&format!("note: in {node}")), "{picture}"),
                 None => assert!(!picture.contains("note: in "), "{picture}"),

@@ -1,5 +1,7 @@
 //! Any text may come in: nothing panics, hangs or grows without bound, whatever it is.
 
+use messages::Language;
+
 use crate::support;
 
 use std::path::Path;
@@ -53,8 +55,18 @@ fn survive(text: &str, run: bool) {
     let file = Task::file(text);
     let found = check(file.clone(), &Default::default());
     for finding in found.iter().take(3) {
-        let shown = render_human(finding, &file, false);
-        assert!(shown.contains(&finding.message.lines().next().unwrap_or("").to_owned()));
+        let shown = render_human(finding, &file, Language::English, false);
+        assert!(
+            shown.contains(
+                &finding
+                    .message
+                    .english()
+                    .lines()
+                    .next()
+                    .unwrap_or("")
+                    .to_owned()
+            )
+        );
         let fields = finding.fields(&file);
         assert!(
             (1..=file.line_count() + 1).contains(&fields.line),

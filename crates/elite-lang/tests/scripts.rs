@@ -45,7 +45,14 @@ fn run_here(path: &Path) -> String {
     let mut output = task.host.output.take();
     if let ResumeOutcome::Failed(error) = end {
         // Of a message of several lines the last one, as of CPython's report.
-        output.push_str(error.headline().lines().last().unwrap_or_default());
+        output.push_str(
+            error
+                .headline()
+                .english()
+                .lines()
+                .last()
+                .unwrap_or_default(),
+        );
         output.push('\n');
     }
     output

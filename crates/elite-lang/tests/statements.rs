@@ -50,7 +50,9 @@ fn mode(calls: &[&[&str]]) -> Mode {
                 let Some(report) = call.report(&raised) else {
                     return Err(raised);
                 };
-                seen.lock().unwrap().push(render_script_error(&report));
+                seen.lock()
+                    .unwrap()
+                    .push(render_script_error(&report).to_string());
             }
         }
         Ok(Value::None)

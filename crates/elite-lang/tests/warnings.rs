@@ -1,5 +1,7 @@
 //! Golden texts of what `check` warns about, and programs it must be silent about.
 
+use messages::{Language, Text};
+
 use crate::support;
 
 use elite_syntax::{ArgumentLiteral, CallHint, CallSite, KnownNames, check, render_human};
@@ -12,8 +14,8 @@ fn hook(site: &CallSite<'_>) -> Vec<CallHint> {
         let hint = |message: String| CallHint {
             argument: Some(argument),
             code: "too-far",
-            message,
-            help: Some("move less".to_owned()),
+            message: Text::verbatim(message),
+            help: Some(Text::verbatim("move less")),
         };
         match &arg.value {
             ArgumentLiteral::Integer(number) if number.abs() > 10 => {
@@ -41,7 +43,7 @@ fn findings(text: &str) -> String {
         .with_call_hook(hook);
     let shown: Vec<String> = check(file.clone(), &known)
         .iter()
-        .map(|finding| render_human(finding, &file, false))
+        .map(|finding| render_human(finding, &file, Language::English, false))
         .collect();
     shown.join("\n")
 }

@@ -7,6 +7,7 @@
 use std::rc::Rc;
 
 use elite_lang::debug::{DebugHook, PausedProgram, PendingEval};
+use messages::text;
 use motion_api::{ProgramId, RobotState, ThreadNumber};
 
 use crate::external::ExternalInputKind;
@@ -99,9 +100,10 @@ impl DebuggedTask {
 
     /// Says that a debugger has changed something: from here on the run cannot be repeated from its recording.
     pub fn mark_modified(&self) {
-        self.0.note(ExternalInputKind::Unrecorded(
-            "a debugger has changed something".to_owned(),
-        ));
+        self.0.note(ExternalInputKind::Unrecorded(text!(
+            "a debugger has changed something",
+            "调试器更改了内容"
+        )));
     }
 
     /// Drives an evaluation that waits, beside the program, until it ends.

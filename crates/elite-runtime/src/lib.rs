@@ -10,7 +10,6 @@
 )]
 
 pub mod builtins;
-pub mod chinese;
 mod command_table;
 mod compile_pool;
 pub mod configuration_variables;

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use elite_syntax::TaskNode;
+use messages::{Text, text};
 use motion_api::{CycleFrame, Origin, ProgramId, StopReason, ThreadNumber};
 
 use crate::panel::VariableValue;
@@ -38,7 +39,7 @@ pub enum Message {
         /// Where the line came from; program 0: not from a program.
         origin: Origin,
         /// The text.
-        text: String,
+        text: Text,
     },
     /// A program did not compile or ended with an uncaught exception.
     ScriptError {
@@ -49,9 +50,9 @@ pub enum Message {
         /// Column, from 1.
         column: u32,
         /// `Type: message`.
-        summary: String,
+        summary: Text,
         /// The whole report: place, source line with caret, stack, last line `Type: message`.
-        report: String,
+        report: Text,
     },
     /// The robot changed its state on its own.
     Robot {
@@ -64,7 +65,7 @@ pub enum Message {
         /// How bad.
         severity: Severity,
         /// The sentence.
-        text: String,
+        text: Text,
     },
 }
 
@@ -99,51 +100,69 @@ pub(crate) enum CutShort {
 
 impl Message {
     /// A program ended by a fault of the controller.
-    pub fn internal_error(program: ProgramId, line: u32, what: &str) -> Self {
-        let summary = format!(
-            "InternalError: {what}; this is a fault of the controller, not of the program: please report it"
+    pub fn internal_error(program: ProgramId, line: u32, what: &Text) -> Self {
+        let summary = text!(
+            "InternalError: {what}; this is a fault of the controller, not of the program: please report it",
+            "InternalError: {what}；这是控制器的缺陷，不是程序的：请报告"
         );
         Self::ScriptError {
             program,
             line,
             column: 1,
-            report: format!("line {line}\n{summary}"),
+            report: text!("line {line}\n{summary}", "第 {line} 行\n{summary}"),
             summary,
         }
     }
 
+    /// The message with texts that it shares with no other: copies of a text share its words, and those of a task are
+    /// in the account of its memory until the last copy is gone.
+    fn with_own_texts(&self) -> Self {
+        let mut own = self.clone();
+        match &mut own {
+            Self::Print { .. } => {}
+            Self::Log { text, .. } | Self::Robot { text, .. } => *text = Text::of(text),
+            Self::ScriptError {
+                summary, report, ..
+            } => (*summary, *report) = (Text::of(summary), Text::of(report)),
+        }
+        own
+    }
+
     /// A log line.
-    pub fn log(severity: Severity, origin: Origin, text: impl Into<String>) -> Self {
+    pub fn log(severity: Severity, origin: Origin, text: Text) -> Self {
         Self::Log {
             severity,
             origin,
-            text: text.into(),
+            text,
         }
     }
 
     /// What a stopped program cleans up in its `finally` and `with` blocks is ended before its end.
     pub(crate) fn clean_up_is_cut(origin: Origin, cut: CutShort) -> Self {
         let why = match cut {
-            CutShort::Time => "it has computed for 0.5 s",
-            CutShort::Wait => "a stopped program cannot wait",
-            CutShort::Calls => "it has called very many functions",
+            CutShort::Time => text!("it has computed for 0.5 s", "已计算 0.5 秒"),
+            CutShort::Wait => text!("a stopped program cannot wait", "已停止的程序不能等待"),
+            CutShort::Calls => text!("it has called very many functions", "调用的函数过多"),
         };
         let line = origin.line;
-        let text = format!("clean-up behind a stop is ended at line {line}: {why}");
+        let text = text!(
+            "clean-up behind a stop is ended at line {line}: {why}",
+            "停止后的清理在第 {line} 行结束：{why}"
+        );
         Self::log(Severity::Warning, origin, text)
     }
 
     /// A problem of a secondary program: a warning that begins as manual 1.2.6 says.
-    pub fn secondary_exception(origin: Origin, summary: &str) -> Self {
+    pub fn secondary_exception(origin: Origin, summary: &Text) -> Self {
         Self::log(
             Severity::Warning,
             origin,
-            format!("[SEC] Exception: {summary}"),
+            text!("[SEC] Exception: {summary}", "[SEC] Exception: {summary}"),
         )
     }
 
-    /// The message of a protective or an emergency stop.
-    pub fn protective_stop(reason: StopReason, origin: Origin) -> Self {
+    /// The message of a protective or an emergency stop; `told` is what is said of the reason.
+    pub fn protective_stop(reason: StopReason, told: &Text, origin: Origin) -> Self {
         Self::Robot {
             origin,
             code: match reason {
@@ -153,8 +172,10 @@ impl Message {
             sub_code: i32::try_from(reason.code()).unwrap_or(i32::MAX),
             severity: Severity::Error,
             text: match reason {
-                StopReason::EmergencyStop => format!("emergency stop: {reason}"),
-                _ => format!("protective stop: {reason}"),
+                StopReason::EmergencyStop => {
+                    text!("emergency stop: {told}", "紧急停止：{told}")
+                }
+                _ => text!("protective stop: {told}", "保护性停止：{told}"),
             },
         }
     }
@@ -267,7 +288,7 @@ pub(crate) struct UnmeteredObserver(pub Arc<dyn Observer>);
 
 impl Observer for UnmeteredObserver {
     fn message(&self, message: &Message) {
-        task_memory::uncounted(|| self.0.message(message));
+        task_memory::uncounted(|| self.0.message(&message.with_own_texts()));
     }
 
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {

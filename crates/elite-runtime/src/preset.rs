@@ -4,7 +4,7 @@
 //! program elsewhere.
 
 use elite_syntax::{Severity, SourceFile, check};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use thiserror::Error;
 
 use crate::builtins::known_names;
@@ -27,7 +27,7 @@ pub struct PresetError {
     /// The argument as the user gave it.
     pub given: String,
     /// What is allowed.
-    pub why: &'static str,
+    pub why: Text,
 }
 
 impl Preset {
@@ -39,7 +39,10 @@ impl Preset {
         let Some((name, value)) = given.split_once('=') else {
             return Err(PresetError {
                 given: given.to_owned(),
-                why: "NAME=VALUE is needed, as speed=0.25",
+                why: text!(
+                    "NAME=VALUE is needed, as speed=0.25",
+                    "需要 NAME=VALUE，如 speed=0.25"
+                ),
             });
         };
         Self::new(name, value)
@@ -67,16 +70,20 @@ impl Preset {
                 .iter()
                 .any(|found| found.severity == Severity::Error)
         {
-            return Err(wrong("what stands before = is no name of a variable"));
+            return Err(wrong(text!(
+                "what stands before = is no name of a variable",
+                "= 之前的不是变量名"
+            )));
         }
         // In brackets it is one expression, unless it closes them itself; then it is none by itself.
         let in_brackets = found(format!("{name} = ({value})\n"));
         let by_itself = found(format!("{name} = {value}\n"));
         let is_one = !value.is_empty() && !value.contains(['\n', '\r', '#', ';']) || is_text(value);
         if !is_one || !in_brackets.is_empty() || !by_itself.is_empty() {
-            return Err(wrong(
+            return Err(wrong(text!(
                 "a value is an expression such as 0.25, [1, 2] or \"text\", the quotes included",
-            ));
+                "值是表达式，如 0.25、[1, 2] 或 \"text\"（包括引号）"
+            )));
         }
         Ok(Self {
             name: name.to_owned(),

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use kinematics::{RobotModel, SafetyBounds};
+use messages::{Language, Localized, Text, text};
 use motion_api::{
     Command, CommandId, CommandKind, CommandSender, CycleTime, Event, EventReader, FrameReader,
     IoImage, MotionCommand, Origin, Outcome, PointList, ProgramId, Registers, RingFull, RobotState,
@@ -122,12 +123,32 @@ impl Robot {
     }
 
     /// A sentence about the arm in which safety planes have their names: the motion thread knows numbers alone.
-    pub fn sentence(&self, about: &(impl core::fmt::Display + ?Sized)) -> String {
-        let names = self.plane_names.iter().zip(1..);
-        names.fold(about.to_string(), |text, (name, number)| {
-            let numbered = format!("safety plane {number} of the cell");
-            text.replace(&numbered, &format!("safety plane {name:?} of the cell"))
-        })
+    pub fn sentence(&self, about: &(impl Localized + ?Sized)) -> Text {
+        // The highest number first: that of another plane may begin it.
+        let names = self.plane_names.iter().enumerate().rev();
+        let in_language = |language: Language| {
+            names.clone().fold(
+                about.in_language(language).to_string(),
+                |text, (index, name)| {
+                    let number = index + 1;
+                    let named = text!(
+                        "safety plane {name:?} of the cell",
+                        "单元的安全平面 {name:?}"
+                    );
+                    let numbered = text!(
+                        "safety plane {number} of the cell",
+                        "单元的安全平面 {number}"
+                    );
+                    let [numbered, named] =
+                        [&numbered, &named].map(|text| text.in_language(language));
+                    text.replace(numbered, named)
+                },
+            )
+        };
+        Text::new(
+            in_language(Language::English),
+            in_language(Language::Chinese),
+        )
     }
 
     /// The safety planes, and the tool they hold back.
@@ -495,7 +516,7 @@ impl Robot {
                     drop(awaited);
                     // Nobody waits for this one, so nobody else would say that it was refused.
                     let refusal = self.sentence(&refusal);
-                    let text = format!("{}: {refusal}", command.kind.name());
+                    let text = text!("{}: {refusal}", "{}：{refusal}", command.kind.name());
                     let warning = Message::log(Severity::Warning, command.origin, text);
                     self.observer.message(&warning);
                 }
@@ -514,7 +535,7 @@ impl Robot {
                 let command = self.awaited().open.get(&id).map(|entry| entry.command);
                 let (origin, name) =
                     command.map_or((Origin::default(), ""), |c| (c.origin, c.kind.name()));
-                let text = format!("{name}: {warning}");
+                let text = text!("{name}: {warning}", "{name}：{warning}");
                 self.observer
                     .message(&Message::log(Severity::Warning, origin, text));
             }
@@ -529,10 +550,7 @@ impl Robot {
                 awaited.last_stop = Some(reason);
                 let origin = awaited.mover(cycle);
                 drop(awaited);
-                let mut message = Message::protective_stop(reason, origin);
-                if let Message::Robot { text, .. } = &mut message {
-                    *text = self.sentence(text);
-                }
+                let message = Message::protective_stop(reason, &self.sentence(&reason), origin);
                 self.observer.message(&message);
             }
         }
@@ -613,6 +631,26 @@ mod tests {
         let watcher = Arc::new(Watcher::default());
         let robot = Robot::new(model, script.into(), Arc::new(NoTime), watcher.clone());
         (robot, motion, watcher)
+    }
+
+    #[test]
+    fn safety_planes_have_their_names_in_each_language() {
+        let (robot, _motion, _watcher) = robot(4);
+        let names = (1..=12).map(|number| format!("p{number}"));
+        let robot = robot.with_plane_names(names.collect());
+        for plane in [0, 11] {
+            let told = robot.sentence(&StopReason::SafetyPlane {
+                plane,
+                depth: 0.0012,
+            });
+            let number = plane + 1;
+            let named = text!(
+                "the tool was about to cross safety plane \"p{number}\" of the cell: it would come to rest 0.0012 m \
+                 behind it",
+                "工具即将越过单元的安全平面 \"p{number}\"：将停在其后 0.0012 m 处"
+            );
+            assert_eq!(told, named);
+        }
     }
 
     fn end_of_cycle(motion: &mut MotionEndpoint, cycle: u64) {

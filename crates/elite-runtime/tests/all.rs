@@ -3,6 +3,7 @@
 mod common;
 
 mod ahead_of_arm;
+mod descriptions;
 mod external_control;
 mod field_errors;
 mod folders;

@@ -4,6 +4,7 @@
 //! Errors of running programs are `ScriptError`, not diagnostics.
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+use messages::{Language, Text, text};
 
 use crate::excerpt::Excerpt;
 use crate::source::{SourceFile, Span};
@@ -24,7 +25,7 @@ pub struct Label {
     /// Where.
     pub span: Span,
     /// What about it.
-    pub text: String,
+    pub text: Text,
 }
 
 /// A change of the text that is likely to do away with a finding.
@@ -44,13 +45,13 @@ pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
     /// A sentence for people.
-    pub message: String,
+    pub message: Text,
     /// The place it is about.
     pub span: Span,
     /// Further places.
     pub labels: Vec<Label>,
     /// What to do about it, if there is advice.
-    pub help: Option<String>,
+    pub help: Option<Text>,
     /// The change that the advice comes to, where that is known.
     pub fix: Option<Fix>,
     /// The node of the pendant's task that it is in: that of the last directive before it.
@@ -74,8 +75,7 @@ pub struct DiagnosticFields {
 
 impl Diagnostic {
     /// An error without further labels.
-    pub fn error(code: &'static str, span: Span, message: impl Into<String>) -> Self {
-        let message = message.into();
+    pub fn error(code: &'static str, span: Span, message: Text) -> Self {
         Diagnostic {
             code,
             severity: Severity::Error,
@@ -89,7 +89,7 @@ impl Diagnostic {
     }
 
     /// A warning without further labels.
-    pub fn warning(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+    pub fn warning(code: &'static str, span: Span, message: Text) -> Self {
         Diagnostic {
             severity: Severity::Warning,
             ..Self::error(code, span, message)
@@ -97,11 +97,8 @@ impl Diagnostic {
     }
 
     /// Adds a second place.
-    pub fn with_label(mut self, span: Span, text: impl Into<String>) -> Self {
-        self.labels.push(Label {
-            span,
-            text: text.into(),
-        });
+    pub fn with_label(mut self, span: Span, text: Text) -> Self {
+        self.labels.push(Label { span, text });
         self
     }
 
@@ -113,8 +110,8 @@ impl Diagnostic {
     }
 
     /// Adds advice.
-    pub fn with_help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+    pub fn with_help(mut self, help: Text) -> Self {
+        self.help = Some(help);
         self
     }
 
@@ -129,14 +126,19 @@ impl Diagnostic {
             end_line: end.line,
             end_column: end.column,
             code: self.code,
-            message: self.message.clone(),
-            help: self.help.clone(),
+            message: self.message.english().to_owned(),
+            help: self.help.as_ref().map(|help| help.english().to_owned()),
         }
     }
 }
 
 /// Renders a finding for people: title, source lines with carets, labels, node, help. With `ansi`, in colour.
-pub fn render_human(diagnostic: &Diagnostic, file: &SourceFile, ansi: bool) -> String {
+pub fn render_human(
+    diagnostic: &Diagnostic,
+    file: &SourceFile,
+    language: Language,
+    ansi: bool,
+) -> String {
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
@@ -155,13 +157,17 @@ pub fn render_human(diagnostic: &Diagnostic, file: &SourceFile, ansi: bool) -> S
     for label in &diagnostic.labels {
         match excerpt.range_of(file, label.span) {
             Some(range) => {
-                let annotation = AnnotationKind::Context.span(range).label(&label.text);
+                let annotation = AnnotationKind::Context
+                    .span(range)
+                    .label(label.text.in_language(language));
                 snippet = snippet.annotation(annotation);
             }
             None => far.push((label, Excerpt::new(file, &[label.span]))),
         }
     }
-    let title = level.primary_title(&diagnostic.message).id(diagnostic.code);
+    let title = level
+        .primary_title(diagnostic.message.in_language(language))
+        .id(diagnostic.code);
     let mut group = Group::with_title(title);
     if excerpt.is_cut(file, own) {
         // The columns of a line that is cut are not those of the file.
@@ -174,15 +180,18 @@ pub fn render_human(diagnostic: &Diagnostic, file: &SourceFile, ansi: bool) -> S
     group = group.element(snippet);
     for (label, excerpt) in &far {
         let range = excerpt.range_of(file, label.span).unwrap_or_default();
-        let annotation = AnnotationKind::Context.span(range).label(&label.text);
+        let annotation = AnnotationKind::Context
+            .span(range)
+            .label(label.text.in_language(language));
         let snippet = Snippet::source(&*excerpt.text).line_start(excerpt.first_line as usize);
         group = group.element(snippet.path(file.name()).annotation(annotation));
     }
     if let Some(node) = &diagnostic.node {
-        group = group.element(Level::NOTE.message(format!("in {node}")));
+        let place = text!("in {node}", "位于{node}");
+        group = group.element(Level::NOTE.message(place.in_language(language).to_owned()));
     }
     if let Some(help) = &diagnostic.help {
-        group = group.element(Level::HELP.message(help));
+        group = group.element(Level::HELP.message(help.in_language(language)));
     }
     let renderer = if ansi {
         Renderer::styled()
@@ -190,4 +199,11 @@ pub fn render_human(diagnostic: &Diagnostic, file: &SourceFile, ansi: bool) -> S
         Renderer::plain()
     };
     renderer.render(&[group]).to_string()
+}
+
+/// A finding as [`render_human`] shows it, without colour, in both languages.
+pub fn picture(diagnostic: &Diagnostic, file: &SourceFile) -> Text {
+    let [english, chinese] = [Language::English, Language::Chinese]
+        .map(|language| render_human(diagnostic, file, language, false));
+    Text::new(english, chinese)
 }

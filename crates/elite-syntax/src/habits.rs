@@ -1,5 +1,7 @@
 //! Words that people bring from other robots and other languages, and what they are called here.
 
+use messages::{Text, text};
+
 /// The name for what `word` is elsewhere, in whatever case and with or without underscores; whether a program has it
 /// is up to the caller.
 pub(crate) fn usual_name(word: &str) -> Option<&'static str> {
@@ -17,29 +19,64 @@ fn letters(word: &str) -> impl Iterator<Item = char> {
 }
 
 /// What to do instead of using `word`, where no other name does the same.
-pub fn advice(word: &str) -> Option<&'static str> {
+pub fn advice(word: &str) -> Option<Text> {
     Some(match word {
-        "p" => "a pose is a plain list: write [x, y, z, rx, ry, rz] without 'p'",
+        "p" => text!(
+            "a pose is a plain list: write [x, y, z, rx, ry, rz] without 'p'",
+            "位姿就是普通列表：写成 [x, y, z, rx, ry, rz]，不带 'p'"
+        ),
         "thread" => {
-            "a thread is a function that start_thread() begins: write 'def' in place of 'thread'"
+            text!(
+                "a thread is a function that start_thread() begins: write 'def' in place of \
+                 'thread'",
+                "线程是由 start_thread() 启动的函数：把 'thread' 改为 'def'"
+            )
         }
-        "self" => "'self' is the first parameter of a method: def name(self)",
-        "this" => "an object is the first parameter of its methods, called 'self' by custom",
+        "self" => text!(
+            "'self' is the first parameter of a method: def name(self)",
+            "'self' 是方法的第一个参数：def name(self)"
+        ),
+        "this" => text!(
+            "an object is the first parameter of its methods, called 'self' by custom",
+            "对象是其方法的第一个参数，习惯上叫 'self'"
+        ),
         "pi" | "PI" | "Pi" | "M_PI" | "math_pi" => {
-            "write math.pi, and 'import math' at the beginning of the program"
+            text!(
+                "write math.pi, and 'import math' at the beginning of the program",
+                "请写 math.pi，并在程序开头写 'import math'"
+            )
         }
         "moveto" | "move_to" | "moveTo" | "MoveTo" | "goto" | "go_to" => {
-            "movej() turns the joints to a place, movel() leads the TCP there along a straight line"
+            text!(
+                "movej() turns the joints to a place, movel() leads the TCP there along a \
+                 straight line",
+                "movej() 以关节运动到目标，movel() 使 TCP 沿直线到达目标"
+            )
         }
-        "numpy" | "np" => "numpy is not there: lists, math and the functions for poses are",
-        "math" => "write 'import math' at the beginning of the program",
-        "time" => "write 'import time' at the beginning of the program",
+        "numpy" | "np" => text!(
+            "numpy is not there: lists, math and the functions for poses are",
+            "没有 numpy：可以用列表、math 和位姿函数"
+        ),
+        "math" => text!(
+            "write 'import math' at the beginning of the program",
+            "请在程序开头写 'import math'"
+        ),
+        "time" => text!(
+            "write 'import time' at the beginning of the program",
+            "请在程序开头写 'import time'"
+        ),
         "waituntil" | "wait_until" | "WaitUntil" | "waitfor" | "wait_for" | "WaitDI"
         | "wait_di" | "wait_input" | "wait_digital_in" => {
-            "write a loop: 'while not get_standard_digital_in(0): sync()'"
+            text!(
+                "write a loop: 'while not get_standard_digital_in(0): sync()'",
+                "请写循环：'while not get_standard_digital_in(0): sync()'"
+            )
         }
         "raw_input" | "TPReadNum" | "TPReadFK" => {
-            "a program asks nobody at the robot: popup() shows a message"
+            text!(
+                "a program asks nobody at the robot: popup() shows a message",
+                "程序不向机器人旁的人提问：popup() 显示消息"
+            )
         }
         _ => return None,
     })

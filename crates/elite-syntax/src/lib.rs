@@ -11,6 +11,7 @@
 //!
 //! ```
 //! use elite_syntax::{KnownNames, SourceFile, check, render_human};
+//! use messages::Language;
 //!
 //! let known = KnownNames::new(["movej", "movel"].map(String::from));
 //! let file = SourceFile::new("pick.script", "def pick():\n    movel(home)\n    x = 1\n");
@@ -20,7 +21,7 @@
 //! assert_eq!(codes, ["undefined-name", "unused-variable"]);
 //! let fields = found[0].fields(&file);
 //! assert_eq!((fields.line, fields.column), (2, 11));
-//! assert!(render_human(&found[0], &file, false).contains("pick.script:2:11"));
+//! assert!(render_human(&found[0], &file, Language::English, false).contains("pick.script:2:11"));
 //! ```
 //!
 //! # Reading the tree
@@ -74,7 +75,6 @@
 
 pub mod ast;
 mod breakpoints;
-pub mod chinese;
 mod deep_stack;
 mod diagnostic;
 mod diagnostic_list;
@@ -97,7 +97,7 @@ mod work_budget;
 
 pub use breakpoints::{BreakpointLocation, breakpoint_locations, is_executable};
 pub use deep_stack::{deep_stack, drop_tree, with_deep_stack, work_on_tree};
-pub use diagnostic::{Diagnostic, DiagnosticFields, Fix, Label, Severity, render_human};
+pub use diagnostic::{Diagnostic, DiagnosticFields, Fix, Label, Severity, picture, render_human};
 pub use diagnostic_list::{DIAGNOSTICS_MAX, quoted};
 pub use document::{DocumentUnit, ParsedDocument};
 pub use format_check::same_tree;

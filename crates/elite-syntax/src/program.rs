@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::thread::ThreadId;
 
+use messages::text;
+
 use crate::ast::{Expr, ExprKind, FunctionDef, Module, Stmt, StmtKind};
 use crate::deep_stack::with_deep_stack;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -178,7 +180,10 @@ pub(crate) struct ProgramForm {
 
 /// What is said of a text that is longer than any that is read.
 pub(crate) fn too_long(bytes: usize) -> Diagnostic {
-    let text = format!("the text has {bytes} bytes, {SOURCE_BYTES_MAX} are allowed");
+    let text = text!(
+        "the text has {bytes} bytes, {SOURCE_BYTES_MAX} are allowed",
+        "文本有 {bytes} 字节，最多允许 {SOURCE_BYTES_MAX}"
+    );
     Diagnostic::error("too-long", Span::default(), text)
 }
 
@@ -222,7 +227,10 @@ pub(crate) fn classify(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> Pr
     ] = &statements[..]
     {
         if def.secondary && !def.parameters.none_required() {
-            let message = "a secondary program takes no parameters";
+            let message = text!(
+                "a secondary program takes no parameters",
+                "次要程序不能有参数"
+            );
             diagnostics.push(Diagnostic::error("secondary", def.name.span, message));
         }
         let kind = if def.secondary {
@@ -237,7 +245,10 @@ pub(crate) fn classify(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> Pr
         return ProgramForm { kind, entry };
     }
     if let Some(def) = secondary.next() {
-        let message = "'sec' heads a program of its own: nothing else can stand in the same text";
+        let message = text!(
+            "'sec' heads a program of its own: nothing else can stand in the same text",
+            "'sec' 开头的是独立的程序：同一文本中不能有其他内容"
+        );
         diagnostics.push(Diagnostic::error("secondary", def.name.span, message));
     }
     ProgramForm {

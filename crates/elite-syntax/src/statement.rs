@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use messages::text;
+
 use crate::ast::Module;
 use crate::deep_stack::with_deep_stack;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -32,7 +34,10 @@ pub fn compile_statement(
 ) -> Result<Statement, Vec<Diagnostic>> {
     if file.text().len() > STATEMENT_BYTES_MAX {
         let (bytes, most) = (file.text().len(), STATEMENT_BYTES_MAX);
-        let text = format!("the statement has {bytes} bytes, {most} are allowed");
+        let text = text!(
+            "the statement has {bytes} bytes, {most} are allowed",
+            "语句有 {bytes} 字节，最多允许 {most}"
+        );
         return Err(vec![Diagnostic::error("too-long", Span::default(), text)]);
     }
     with_deep_stack(|| {

@@ -1,6 +1,9 @@
 //! Rows of the pendant's task tree, which `$ LINE` directives name.
 
+use std::fmt;
 use std::sync::Arc;
+
+use messages::{Language, Localized};
 
 use crate::diagnostic_list::quoted;
 
@@ -13,10 +16,16 @@ pub struct TaskNode {
     pub label: Arc<str>,
 }
 
-impl std::fmt::Display for TaskNode {
+impl fmt::Display for TaskNode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.fmt_in(Language::English, f)
+    }
+}
+
+impl Localized for TaskNode {
     /// `node 7 Approach`, on one line whatever the label holds.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "node {}", self.number)?;
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", language.pick("node", "节点"), self.number)?;
         if self.label.is_empty() {
             return Ok(());
         }
@@ -25,7 +34,7 @@ impl std::fmt::Display for TaskNode {
             if c.is_control() {
                 write!(f, "{}", c.escape_default())?;
             } else {
-                std::fmt::Write::write_char(f, c)?;
+                fmt::Write::write_char(f, c)?;
             }
         }
         Ok(())

@@ -50,7 +50,7 @@ fn ours(text: &str) -> Option<bool> {
         error.code != "not-supported"
             && !OF_THE_SURROUNDINGS
                 .iter()
-                .any(|part| error.message.contains(part))
+                .any(|part| error.message.english().contains(part))
     };
     errors.iter().any(counts).then_some(false)
 }
@@ -242,7 +242,7 @@ fn is_meant(text: &str, ours_accepts: bool) -> bool {
     // brackets.
     let outside = our_errors(text)
         .iter()
-        .any(|error| error.message.contains("outside a"));
+        .any(|error| error.message.english().contains("outside a"));
     let bracketed = text.contains(":=") && text.replace(' ', "").contains("):=");
     text.contains('\t')
         || bare_else
@@ -286,7 +286,7 @@ fn mutated_programs_are_programs_for_both_or_for_neither() {
                     let reason = our_errors(&mutant);
                     let reason = reason
                         .first()
-                        .map_or("accepted", |error| error.message.as_str());
+                        .map_or("accepted", |error| error.message.english());
                     disagreements.push(format!("ours: {reason}\n{mutant}"));
                 }
             }

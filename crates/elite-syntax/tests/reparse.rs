@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 
 use elite_syntax::ParsedDocument;
 use elite_syntax::{CallHint, CallSite, KnownNames, SourceFile, check};
+use messages::Text;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 
@@ -131,7 +132,7 @@ fn hint(site: &CallSite<'_>) -> Vec<CallHint> {
     let hint = CallHint {
         argument: Some(0),
         code: "many",
-        message: format!("{} takes one", site.function),
+        message: Text::verbatim(format!("{} takes one", site.function)),
         help: None,
     };
     many.then_some(hint).into_iter().collect()

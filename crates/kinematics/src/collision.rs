@@ -5,6 +5,7 @@
 use crate::chain::{Chain, Frames};
 use crate::joint::DOF;
 use crate::pose::Pose;
+use messages::{Text, text};
 use nalgebra::Vector3;
 
 /// All points within `radius` of the segment from `p0` to `p1`, metres. A ball if the ends coincide.
@@ -81,17 +82,17 @@ pub type LinkIndex = usize;
 pub const LINKS: usize = DOF + 1;
 
 /// What people call a link.
-pub fn link_name(link: LinkIndex) -> &'static str {
-    const NAMES: [&str; LINKS] = [
-        "base",
-        "shoulder",
-        "upper arm",
-        "forearm",
-        "wrist 1",
-        "wrist 2",
-        "wrist 3",
+pub fn link_name(link: LinkIndex) -> Text {
+    const NAMES: [Text; LINKS] = [
+        text!("base", "基座"),
+        text!("shoulder", "肩部"),
+        text!("upper arm", "上臂"),
+        text!("forearm", "前臂"),
+        text!("wrist 1", "手腕 1"),
+        text!("wrist 2", "手腕 2"),
+        text!("wrist 3", "手腕 3"),
     ];
-    NAMES.get(link).copied().unwrap_or("link")
+    NAMES.get(link).cloned().unwrap_or(text!("link", "连杆"))
 }
 
 /// The nearest two links.

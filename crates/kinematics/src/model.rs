@@ -12,6 +12,7 @@ use crate::ik::{IkMethod, IkSolutions};
 use crate::joint::{DOF, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
 use crate::payload::{Payload, RigidBody};
 use crate::pose::Pose;
+use messages::Text;
 use nalgebra::{Matrix6, Vector3};
 
 /// What each joint can do, base joint first.
@@ -55,7 +56,7 @@ pub struct RobotModel {
     pub(crate) limits: JointLimits,
     pub(crate) bodies: [RigidBody; DOF],
     pub(crate) collision: CollisionModel,
-    pub(crate) warnings: Vec<String>,
+    pub(crate) warnings: Vec<Text>,
     pub(crate) calibration: Option<Box<Calibration>>,
 }
 
@@ -111,7 +112,7 @@ impl RobotModel {
     }
 
     /// What the loader could not use, one sentence each: meshes, missing accelerations. Empty for the built-in arms.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Text] {
         &self.warnings
     }
 

@@ -9,7 +9,7 @@ use crate::rotation::{
     rotation_from_rotvec, rotation_from_rpy, rotvec_from_rotation, rpy_from_rotation,
 };
 use crate::wrench::Wrench;
-use messages::Localized;
+use messages::{Localized, Text, text};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// An argument for which a function has no value.
@@ -23,7 +23,7 @@ pub enum DomainError {
         function: &'static str,
         argument: &'static str,
         value: f64,
-        allowed: &'static str,
+        allowed: Text,
     },
     #[error("normalize(): invalid parameter, v has length zero and so no direction")]
     #[zh("normalize()：参数无效，v 的长度为零，没有方向")]
@@ -45,7 +45,7 @@ fn checked(
     argument: &'static str,
     value: f64,
     is_allowed: bool,
-    allowed: &'static str,
+    allowed: Text,
 ) -> Result<f64, DomainError> {
     if is_allowed {
         Ok(value)
@@ -64,7 +64,14 @@ fn checked(
 /// # Errors
 /// `f` outside [-1, 1].
 pub fn acos(f: f64) -> Result<f64, DomainError> {
-    checked("acos", "f", f, f.abs() <= 1.0, "between -1 and 1").map(elementary::acos)
+    checked(
+        "acos",
+        "f",
+        f,
+        f.abs() <= 1.0,
+        text!("between -1 and 1", "在 -1 与 1 之间"),
+    )
+    .map(elementary::acos)
 }
 
 /// Arc sine in radians (manual 3.2.10).
@@ -72,7 +79,14 @@ pub fn acos(f: f64) -> Result<f64, DomainError> {
 /// # Errors
 /// `f` outside [-1, 1].
 pub fn asin(f: f64) -> Result<f64, DomainError> {
-    checked("asin", "f", f, f.abs() <= 1.0, "between -1 and 1").map(elementary::asin)
+    checked(
+        "asin",
+        "f",
+        f,
+        f.abs() <= 1.0,
+        text!("between -1 and 1", "在 -1 与 1 之间"),
+    )
+    .map(elementary::asin)
 }
 
 /// Angle whose tangent is x / y, quadrant from both signs (manual 3.2.12: the first argument is the numerator).
@@ -95,8 +109,14 @@ pub fn r2d(r: f64) -> f64 {
 /// # Errors
 /// `b` or `f` not positive, or `b` = 1 (the manual names negative numbers only; zero and base 1 have no value either).
 pub fn log(b: f64, f: f64) -> Result<f64, DomainError> {
-    checked("log", "b", b, b > 0.0 && b != 1.0, "positive and not 1")?;
-    checked("log", "f", f, f > 0.0, "positive")?;
+    checked(
+        "log",
+        "b",
+        b,
+        b > 0.0 && b != 1.0,
+        text!("positive and not 1", "为正数且不为 1"),
+    )?;
+    checked("log", "f", f, f > 0.0, text!("positive", "为正数"))?;
     Ok(elementary::ln(f) / elementary::ln(b))
 }
 
@@ -105,7 +125,14 @@ pub fn log(b: f64, f: f64) -> Result<f64, DomainError> {
 /// # Errors
 /// A negative `f`.
 pub fn sqrt(f: f64) -> Result<f64, DomainError> {
-    checked("sqrt", "f", f, f >= 0.0, "zero or positive").map(f64::sqrt)
+    checked(
+        "sqrt",
+        "f",
+        f,
+        f >= 0.0,
+        text!("zero or positive", "为零或正数"),
+    )
+    .map(f64::sqrt)
 }
 
 /// Euclidean length of a vector, a pose taken as six plain numbers (manual 3.2.23).

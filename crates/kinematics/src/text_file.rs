@@ -6,6 +6,8 @@ use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
+use messages::text;
+
 /// The longest text file that is read: 16 MiB, several times what any of the readers takes. A name may lead to
 /// anything, as `/dev/zero`, which never ends.
 pub const TEXT_FILE_BYTES_MAX: u64 = 16 << 20;
@@ -18,7 +20,10 @@ pub fn read_text_file(path: &Path) -> Result<String> {
     let bytes = read_small_file(path)?;
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        let why = format!("it is no text: its byte {at} is not UTF-8");
+        let why = text!(
+            "it is no text: its byte {at} is not UTF-8",
+            "不是文本：第 {at} 个字节不是 UTF-8"
+        );
         Error::new(ErrorKind::InvalidData, why)
     })
 }
@@ -33,7 +38,7 @@ pub fn read_small_file(path: &Path) -> Result<Vec<u8>> {
     start.read_to_end(&mut bytes)?;
     if bytes.len() as u64 > TEXT_FILE_BYTES_MAX {
         let max = TEXT_FILE_BYTES_MAX >> 20;
-        let why = format!("it is larger than {max} MiB");
+        let why = text!("it is larger than {max} MiB", "超过 {max} MiB");
         return Err(Error::new(ErrorKind::FileTooLarge, why));
     }
     Ok(bytes)

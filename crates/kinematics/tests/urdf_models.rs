@@ -327,8 +327,16 @@ fn what_a_file_leaves_open_is_said() {
         );
     let arm = RobotModel::from_urdf(&bare).unwrap();
     assert_eq!(arm.warnings().len(), 2);
-    assert!(arm.warnings().iter().any(|w| w.contains("elbow_joint")));
-    assert!(arm.warnings().iter().any(|w| w.contains("base.stl")));
+    assert!(
+        arm.warnings()
+            .iter()
+            .any(|w| w.english().contains("elbow_joint"))
+    );
+    assert!(
+        arm.warnings()
+            .iter()
+            .any(|w| w.english().contains("base.stl"))
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use thiserror::Error;
 
 use crate::{MAX_COORDINATE_M, MAX_TRIANGLES, MIN_EXTENT_M};
@@ -31,7 +31,7 @@ pub enum FileError {
     /// The system's own words, such as that there is no such file.
     #[error("the file cannot be read: {0}")]
     #[zh("无法读取文件：{0}")]
-    System(String),
+    System(Text),
 }
 
 /// A place in a file.
@@ -49,19 +49,26 @@ pub enum FilePosition {
     Whole,
 }
 
-/// What is wrong at a place of a file. Each kind of place is a whole sentence, so that each can be translated.
-struct Located<'a>(&'a str, &'a FilePosition, &'a dyn Display);
-
-impl Display for Located<'_> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self(file, place, trouble) = self;
-        match place {
-            FilePosition::Byte(at) => write!(f, "{file}, byte {at}: {trouble}"),
-            FilePosition::Line(at) => write!(f, "{file}, line {at}: {trouble}"),
-            FilePosition::Triangle(at) => write!(f, "{file}, triangle {at}: {trouble}"),
-            FilePosition::Element(array, at) => write!(f, "{file}, {array}[{at}]: {trouble}"),
-            FilePosition::Whole => write!(f, "{file}: {trouble}"),
-        }
+/// What is wrong at a place of a file.
+fn located(file: &str, place: &FilePosition, trouble: &Text) -> Text {
+    match place {
+        FilePosition::Byte(at) => text!(
+            "{file}, byte {at}: {trouble}",
+            "{file}，字节 {at}：{trouble}"
+        ),
+        FilePosition::Line(at) => text!(
+            "{file}, line {at}: {trouble}",
+            "{file}，第 {at} 行：{trouble}"
+        ),
+        FilePosition::Triangle(at) => text!(
+            "{file}, triangle {at}: {trouble}",
+            "{file}，三角形 {at}：{trouble}"
+        ),
+        FilePosition::Element(array, at) => text!(
+            "{file}, {array}[{at}]: {trouble}",
+            "{file}，{array}[{at}]：{trouble}"
+        ),
+        FilePosition::Whole => text!("{file}: {trouble}", "{file}：{trouble}"),
     }
 }
 
@@ -96,20 +103,23 @@ pub enum MeshError {
         scale: f64,
     },
     /// What is there is not what the format says.
-    #[error("{}", Located(.file, .place, .trouble))]
+    #[error("{}", located(.file, .place, .trouble))]
     Damaged {
         /// Name of the file.
         file: String,
         /// Position in the file.
         place: FilePosition,
         /// What was found, and what is allowed.
-        trouble: String,
+        trouble: Text,
     },
     /// Too large to be handled.
-    #[error("{}", Located(
+    #[error("{}", located(
         .file,
         .place,
-        &format_args!("the file has more than {MAX_TRIANGLES} triangles, the most that is allowed")
+        &text!(
+            "the file has more than {MAX_TRIANGLES} triangles, the most that is allowed",
+            "文件中的三角形超过 {MAX_TRIANGLES} 个，即允许的上限"
+        )
     ))]
     TooManyTriangles {
         /// Name of the file.

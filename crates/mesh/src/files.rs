@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use messages::Text;
+
 use crate::error::FileError;
 
 /// Files by name. A recording can be one, and so can a folder.
@@ -98,5 +100,5 @@ fn names_within(path: &str) -> Result<Vec<&str>, FileError> {
 }
 
 fn system(error: std::io::Error) -> FileError {
-    FileError::System(error.to_string())
+    FileError::System(Text::of(&error))
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use messages::text;
 use nalgebra::Vector3;
 
 use crate::MAX_TRIANGLES;
@@ -43,11 +44,18 @@ impl Mesh {
             for &corner in corners {
                 let trouble = match points.get(corner as usize) {
                     Some(point) if point.iter().all(|x| x.is_finite()) => continue,
-                    Some(point) => format!(
+                    Some(point) => text!(
                         "a corner is at ({}, {}, {}); allowed are finite numbers",
-                        point.x, point.y, point.z
+                        "顶点位于 ({}, {}, {})；只允许有限的数",
+                        point.x,
+                        point.y,
+                        point.z
                     ),
-                    None => format!("it names point {corner}; there are {} points", points.len()),
+                    None => text!(
+                        "it names point {corner}; there are {} points",
+                        "它引用点 {corner}；只有 {} 个点",
+                        points.len()
+                    ),
                 };
                 return Err(MeshError::Damaged {
                     file: file.to_owned(),

@@ -23,7 +23,9 @@ impl MeshFiles for Shelf {
         match self.0.get(path) {
             Some(bytes) if bytes.len() as u64 > most => Err(FileError::TooLong { most }),
             Some(bytes) => Ok(bytes.clone()),
-            None => Err(FileError::System(format!("there is no {path}"))),
+            None => Err(FileError::System(messages::Text::verbatim(format!(
+                "there is no {path}"
+            )))),
         }
     }
 }

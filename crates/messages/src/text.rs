@@ -1,43 +1,43 @@
 //! A text in both languages.
 
 use std::borrow::Cow;
+use std::cmp::Ordering;
 use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
 
 use crate::{Language, Localized};
 
 /// A text in both languages, made by [`text!`](crate::text!). `Display` and `serde` give the English form.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Text {
-    english: Cow<'static, str>,
-    chinese: Cow<'static, str>,
+#[derive(Clone)]
+pub struct Text(Words);
+
+/// The words of a text. Errors hold texts, so that these are small and copied without cost.
+#[derive(Clone)]
+enum Words {
+    Fixed([&'static str; 2]),
+    Filled(Arc<[String; 2]>),
 }
 
 impl Text {
     /// A text without arguments.
     pub const fn fixed(english: &'static str, chinese: &'static str) -> Self {
-        Self {
-            english: Cow::Borrowed(english),
-            chinese: Cow::Borrowed(chinese),
-        }
+        Self(Words::Fixed([english, chinese]))
     }
 
     /// A text with its arguments filled in.
-    pub const fn new(english: String, chinese: String) -> Self {
-        Self {
-            english: Cow::Owned(english),
-            chinese: Cow::Owned(chinese),
-        }
+    pub fn new(english: String, chinese: String) -> Self {
+        Self(Words::Filled(Arc::new([english, chinese])))
     }
 
     /// Words that are the same in every language because they are not ours: a name, a line of a program, what another
     /// machine or a library says.
     pub fn verbatim(words: impl Into<Cow<'static, str>>) -> Self {
-        let english = words.into();
-        Self {
-            chinese: english.clone(),
-            english,
+        match words.into() {
+            Cow::Borrowed(words) => Self::fixed(words, words),
+            Cow::Owned(words) => Self::new(words.clone(), words),
         }
     }
 
@@ -72,23 +72,77 @@ impl Text {
 
     /// The English form.
     pub fn english(&self) -> &str {
-        &self.english
+        self.forms()[0]
     }
 
     /// The form in a language.
     pub fn in_language(&self, language: Language) -> &str {
-        language.pick(&self.english, &self.chinese)
+        let [english, chinese] = self.forms();
+        language.pick(english, chinese)
+    }
+
+    fn forms(&self) -> [&str; 2] {
+        match &self.0 {
+            Words::Fixed(forms) => *forms,
+            Words::Filled(forms) => [&forms[0], &forms[1]],
+        }
+    }
+
+    /// A text as it was kept: the Chinese form is left out where it is the English one.
+    pub fn recorded(english: String, chinese: Option<String>) -> Self {
+        match chinese {
+            Some(chinese) => Self::new(english, chinese),
+            None => Self::verbatim(english),
+        }
+    }
+
+    /// The Chinese form where it is not the English one.
+    pub fn other_chinese(&self) -> Option<&str> {
+        let [english, chinese] = self.forms();
+        (chinese != english).then_some(chinese)
     }
 
     /// Whether the text says nothing.
     pub fn is_empty(&self) -> bool {
-        self.english.is_empty()
+        self.english().is_empty()
     }
 }
 
 impl fmt::Display for Text {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(&self.english)
+        f.pad(self.english())
+    }
+}
+
+impl fmt::Debug for Text {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Text").field(&self.forms()).finish()
+    }
+}
+
+impl PartialEq for Text {
+    fn eq(&self, other: &Self) -> bool {
+        self.forms() == other.forms()
+    }
+}
+
+impl Eq for Text {}
+
+impl PartialOrd for Text {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Text {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.forms().cmp(&other.forms())
+    }
+}
+
+impl Hash for Text {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.forms().hash(state);
     }
 }
 
@@ -103,18 +157,18 @@ impl std::error::Error for Text {}
 
 impl Serialize for Text {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&self.english)
+        serializer.serialize_str(self.english())
     }
 }
 
 impl PartialEq<str> for Text {
     fn eq(&self, other: &str) -> bool {
-        self.english == other
+        self.english() == other
     }
 }
 
 impl PartialEq<&str> for Text {
     fn eq(&self, other: &&str) -> bool {
-        self.english == *other
+        self.english() == *other
     }
 }

@@ -88,6 +88,15 @@ fn texts_hold_texts() {
 }
 
 #[test]
+fn texts_are_compared_by_their_words() {
+    let filled = Text::new("a number".into(), "数".into());
+    assert_eq!(filled, text!("a number", "数"));
+    assert!(filled < text!("a number", "整数"));
+    // Errors have several texts each.
+    assert!(size_of::<Text>() <= 32);
+}
+
+#[test]
 fn the_operating_system_is_told_by_number() {
     let unknown = io::Error::from_raw_os_error(9999);
     assert_eq!(chinese(&unknown), "系统错误 9999");

@@ -5,8 +5,19 @@ use core::fmt;
 
 use crate::{CommandId, RobotMode, SafetyMode};
 use kinematics::collision::link_name;
-use messages::Localized;
+use messages::{Localized, Text};
 use thiserror::Error;
+
+/// A text of fixed words, or a name that is the same in every language, which lives as long as the process.
+#[macro_export]
+macro_rules! phrase {
+    ($english:literal, $chinese:literal) => {
+        const { &messages::Text::fixed($english, $chinese) }
+    };
+    ($name:literal) => {
+        $crate::phrase!($name, $name)
+    };
+}
 
 /// One thing that happened in the cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,11 +154,11 @@ pub enum Refusal {
     #[zh("{name} 为 {value}；应为 {needed}")]
     BadValue {
         /// The name of the number.
-        name: &'static str,
+        name: &'static Text,
         /// The number as it was given.
         value: f64,
         /// What is allowed.
-        needed: &'static str,
+        needed: &'static Text,
     },
     /// The arm has not come to rest yet.
     #[error("the arm still decelerates; this is possible once it stands")]

@@ -5,8 +5,11 @@
 //! something now is decided where that is known.
 
 use kinematics::{Payload, PayloadError};
+use messages::Text;
 
-use crate::{CommandKind, EncoderRange, OverlayCommand, Refusal, SensingCommand, SettingCommand};
+use crate::{
+    CommandKind, EncoderRange, OverlayCommand, Refusal, SensingCommand, SettingCommand, phrase,
+};
 
 /// Largest reach of a TCP or a centre of gravity from the flange that is taken, m. This and the bounds below only keep
 /// out numbers that no physics survives; the rated payload of the model is checked where scripts are.
@@ -23,6 +26,7 @@ pub const WRENCH_MAX: f64 = 1e5;
 pub const PUSH_DURATION_MAX: f64 = 1e9;
 /// Farthest a frame may lie from the base, m.
 pub const FRAME_REACH_MAX: f64 = 1000.0;
+
 /// Shortest direction of a belt, m.
 const DIRECTION_MIN: f64 = 1e-9;
 /// Fewest ticks of a belt a metre or a turn.
@@ -58,21 +62,39 @@ impl OverlayCommand {
                 ..
             } => {
                 if !frame.is_finite() {
-                    let needed = "a pose of finite numbers";
-                    return Err(bad_value("reference_frame", f64::NAN, needed));
+                    let needed = phrase!("a pose of finite numbers", "由有限的数组成的位姿");
+                    return Err(bad_value(phrase!("reference_frame"), f64::NAN, needed));
                 }
-                let (most, needed) = (FRAME_REACH_MAX, "at most 1000 m");
-                check_magnitude(&frame.xyz, most, "a coordinate of reference_frame", needed)?;
+                let (most, needed) = (FRAME_REACH_MAX, phrase!("at most 1000 m", "不超过 1000 m"));
+                check_magnitude(
+                    &frame.xyz,
+                    most,
+                    phrase!("a coordinate of reference_frame", "reference_frame 的坐标"),
+                    needed,
+                )?;
                 if *mode > 3 {
-                    return Err(bad_value("mode", f64::from(*mode), "0 to 3"));
+                    return Err(bad_value(
+                        phrase!("mode"),
+                        f64::from(*mode),
+                        phrase!("0 to 3", "0 到 3"),
+                    ));
                 }
-                let name = "a component of target_wrench";
-                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
+                let name = phrase!("a component of target_wrench", "target_wrench 的分量");
+                check_magnitude(
+                    wrench,
+                    WRENCH_MAX,
+                    name,
+                    phrase!("at most 100000 N or Nm", "不超过 100000 N 或 Nm"),
+                )?;
                 match speed_limits.iter().find(|x| !(0.0..=1000.0).contains(*x)) {
                     None => Ok(()),
                     Some(&bad) => {
-                        let needed = "0 to 1000 m/s or rad/s";
-                        Err(bad_value("a component of speed_limits", bad, needed))
+                        let needed = phrase!("0 to 1000 m/s or rad/s", "0 到 1000 m/s 或 rad/s");
+                        Err(bad_value(
+                            phrase!("a component of speed_limits", "speed_limits 的分量"),
+                            bad,
+                            needed,
+                        ))
                     }
                 }
             }
@@ -83,9 +105,13 @@ impl OverlayCommand {
             } => {
                 let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
                 if !(length > DIRECTION_MIN && length.is_finite()) {
-                    return Err(bad_value("the length of direction", length, "more than 0"));
+                    return Err(bad_value(
+                        phrase!("the length of direction", "方向的长度"),
+                        length,
+                        phrase!("more than 0", "大于 0"),
+                    ));
                 }
-                check_ticks("ticks_per_meter", *ticks_per_meter)
+                check_ticks(phrase!("ticks_per_meter"), *ticks_per_meter)
             }
             Self::TrackConveyorCircular {
                 center,
@@ -93,11 +119,20 @@ impl OverlayCommand {
                 ..
             } => {
                 if !center.is_finite() {
-                    return Err(bad_value("center", f64::NAN, "a pose of finite numbers"));
+                    return Err(bad_value(
+                        phrase!("center"),
+                        f64::NAN,
+                        phrase!("a pose of finite numbers", "由有限的数组成的位姿"),
+                    ));
                 }
-                let (most, needed) = (FRAME_REACH_MAX, "at most 1000 m");
-                check_magnitude(&center.xyz, most, "a coordinate of center", needed)?;
-                check_ticks("ticks_per_revolution", *ticks_per_revolution)
+                let (most, needed) = (FRAME_REACH_MAX, phrase!("at most 1000 m", "不超过 1000 m"));
+                check_magnitude(
+                    &center.xyz,
+                    most,
+                    phrase!("a coordinate of center", "center 的坐标"),
+                    needed,
+                )?;
+                check_ticks(phrase!("ticks_per_revolution"), *ticks_per_revolution)
             }
             Self::EndForceMode
             | Self::StopConveyorTracking
@@ -118,17 +153,31 @@ impl SensingCommand {
     pub fn validate(&self) -> Result<(), Refusal> {
         match self {
             Self::SetExternalWrench(wrench) => {
-                let name = "a component of the external wrench";
-                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")
+                let name = phrase!("a component of the external wrench", "外力旋量的分量");
+                check_magnitude(
+                    wrench,
+                    WRENCH_MAX,
+                    name,
+                    phrase!("at most 100000 N or Nm", "不超过 100000 N 或 Nm"),
+                )
             }
             Self::Push {
                 wrench, duration, ..
             } => {
-                let name = "a component of the push";
-                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
+                let name = phrase!("a component of the push", "推力的分量");
+                check_magnitude(
+                    wrench,
+                    WRENCH_MAX,
+                    name,
+                    phrase!("at most 100000 N or Nm", "不超过 100000 N 或 Nm"),
+                )?;
                 if !(0.0..=PUSH_DURATION_MAX).contains(duration) {
-                    let needed = "0 to 1e9 s";
-                    return Err(bad_value("the duration of the push", *duration, needed));
+                    let needed = phrase!("0 to 1e9 s", "0 到 1e9 s");
+                    return Err(bad_value(
+                        phrase!("the duration of the push", "推力的时长"),
+                        *duration,
+                        needed,
+                    ));
                 }
                 Ok(())
             }
@@ -139,11 +188,20 @@ impl SensingCommand {
                 ..
             } => {
                 if !(0.0..=PAYLOAD_MASS_MAX).contains(mass) {
-                    return Err(bad_value("sensor_mass", *mass, "0 to 1000 kg"));
+                    return Err(bad_value(
+                        phrase!("sensor_mass"),
+                        *mass,
+                        phrase!("0 to 1000 kg", "0 到 1000 kg"),
+                    ));
                 }
-                let (most, needed) = (TOOL_REACH_MAX, "at most 10 m");
-                check_magnitude(measuring_offset, most, "sensor_measuring_offset", needed)?;
-                check_magnitude(cog, most, "sensor_cog", needed)
+                let (most, needed) = (TOOL_REACH_MAX, phrase!("at most 10 m", "不超过 10 m"));
+                check_magnitude(
+                    measuring_offset,
+                    most,
+                    phrase!("sensor_measuring_offset"),
+                    needed,
+                )?;
+                check_magnitude(cog, most, phrase!("sensor_cog"), needed)
             }
             Self::SetForceGain(_)
             | Self::SetForceDamping(_)
@@ -163,15 +221,29 @@ impl SettingCommand {
         match self {
             Self::SetTcp(tcp) => {
                 if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
-                    return Err(bad_value("an angle of the TCP", angle, "a finite number"));
+                    return Err(bad_value(
+                        phrase!("an angle of the TCP", "TCP 的角度"),
+                        angle,
+                        phrase!("a finite number", "有限的数"),
+                    ));
                 }
-                let name = "a coordinate of the TCP";
-                check_magnitude(&tcp.xyz, TOOL_REACH_MAX, name, "at most 10 m")
+                let name = phrase!("a coordinate of the TCP", "TCP 的坐标");
+                check_magnitude(
+                    &tcp.xyz,
+                    TOOL_REACH_MAX,
+                    name,
+                    phrase!("at most 10 m", "不超过 10 m"),
+                )
             }
             Self::SetPayload(payload) => check_payload(payload),
             Self::SetGravity(gravity) => {
-                let name = "a component of gravity";
-                check_magnitude(gravity, GRAVITY_MAX, name, "at most 30 m/s²")
+                let name = phrase!("a component of gravity", "重力的分量");
+                check_magnitude(
+                    gravity,
+                    GRAVITY_MAX,
+                    name,
+                    phrase!("at most 30 m/s²", "不超过 30 m/s²"),
+                )
             }
             Self::SetSpeedFraction(_)
             | Self::SetStandardDigitalOut { .. }
@@ -195,21 +267,24 @@ pub fn check_tick_count(
     count: f64,
 ) -> Result<(), Refusal> {
     if !is_from_program {
-        let needed = "set after encoder_enable_set_tick_count() for this encoder";
-        return Err(bad_value("the tick count", count, needed));
+        let needed = phrase!(
+            "set after encoder_enable_set_tick_count() for this encoder",
+            "在对该编码器调用 encoder_enable_set_tick_count() 之后设置"
+        );
+        return Err(bad_value(phrase!("the tick count", "计数"), count, needed));
     }
     let (min, max) = range.bounds();
     if (min..=max).contains(&count) {
         return Ok(());
     }
     let needed = match range {
-        EncoderRange::Signed32 => "-2147483648 to 2147483647",
-        EncoderRange::Unsigned8 => "0 to 255",
-        EncoderRange::Unsigned16 => "0 to 65535",
-        EncoderRange::Unsigned24 => "0 to 16777215",
-        EncoderRange::Unsigned32 => "0 to 4294967295",
+        EncoderRange::Signed32 => phrase!("-2147483648 to 2147483647", "-2147483648 到 2147483647"),
+        EncoderRange::Unsigned8 => phrase!("0 to 255", "0 到 255"),
+        EncoderRange::Unsigned16 => phrase!("0 to 65535", "0 到 65535"),
+        EncoderRange::Unsigned24 => phrase!("0 to 16777215", "0 到 16777215"),
+        EncoderRange::Unsigned32 => phrase!("0 to 4294967295", "0 到 4294967295"),
     };
-    Err(bad_value("the tick count", count, needed))
+    Err(bad_value(phrase!("the tick count", "计数"), count, needed))
 }
 
 /// Checks that all `values` are numbers of at most `most` either way.
@@ -219,8 +294,8 @@ pub fn check_tick_count(
 pub fn check_magnitude(
     values: &[f64],
     most: f64,
-    name: &'static str,
-    needed: &'static str,
+    name: &'static Text,
+    needed: &'static Text,
 ) -> Result<(), Refusal> {
     match values.iter().find(|x| !(-most..=most).contains(*x)) {
         None => Ok(()),
@@ -229,7 +304,7 @@ pub fn check_magnitude(
 }
 
 /// A number that cannot be used: `name` is `value`, it must be `needed`.
-pub const fn bad_value(name: &'static str, value: f64, needed: &'static str) -> Refusal {
+pub const fn bad_value(name: &'static Text, value: f64, needed: &'static Text) -> Refusal {
     Refusal::BadValue {
         name,
         value,
@@ -237,31 +312,57 @@ pub const fn bad_value(name: &'static str, value: f64, needed: &'static str) -> 
     }
 }
 
-fn check_ticks(name: &'static str, ticks: f64) -> Result<(), Refusal> {
+fn check_ticks(name: &'static Text, ticks: f64) -> Result<(), Refusal> {
     if ticks.is_finite() && ticks.abs() >= TICKS_MIN {
         return Ok(());
     }
-    Err(bad_value(name, ticks, "a finite number other than 0"))
+    Err(bad_value(
+        name,
+        ticks,
+        phrase!("a finite number other than 0", "不为 0 的有限数"),
+    ))
 }
 
 fn check_payload(payload: &Payload) -> Result<(), Refusal> {
     let mass = [payload.mass];
-    check_magnitude(&mass, PAYLOAD_MASS_MAX, "the payload mass", "0 to 1000 kg")?;
-    let name = "a coordinate of the centre of gravity";
-    check_magnitude(payload.cog.as_slice(), TOOL_REACH_MAX, name, "at most 10 m")?;
-    let name = "a component of the payload's inertia";
-    let needed = "at most 100000 kg m²";
+    check_magnitude(
+        &mass,
+        PAYLOAD_MASS_MAX,
+        phrase!("the payload mass", "负载质量"),
+        phrase!("0 to 1000 kg", "0 到 1000 kg"),
+    )?;
+    let name = phrase!("a coordinate of the centre of gravity", "重心的坐标");
+    check_magnitude(
+        payload.cog.as_slice(),
+        TOOL_REACH_MAX,
+        name,
+        phrase!("at most 10 m", "不超过 10 m"),
+    )?;
+    let name = phrase!("a component of the payload's inertia", "负载惯量的分量");
+    let needed = phrase!("at most 100000 kg m²", "不超过 100000 kg m²");
     check_magnitude(&payload.inertia, PAYLOAD_INERTIA_MAX, name, needed)?;
     let checked = Payload::new(payload.mass, payload.cog.into(), payload.inertia);
     checked.map(drop).map_err(|error| match error {
-        PayloadError::NegativeMass { mass_kg } => {
-            bad_value("the payload mass", mass_kg, "0 or more")
-        }
-        PayloadError::ImpossibleInertia { principal, .. } => bad_value(
-            "the largest principal moment of the payload's inertia",
-            principal[2],
-            "positive and at most the sum of the other two",
+        PayloadError::NegativeMass { mass_kg } => bad_value(
+            phrase!("the payload mass", "负载质量"),
+            mass_kg,
+            phrase!("0 or more", "不小于 0"),
         ),
-        _ => bad_value("a component of the payload", f64::NAN, "a finite number"),
+        PayloadError::ImpossibleInertia { principal, .. } => bad_value(
+            phrase!(
+                "the largest principal moment of the payload's inertia",
+                "负载惯量的最大主矩"
+            ),
+            principal[2],
+            phrase!(
+                "positive and at most the sum of the other two",
+                "正数，且不超过另两个之和"
+            ),
+        ),
+        _ => bad_value(
+            phrase!("a component of the payload", "负载的分量"),
+            f64::NAN,
+            phrase!("a finite number", "有限的数"),
+        ),
     })
 }

@@ -8,6 +8,7 @@ use kinematics::JointPositions;
 
 use crate::Refusal;
 use crate::form::bad_value;
+use crate::phrase;
 
 /// One point: joint positions in rad and a number that is not used; or x, y, z in m and a quaternion w, x, y, z.
 pub type PointValues = [f64; 7];
@@ -44,16 +45,28 @@ impl PointList {
     pub fn new(samples: Vec<PointValues>, are_poses: bool) -> Result<Self, Refusal> {
         if !(2..=POINTS_MAX).contains(&samples.len()) {
             let value = samples.len() as f64;
-            return Err(bad_value("the number of points", value, "2 to 100000"));
+            return Err(bad_value(
+                phrase!("the number of points", "点的数目"),
+                value,
+                phrase!("2 to 100000", "2 到 100000"),
+            ));
         }
         for sample in &samples {
             if let Some(value) = sample.iter().find(|x| !x.is_finite()) {
-                return Err(bad_value("a number of a point", *value, "a finite number"));
+                return Err(bad_value(
+                    phrase!("a number of a point", "点的数"),
+                    *value,
+                    phrase!("a finite number", "有限的数"),
+                ));
             }
             let [.., w, i, j, k] = *sample;
             let length = [w, i, j, k].iter().map(|x| x * x).sum::<f64>().sqrt();
             if are_poses && !QUATERNION_LENGTH.contains(&length) {
-                return Err(bad_value("the length of a quaternion", length, "0.5 to 2"));
+                return Err(bad_value(
+                    phrase!("the length of a quaternion", "四元数的长度"),
+                    length,
+                    phrase!("0.5 to 2", "0.5 到 2"),
+                ));
             }
         }
         Ok(Self {

@@ -4,8 +4,9 @@
 //! `modes::encoder`.
 
 use kinematics::{JointSpeeds, Pose, RpyPose};
+use messages::Text;
 use motion_api::form::check_tick_count;
-use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
+use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason, phrase};
 use nalgebra::{Unit, Vector3};
 
 use crate::constants::{LIMIT_SLACK, MIN_REQUESTED_RATE, SHARE_OF_BELT, SHARE_ON_BELT};
@@ -28,12 +29,16 @@ impl ControlLoop {
         let along = Unit::try_new(Vector3::from(direction), 1e-9);
         let Some(along) = along.filter(|unit| unit.iter().all(|x| x.is_finite())) else {
             let length = Vector3::from(direction).norm();
-            return Err(bad_value("the length of direction", length, "more than 0"));
+            return Err(bad_value(
+                phrase!("the length of direction", "方向的长度"),
+                length,
+                phrase!("more than 0", "大于 0"),
+            ));
         };
         self.track(
             ConveyorPath::Linear(along),
             encoder,
-            "ticks_per_meter",
+            phrase!("ticks_per_meter"),
             ticks_per_meter,
             1.0,
         )
@@ -47,7 +52,11 @@ impl ControlLoop {
         encoder: u8,
     ) -> CommandResult {
         if !center.is_finite() {
-            return Err(bad_value("center", f64::NAN, "a pose of finite numbers"));
+            return Err(bad_value(
+                phrase!("center"),
+                f64::NAN,
+                phrase!("a pose of finite numbers", "由有限的数组成的位姿"),
+            ));
         }
         let center = Pose::from_rpy(center);
         let route = ConveyorPath::Circular {
@@ -55,7 +64,7 @@ impl ControlLoop {
             axis: Unit::new_normalize(center.rotation * Vector3::z()),
             rotate_tool,
         };
-        let name = "ticks_per_revolution";
+        let name = phrase!("ticks_per_revolution");
         self.track(
             route,
             encoder,
@@ -69,12 +78,16 @@ impl ControlLoop {
         &mut self,
         route: ConveyorPath,
         encoder: u8,
-        name: &'static str,
+        name: &'static Text,
         ticks: f64,
         unit: f64,
     ) -> CommandResult {
         if !(ticks.is_finite() && ticks.abs() >= MIN_REQUESTED_RATE) {
-            return Err(bad_value(name, ticks, "a finite number other than 0"));
+            return Err(bad_value(
+                name,
+                ticks,
+                phrase!("a finite number other than 0", "不为 0 的有限数"),
+            ));
         }
         let (start, _) = self.encoder(encoder)?.position();
         let tcp = self.tool.position(self.commanded.frames());
@@ -324,9 +337,13 @@ impl ControlLoop {
     }
 
     pub(crate) fn encoder(&mut self, number: u8) -> Result<&mut Encoder, Refusal> {
-        self.encoders
-            .get_mut(usize::from(number))
-            .ok_or_else(|| bad_value("encoder_index", f64::from(number), "0 or 1"))
+        self.encoders.get_mut(usize::from(number)).ok_or_else(|| {
+            bad_value(
+                phrase!("encoder_index"),
+                f64::from(number),
+                phrase!("0 or 1", "0 或 1"),
+            )
+        })
     }
 
     pub(crate) fn set_tick_count(&mut self, number: u8, count: f64) -> CommandResult {
@@ -373,12 +390,19 @@ impl ControlLoop {
         let inputs = self.io.image.digital_in.into();
         let is_fast = |channel: u8| (16..=17).contains(&channel);
         if !is_fast(channel_a) {
-            return Err(bad_value("A", f64::from(channel_a), "16 or 17"));
+            return Err(bad_value(
+                phrase!("A"),
+                f64::from(channel_a),
+                phrase!("16 or 17", "16 或 17"),
+            ));
         }
         let two = decoding == PulseDecoding::Quadrature;
         if two && (!is_fast(channel_b) || channel_a == channel_b) {
-            let needed = "the other one of 16 and 17 in quadrature mode";
-            return Err(bad_value("B", f64::from(channel_b), needed));
+            let needed = phrase!(
+                "the other one of 16 and 17 in quadrature mode",
+                "正交模式下 16 和 17 中的另一个"
+            );
+            return Err(bad_value(phrase!("B"), f64::from(channel_b), needed));
         }
         self.encoder(encoder)?;
         self.update_encoder(usize::from(encoder), |encoder| {

@@ -1,6 +1,6 @@
 //! What can be wrong with a configuration, in sentences for whoever wrote it.
 
-use messages::Localized;
+use messages::{Localized, Text};
 use thiserror::Error;
 
 /// What is wrong with a configuration.
@@ -108,7 +108,7 @@ pub enum ConfigError {
     #[zh("{ring} 缓冲区有 {given} 项，至少需要 {needed} 项")]
     RingTooSmall {
         /// The name of the ring.
-        ring: &'static str,
+        ring: Text,
         /// The size of the ring as it was given, entries.
         given: usize,
         /// Size needed.
@@ -119,6 +119,6 @@ pub enum ConfigError {
     #[zh("无法仿真机械臂：{what}")]
     Plant {
         /// The reason, in words.
-        what: &'static str,
+        what: Text,
     },
 }

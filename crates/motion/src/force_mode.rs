@@ -7,7 +7,7 @@
 use force::admittance::{DAMPING_RANGE, GAIN_RANGE};
 use force::{FrameMode, TaskFrame, Tuning, TwistLimiter};
 use kinematics::{JointSpeeds, Pose, RpyPose};
-use motion_api::{CommandId, MotionMode, Origin, StopReason};
+use motion_api::{CommandId, MotionMode, Origin, StopReason, phrase};
 
 use crate::config::ConfigError;
 use crate::constants::{STOP_ACCELERATION, fault};
@@ -60,7 +60,11 @@ impl ControlLoop {
         speed_limits: [f64; 6],
     ) -> CommandResult {
         let Some(mode_kind) = FrameMode::from_number(mode.into()) else {
-            return Err(bad_value("mode", f64::from(mode), "0 to 3"));
+            return Err(bad_value(
+                phrase!("mode"),
+                f64::from(mode),
+                phrase!("0 to 3", "0 到 3"),
+            ));
         };
         let goal = ForceGoal {
             frame: TaskFrame::new(mode_kind, Pose::from_rpy(frame)),
@@ -78,7 +82,11 @@ impl ControlLoop {
 
     pub(crate) fn set_force_gain(&mut self, gain: f64) -> CommandResult {
         if !(GAIN_RANGE.0..=GAIN_RANGE.1).contains(&gain) {
-            return Err(bad_value("scaling", gain, "0 to 2"));
+            return Err(bad_value(
+                phrase!("scaling"),
+                gain,
+                phrase!("0 to 2", "0 到 2"),
+            ));
         }
         self.force.tuning.gain = gain;
         Ok(Completion::Immediate)
@@ -86,7 +94,11 @@ impl ControlLoop {
 
     pub(crate) fn set_force_damping(&mut self, damping: f64) -> CommandResult {
         if !(DAMPING_RANGE.0..=DAMPING_RANGE.1).contains(&damping) {
-            return Err(bad_value("damping", damping, "0 to 1"));
+            return Err(bad_value(
+                phrase!("damping"),
+                damping,
+                phrase!("0 to 1", "0 到 1"),
+            ));
         }
         self.force.tuning.damping = damping;
         Ok(Completion::Immediate)

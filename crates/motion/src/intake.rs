@@ -8,7 +8,7 @@ pub(crate) use motion_api::form::bad_value;
 use motion_api::{
     Command, CommandId, CommandKind, DigitalBank, IoChange, MachineCommand, MotionCommand,
     MotionMode, OnlineCommand, Outcome, OverlayCommand, Refusal, SensingCommand, SettingCommand,
-    StopReason,
+    StopReason, phrase,
 };
 
 use crate::allowed::Admission;
@@ -354,7 +354,11 @@ impl ControlLoop {
             }
             SensingCommand::SetCollisionSensitivity(ratio) => {
                 if !self.collision.set_sensitivity(ratio) {
-                    return Err(bad_value("ratio", f64::from(ratio), "10 to 100"));
+                    return Err(bad_value(
+                        phrase!("ratio"),
+                        f64::from(ratio),
+                        phrase!("10 to 100", "10 到 100"),
+                    ));
                 }
                 Ok(Completion::Immediate)
             }
@@ -375,7 +379,11 @@ impl ControlLoop {
             SettingCommand::SetStandardDigitalOut { index, level } => {
                 if index >= 16 {
                     let value = f64::from(index);
-                    return Err(bad_value("the index of the output", value, "0 to 15"));
+                    return Err(bad_value(
+                        phrase!("the index of the output", "输出的序号"),
+                        value,
+                        phrase!("0 to 15", "0 到 15"),
+                    ));
                 }
                 let bank = DigitalBank::Standard;
                 self.io.apply(&IoChange::digital_out(bank, index, level));
@@ -392,7 +400,11 @@ impl ControlLoop {
             SettingCommand::SetDigitalInput { index, level } => self.set_input(index, level),
             SettingCommand::SetSpeedFraction(fraction) => {
                 if !(0.0..=1.0).contains(&fraction) {
-                    return Err(bad_value("the speed fraction", fraction, "0 to 1"));
+                    return Err(bad_value(
+                        phrase!("the speed fraction", "速度比例"),
+                        fraction,
+                        phrase!("0 to 1", "0 到 1"),
+                    ));
                 }
                 self.speed_fraction = fraction;
                 Ok(Completion::Immediate)

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use kinematics::{JointPositions, Pose};
 use motion_api::{
     Command, CommandId, CommandKind, MotionCommand, MotionMode, OnlineCommand, PointList,
-    PointListHandoff, Refusal,
+    PointListHandoff, Refusal, phrase,
 };
 use nalgebra::UnitQuaternion;
 use rtrb::Consumer;
@@ -90,12 +90,23 @@ impl ControlLoop {
     pub(crate) fn moveml(&mut self, command: &Command, count: u32, interval: f64) -> CommandResult {
         let list = self.micro_points.take(command.id);
         if !(MIN_REQUESTED_RATE..=MAX_DURATION).contains(&interval) {
-            let needed = "0.000001 to 1000000 s";
-            return Err(bad_value("the time between points", interval, needed));
+            let needed = phrase!("0.000001 to 1000000 s", "0.000001 到 1000000 s");
+            return Err(bad_value(
+                phrase!("the time between points", "点之间的时间"),
+                interval,
+                needed,
+            ));
         }
         let list = list.filter(|list| list.count() == count).ok_or_else(|| {
-            let needed = "that of the points handed over with it";
-            bad_value("the number of points", f64::from(count), needed)
+            let needed = phrase!(
+                "that of the points handed over with it",
+                "随之交付的点的数目"
+            );
+            bad_value(
+                phrase!("the number of points", "点的数目"),
+                f64::from(count),
+                needed,
+            )
         })?;
         let line = if list.are_poses() {
             self.line_of_poses(list.samples(), interval)?
@@ -154,23 +165,42 @@ impl ControlLoop {
     ) -> CommandResult {
         let list = self.micro_points.take(command.id);
         if !(MIN_REQUESTED_RATE..=MAX_DURATION).contains(&interval) {
-            let needed = "0.000001 to 1000000 s";
-            return Err(bad_value("the time between points", interval, needed));
+            let needed = phrase!("0.000001 to 1000000 s", "0.000001 到 1000000 s");
+            return Err(bad_value(
+                phrase!("the time between points", "点之间的时间"),
+                interval,
+                needed,
+            ));
         }
         let list = list.filter(|list| list.count() == count).ok_or_else(|| {
-            let needed = "that of the points handed over with it";
-            bad_value("the number of points", f64::from(count), needed)
+            let needed = phrase!(
+                "that of the points handed over with it",
+                "随之交付的点的数目"
+            );
+            bad_value(
+                phrase!("the number of points", "点的数目"),
+                f64::from(count),
+                needed,
+            )
         })?;
         if list.are_poses() {
-            return Err(bad_value("the kind of points", 1.0, "joint positions"));
+            return Err(bad_value(
+                phrase!("the kind of points", "点的类型"),
+                1.0,
+                phrase!("joint positions", "关节位置"),
+            ));
         }
         let start = TrajectoryMode::start(list.samples());
         let away = (0..6).fold(0.0_f64, |most, joint| {
             most.max((start[joint] - self.target.q[joint]).abs())
         });
         if away > TRAJECTORY_START {
-            let needed = "at most 0.1 rad";
-            return Err(bad_value("the way to the first point", away, needed));
+            let needed = phrase!("at most 0.1 rad", "不超过 0.1 rad");
+            return Err(bad_value(
+                phrase!("the way to the first point", "到第一个点的路程"),
+                away,
+                needed,
+            ));
         }
         // The points between are the sender's to look at; the joints never leave their range whatever is asked.
         self.check_target(&end_of(list.samples()))?;
@@ -194,13 +224,21 @@ fn end_of(samples: &[PointValues]) -> JointPositions {
 }
 
 fn too_few() -> Refusal {
-    bad_value("the number of points", 0.0, "at least 2")
+    bad_value(
+        phrase!("the number of points", "点的数目"),
+        0.0,
+        phrase!("at least 2", "至少 2"),
+    )
 }
 
 fn check_start(away: f64) -> Result<(), Refusal> {
     if away > MICRO_START {
-        let needed = "at most 0.0001 (m, rad)";
-        return Err(bad_value("the way to the first point", away, needed));
+        let needed = phrase!("at most 0.0001 (m, rad)", "不超过 0.0001（m、rad）");
+        return Err(bad_value(
+            phrase!("the way to the first point", "到第一个点的路程"),
+            away,
+            needed,
+        ));
     }
     Ok(())
 }

@@ -8,7 +8,7 @@
 use kinematics::{JointPositions, JointSpeeds, Wrench};
 use motion_api::{
     Command, CommandId, CommandKind, FreedriveFrame, IoChange, MotionMode, OnlineCommand, Origin,
-    Outcome, Refusal, Warning,
+    Outcome, Refusal, Warning, phrase,
 };
 
 use crate::allowed::Admission;
@@ -120,10 +120,18 @@ impl ControlLoop {
         check_duration(duration)?;
         let within = |x: f64, (min, max): (f64, f64)| (min..=max).contains(&x);
         if !within(lookahead, LOOKAHEAD_RANGE) {
-            return Err(bad_value("lookahead_time", lookahead, "0.03 to 0.2 s"));
+            return Err(bad_value(
+                phrase!("lookahead_time"),
+                lookahead,
+                phrase!("0.03 to 0.2 s", "0.03 到 0.2 s"),
+            ));
         }
         if !within(gain, GAIN_RANGE) {
-            return Err(bad_value("gain", gain, "100 to 2000"));
+            return Err(bad_value(
+                phrase!("gain"),
+                gain,
+                phrase!("100 to 2000", "100 到 2000"),
+            ));
         }
         let mut servo = match &self.generator {
             Generator::Online(ActiveOnlineMode {
@@ -249,7 +257,11 @@ impl ControlLoop {
         if let FreedriveFrame::Pose(pose) = frame
             && !pose.is_finite()
         {
-            return Err(bad_value("frame", f64::NAN, "a pose of finite numbers"));
+            return Err(bad_value(
+                phrase!("frame"),
+                f64::NAN,
+                phrase!("a pose of finite numbers", "由有限的数组成的位姿"),
+            ));
         }
         let freedrive = FreedriveMode::new(&self.online_arm(), &self.target, free_axes, frame);
         let kind = OnlineMode::Freedrive(freedrive);
@@ -348,9 +360,9 @@ impl ControlLoop {
         match self.external.push(load, now, replaces) {
             true => Ok(Completion::Immediate),
             false => Err(bad_value(
-                "the number of pushes at once",
+                phrase!("the number of pushes at once", "同时的推力数目"),
                 (PUSHES_MAX + 1) as f64,
-                "at most 32",
+                phrase!("at most 32", "不超过 32"),
             )),
         }
     }
@@ -374,9 +386,9 @@ impl ControlLoop {
     pub(crate) fn set_input(&mut self, index: u8, level: bool) -> CommandResult {
         if index > 27 {
             return Err(bad_value(
-                "the index of the input",
+                phrase!("the index of the input", "输入的序号"),
                 f64::from(index),
-                "0 to 27",
+                phrase!("0 to 27", "0 到 27"),
             ));
         }
         let mask = 1 << index;
@@ -398,9 +410,12 @@ fn check_duration(duration: f64) -> Result<(), Refusal> {
         return Ok(());
     }
     Err(bad_value(
-        "t",
+        phrase!("t"),
         duration,
-        "more than 0 and at most 1000000 s",
+        phrase!(
+            "more than 0 and at most 1000000 s",
+            "大于 0 且不超过 1000000 s"
+        ),
     ))
 }
 
@@ -409,15 +424,19 @@ fn check_acceleration(acceleration: f64) -> Result<(), Refusal> {
         return Ok(());
     }
     Err(bad_value(
-        "a",
+        phrase!("a"),
         acceleration,
-        "a number of at least 0.000001",
+        phrase!("a number of at least 0.000001", "不小于 0.000001 的数"),
     ))
 }
 
 fn check_speeds(speeds: &[f64; 6]) -> Result<(), Refusal> {
     match speeds.iter().find(|x| !(-1000.0..=1000.0).contains(*x)) {
         None => Ok(()),
-        Some(&bad) => Err(bad_value("a speed", bad, "at most 1000")),
+        Some(&bad) => Err(bad_value(
+            phrase!("a speed", "速度"),
+            bad,
+            phrase!("at most 1000", "不超过 1000"),
+        )),
     }
 }

@@ -4,6 +4,7 @@
 //! may cause and for the ends of all commands that are still under way (see `constants`).
 
 use kinematics::{JointAccelerations, JointSpeeds};
+use messages::text;
 use motion_api::{
     Command, CommandId, CycleFrame, Event, MotionEndpoint, MotionMode, Outcome, PointListHandoff,
     Record, RecordBackpressure, RegisterImages, RobotState, SafetyMode, SnapshotCell, StopReason,
@@ -45,7 +46,7 @@ impl Outbox {
         let given = end.events.buffer().capacity();
         if given < EVENT_RING_MIN {
             return Err(ConfigError::RingTooSmall {
-                ring: "event",
+                ring: text!("event", "事件"),
                 given,
                 needed: EVENT_RING_MIN,
             });

@@ -4,7 +4,7 @@
 //! motion underneath asks for and `commanded` what the arm gets.
 
 use kinematics::{JointSpeeds, RpyPose};
-use motion_api::{Command, MotionMode, OffsetAxes, Outcome, StopReason};
+use motion_api::{Command, MotionMode, OffsetAxes, Outcome, StopReason, phrase};
 use nalgebra::{Rotation3, Vector3, Vector6};
 
 use crate::constants::{MAX_DURATION, MIN_REQUESTED_RATE, STOP_ACCELERATION};
@@ -33,8 +33,8 @@ impl ControlLoop {
         check_magnitude(
             &offset.to_array(),
             TOOL_REACH_MAX,
-            "a component of the offset",
-            "a number of at most 10",
+            phrase!("a component of the offset", "偏移的分量"),
+            phrase!("a number of at most 10", "不超过 10 的数"),
         )?;
         let tool = self
             .model
@@ -45,16 +45,27 @@ impl ControlLoop {
 
     pub(crate) fn path_offset_filter(&mut self, share: f64) -> CommandResult {
         if !(0.0..=1.0).contains(&share) {
-            return Err(bad_value("alpha", share, "0 to 1"));
+            return Err(bad_value(
+                phrase!("alpha"),
+                share,
+                phrase!("0 to 1", "0 到 1"),
+            ));
         }
         self.path_offset.set_share(share);
         Ok(Completion::Immediate)
     }
 
     pub(crate) fn path_offset_max(&mut self, translation: f64, rotation: f64) -> CommandResult {
-        for (name, value) in [("translation", translation), ("rotation", rotation)] {
+        for (name, value) in [
+            (phrase!("translation"), translation),
+            (phrase!("rotation"), rotation),
+        ] {
             if !(0.0..=MAX_DURATION).contains(&value) {
-                return Err(bad_value(name, value, "a number of at least 0"));
+                return Err(bad_value(
+                    name,
+                    value,
+                    phrase!("a number of at least 0", "不小于 0 的数"),
+                ));
             }
         }
         self.path_offset.set_most([translation, rotation]);
@@ -68,8 +79,8 @@ impl ControlLoop {
         acceleration: f64,
     ) -> CommandResult {
         if !(acceleration >= MIN_REQUESTED_RATE && acceleration.is_finite()) {
-            let needed = "a number of at least 0.000001";
-            return Err(bad_value("a", acceleration, needed));
+            let needed = phrase!("a number of at least 0.000001", "不小于 0.000001 的数");
+            return Err(bad_value(phrase!("a"), acceleration, needed));
         }
         if !self.path_offset.is_on() {
             self.path_offset.end();

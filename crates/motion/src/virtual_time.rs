@@ -10,6 +10,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
+use messages::text;
 use motion_api::Timeline;
 use supervision::{Fault, ThreadHandle, ThreadRole, ThreadSupervisor, catch, injection};
 
@@ -59,7 +60,7 @@ impl VirtualTimeline {
             && given < needed
         {
             return Err(ConfigError::RingTooSmall {
-                ring: "record",
+                ring: text!("record", "记录"),
                 given,
                 needed,
             });

@@ -4,7 +4,7 @@
 //! is made in the cycle in which the arm enters the zone, so that the arm need not slow down for the program and the
 //! output still switches at the blend radius.
 
-use motion_api::{CommandId, IoChange, Outcome, Refusal};
+use motion_api::{CommandId, IoChange, Outcome, Refusal, phrase};
 
 use crate::constants::ZONE_CHANGES;
 use crate::cycle::{ControlLoop, Generator};
@@ -41,9 +41,16 @@ impl ZoneChanges {
     /// Adds a change; refused when as many wait as there is room for.
     fn add(&mut self, change: ZoneChange) -> Result<(), Refusal> {
         if self.list.len() >= ZONE_CHANGES {
-            let name = "the number of changes that wait for a blend zone";
+            let name = phrase!(
+                "the number of changes that wait for a blend zone",
+                "等待交融区的更改数目"
+            );
             let one_more = (ZONE_CHANGES + 1) as f64;
-            return Err(bad_value(name, one_more, "at most 64"));
+            return Err(bad_value(
+                name,
+                one_more,
+                phrase!("at most 64", "不超过 64"),
+            ));
         }
         self.list.push(change);
         Ok(())

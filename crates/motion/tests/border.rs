@@ -145,10 +145,10 @@ fn a_border_too_small_for_its_promises_is_an_error() {
     assert!(matches!(
         error,
         ConfigError::RingTooSmall {
-            ring: "event",
+            ref ring,
             given: 4,
             ..
-        }
+        } if *ring == "event"
     ));
 }
 

@@ -123,10 +123,10 @@ fn a_record_ring_that_cannot_hold_one_cycle_is_an_error() {
     assert!(matches!(
         error,
         ConfigError::RingTooSmall {
-            ring: "record",
+            ref ring,
             given: 8,
             ..
-        }
+        } if *ring == "record"
     ));
 }
 

@@ -197,7 +197,7 @@ fn a_direction_turns_no_tool_takes_no_time_and_has_no_end_to_blend() {
     assert!(
         matches!(
             outcome,
-            Outcome::Refused(Refusal::BadValue { name: "t", .. })
+            Outcome::Refused(Refusal::BadValue { name, .. }) if *name == "t"
         ),
         "{outcome:?}"
     );

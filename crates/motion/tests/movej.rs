@@ -166,7 +166,7 @@ fn numbers_that_cannot_be_used_are_refused_by_name() {
             radius: 0.0,
         });
         assert!(
-            matches!(outcome, Outcome::Refused(Refusal::BadValue { name, .. }) if name == expected),
+            matches!(outcome, Outcome::Refused(Refusal::BadValue { name, .. }) if *name == expected),
             "{outcome:?}"
         );
     }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use editor::analysis::completion::{self, CompletionKind};
 use editor::analysis::fixes::fixes;
-use editor::analysis::words::{Language, LanguageWords as _};
+use editor::analysis::words::Language;
 use editor::analysis::{Analysis, TextKind, hover, signature};
 use elite_syntax::{Severity, Span};
 use messages::Localized;
@@ -89,12 +89,13 @@ impl TextQuery {
     }
 }
 
-/// What `check` finds, as `check --format json` tells it, with what can be done about it.
+/// What `check` finds, as `check --format json` tells it but in the language of the question, with what can be done
+/// about it.
 pub fn findings(question: &TextQuery) -> Value {
     let analysis = question.analysis();
     let language = question.language();
     let rows = analysis.findings().iter().map(|finding| {
-        let fields = language.finding(finding).fields(&analysis.file);
+        let fields = finding.fields(&analysis.file);
         let changes = fixes(&analysis, finding, language).into_iter();
         let changes = changes.map(|fix| {
             let edits = fix.edits.iter().map(|edit| {
@@ -113,8 +114,8 @@ pub fn findings(question: &TextQuery) -> Value {
                 Severity::Warning => "warning",
             },
             "code": fields.code,
-            "message": fields.message,
-            "help": fields.help,
+            "message": finding.message.in_language(language),
+            "help": finding.help.as_ref().map(|help| help.in_language(language)),
             "fixes": changes.collect::<Value>(),
         })
     });

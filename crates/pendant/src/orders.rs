@@ -3,7 +3,7 @@
 //! Owns names, ranges and the words of refusal. Carrying an order out, and whether the arm may move at all, is the
 //! controller's business: orders go the way of every other port's.
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
@@ -184,7 +184,7 @@ pub enum OrderError {
         /// The value as it was given.
         given: String,
         /// What is allowed.
-        allowed: &'static str,
+        allowed: Text,
     },
 }
 
@@ -255,27 +255,57 @@ impl PageOrder {
         match self {
             Self::Speed { fraction } => {
                 let is_good = (0.0..=1.0).contains(fraction);
-                range("fraction", *fraction, is_good, "from 0 to 1")
+                range(
+                    "fraction",
+                    *fraction,
+                    is_good,
+                    text!("from 0 to 1", "0 到 1"),
+                )
             }
             Self::Jog { speed, .. } => {
                 let is_good = (-1.0..=1.0).contains(speed) && *speed != 0.0;
-                range("speed", *speed, is_good, "from -1 to 1 and not 0")
+                range(
+                    "speed",
+                    *speed,
+                    is_good,
+                    text!("from -1 to 1 and not 0", "-1 到 1 且不为 0"),
+                )
             }
             Self::MoveTo { joints, speed } => {
-                finite("joints", joints, 1e3, "finite angles in rad")?;
+                finite(
+                    "joints",
+                    joints,
+                    1e3,
+                    text!("finite angles in rad", "有限的角度（rad）"),
+                )?;
                 let is_good = *speed > 0.0 && *speed <= 1.0;
-                range("speed", *speed, is_good, "above 0 and at most 1")
+                range(
+                    "speed",
+                    *speed,
+                    is_good,
+                    text!("above 0 and at most 1", "大于 0 且不超过 1"),
+                )
             }
             Self::Push {
                 wrench, duration, ..
             } => {
-                finite("wrench", wrench, PUSH_MAX, "at most 500 N and Nm")?;
+                finite(
+                    "wrench",
+                    wrench,
+                    PUSH_MAX,
+                    text!("at most 500 N and Nm", "不超过 500 N 和 Nm"),
+                )?;
                 let is_good = *duration > 0.0 && *duration <= PUSH_SECS_MAX;
-                range("duration", *duration, is_good, "above 0 and at most 10 s")
+                range(
+                    "duration",
+                    *duration,
+                    is_good,
+                    text!("above 0 and at most 10 s", "大于 0 且不超过 10 s"),
+                )
             }
             Self::Run { name, text, .. } => {
                 let bytes = text.len();
-                let allowed = "at most 1048576 bytes long";
+                let allowed = text!("at most 1048576 bytes long", "不超过 1048576 字节");
                 range("text", bytes as f64, bytes <= PROGRAM_BYTES_MAX, allowed)?;
                 check_name("name", name)
             }
@@ -287,8 +317,18 @@ impl PageOrder {
                     let bad = values.iter().find(|x| !x.is_finite() || x.abs() > most);
                     bad.map_or(Ok(()), |bad| range(name, *bad, false, allowed))
                 };
-                most("pose", place, PLACE_MAX, "at most 100 m from the base")?;
-                most("pose", angles, ANGLE_MAX, "angles of at most 100 rad")
+                most(
+                    "pose",
+                    place,
+                    PLACE_MAX,
+                    text!("at most 100 m from the base", "距基座不超过 100 m"),
+                )?;
+                most(
+                    "pose",
+                    angles,
+                    ANGLE_MAX,
+                    text!("angles of at most 100 rad", "不超过 100 rad 的角度"),
+                )
             }
             _ => Ok(()),
         }
@@ -304,7 +344,10 @@ fn check_name(what: &'static str, name: &str) -> Result<(), OrderError> {
         false => Err(OrderError::Range {
             name: what,
             given: format!("{:?}", name.chars().take(40).collect::<String>()),
-            allowed: "a name of at most 200 bytes without control characters",
+            allowed: text!(
+                "a name of at most 200 bytes without control characters",
+                "不超过 200 字节、不含控制字符的名称"
+            ),
         }),
     }
 }

@@ -222,14 +222,14 @@ pub fn builtins() -> Value {
         json!({
             "name": builtin.name,
             "signature": builtin.signature(),
-            "summary": builtin.summary,
+            "summary": builtin.summary.english(),
             "section": if builtin.section == FROM_OUTPUT { "" } else { builtin.section },
             "category": builtin.category.name(),
-            "returns": builtin.returns,
+            "returns": builtin.returns.english(),
             "params": builtin.params.iter().map(|p| json!({
                 "name": p.name,
                 "unit": p.unit,
-                "meaning": p.meaning,
+                "meaning": p.meaning.english(),
                 "range": p.kind.range_text(),
             })).collect::<Value>(),
         })

@@ -469,7 +469,11 @@ fn units_mirrors_and_splines_of_drawings() {
     );
     let path = dxf::read(&broken, &[], TOLERANCE).unwrap();
     assert!(
-        path.remarks[0].is_error && path.remarks[0].text.contains("has 5 knots, and this one 1")
+        path.remarks[0].is_error
+            && path.remarks[0]
+                .text
+                .english()
+                .contains("has 5 knots, and this one 1")
     );
 }
 

@@ -52,11 +52,18 @@ fn parts(result: ProgramResult) -> ResultParts {
         prints,
         report,
     } = result;
+    let [error, report] = [error, report].map(|text| text.map(|text| text.to_string()));
     (outcome.as_str(), error, line, time, prints, report)
 }
 
 /// A wrench that is set acts so long, s: until the next one.
 const FOR_GOOD: f64 = 1e9;
+
+/// An input or an output by its name.
+fn point_named(name: &str) -> PyResult<IoPointName> {
+    name.parse()
+        .map_err(|text: messages::Text| PyValueError::new_err(text.to_string()))
+}
 
 /// A value from Python, numpy's included.
 fn point_value(value: &Bound<'_, PyAny>) -> PointValue {
@@ -381,7 +388,7 @@ impl NativeController {
     }
 
     fn io_get<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let point: IoPointName = name.parse().map_err(PyValueError::new_err)?;
+        let point = point_named(name)?;
         let inner = self.open()?;
         let robot = inner.controller().robot();
         match PointReading::new(point, &robot.io(), robot.registers()) {
@@ -392,7 +399,7 @@ impl NativeController {
     }
 
     fn io_set(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        let point: IoPointName = name.parse().map_err(PyValueError::new_err)?;
+        let point = point_named(name)?;
         let inner = self.open()?;
         let robot = inner.controller().robot();
         let change = PointChange::new(point, &point_value(value), &robot.state().io_config);

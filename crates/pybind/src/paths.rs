@@ -95,8 +95,8 @@ pub(crate) fn measure_clearance(
             row.node,
             row.kind,
             least.as_ref().map(|least| least.distance),
-            least.as_ref().map(|least| least.a.clone()),
-            least.as_ref().map(|least| least.b.clone()),
+            least.as_ref().map(|least| least.a.to_string()),
+            least.as_ref().map(|least| least.b.to_string()),
             least.as_ref().map(|least| least.time),
             least.as_ref().map(|least| least.tcp),
             row.joint_margin,
@@ -154,7 +154,9 @@ pub(crate) fn planned_path(
         return Err(pyo3::exceptions::PyKeyboardInterrupt::new_err(()));
     }
     let path = planned.map_err(|error| match error {
-        PlanError::NoPath { reason, detail } => PlanningError::new_err((reason.as_str(), detail)),
+        PlanError::NoPath { reason, detail } => {
+            PlanningError::new_err((reason.as_str(), detail.to_string()))
+        }
         PlanError::Start(error) => start_error(&error),
         PlanError::Run(error) => clearance_error(&error),
         other => PyValueError::new_err(other.to_string()),
@@ -166,7 +168,7 @@ pub(crate) fn planned_path(
         path.length,
         path.time,
         path.planning_time,
-        path.warnings,
+        path.warnings.iter().map(ToString::to_string).collect(),
     ))
 }
 

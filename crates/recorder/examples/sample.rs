@@ -79,7 +79,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         seconds,
         LogLevel::Warning,
         "motion",
-        "an acceleration of 9.0000 is more than the joints can do here, it is limited to 4.0000",
+        &messages::Text::verbatim(
+            "an acceleration of 9.0000 is more than the joints can do here, it is limited to 4.0000",
+        ),
     );
     drop(ring);
     let totals = recorder.finish()?;

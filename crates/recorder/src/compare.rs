@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use messages::{Language, Localized, Text, text};
+
 use crate::cycle::{CycleMessage, FieldValue};
 
 /// Fields that say how the machine kept up, not what the robot did.
@@ -100,10 +102,10 @@ fn same(a: f64, b: f64) -> bool {
     a == b || a.to_bits() == b.to_bits()
 }
 
-impl fmt::Display for Difference {
+impl Difference {
     /// The first fields that differ, the largest difference of each vector only:
-    /// `actual_q[2] 0.5 and 0.6 (magnitude 1.0e-1), mode idle and movej`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// `actual_q[2] 0.5 and 0.6 (by 1.0e-1), mode idle and movej`.
+    pub fn text(&self) -> Text {
         let mut shown: Vec<&FieldDifference> = Vec::new();
         for field in &self.fields {
             match shown.last_mut() {
@@ -115,21 +117,44 @@ impl fmt::Display for Difference {
                 _ => shown.push(field),
             }
         }
-        for (i, field) in shown.iter().take(MAX_SHOWN).enumerate() {
-            let separator = if i == 0 { "" } else { ", " };
-            write!(f, "{separator}{}", field.name)?;
-            if let Some(element) = field.element {
-                write!(f, "[{element}]")?;
-            }
-            write!(f, " {} and {}", field.first, field.second)?;
-            if let Some(by) = field.magnitude {
-                write!(f, " (by {by:.1e})")?;
-            }
-        }
+        let fields = shown.iter().take(MAX_SHOWN).map(|field| field.text());
+        let fields = Text::joined(fields, ", ", "、");
         match shown.len().saturating_sub(MAX_SHOWN) {
-            0 => Ok(()),
-            more => write!(f, " and {more} more fields"),
+            0 => fields,
+            more => text!(
+                "{fields} and {more} more fields",
+                "{fields}，另有 {more} 个字段"
+            ),
         }
+    }
+}
+
+impl FieldDifference {
+    fn text(&self) -> Text {
+        let Self { first, second, .. } = self;
+        let name = match self.element {
+            Some(element) => format!("{}[{element}]", self.name),
+            None => self.name.to_owned(),
+        };
+        match self.magnitude {
+            Some(by) => text!(
+                "{name} {first} and {second} (by {by:.1e})",
+                "{name} {first} 与 {second}（差 {by:.1e}）"
+            ),
+            None => text!("{name} {first} and {second}", "{name} {first} 与 {second}"),
+        }
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.text().fmt(f)
+    }
+}
+
+impl Localized for Difference {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.text().fmt_in(language, f)
     }
 }
 

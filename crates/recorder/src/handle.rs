@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use messages::Text;
 use motion_api::{ProgramId, ThreadNumber};
 
 use crate::extra::CustomTopicId;
@@ -98,12 +99,15 @@ impl RecorderHandle {
     }
 
     /// A message for people. `source` is the part of the controller, or the program, that says it.
-    pub fn log(&self, time: f64, level: LogLevel, source: &str, message: &str) {
+    pub fn log(&self, time: f64, level: LogLevel, source: &str, message: &Text) {
         self.send(|| Annotation::Log {
             time,
             level,
             source: self.truncated_text(source, NAME_BYTES),
-            message: self.truncated_text(message, MESSAGE_BYTES),
+            message: self.truncated_text(message.english(), MESSAGE_BYTES),
+            chinese: message.other_chinese().map(|chinese| {
+                truncate_marked(chinese, MESSAGE_BYTES).map_or_else(|| chinese.into(), Into::into)
+            }),
         });
     }
 

@@ -2,26 +2,37 @@
 
 use std::fmt;
 
+use messages::{Text, text};
 use serde::de::{DeserializeSeed, IgnoredAny};
 use serde::de::{Deserializer as _, Error, MapAccess, SeqAccess, Visitor};
 
 /// Refuses a text that is not JSON, or has more than `most` values, containers included.
-pub(crate) fn check_value_count(most: usize, text: &[u8]) -> Result<(), String> {
-    let mut left = most;
+pub(crate) fn check_value_count(most: usize, text: &[u8]) -> Result<(), Text> {
+    let mut left = Some(most);
     let mut json = serde_json::Deserializer::from_slice(text);
     json.deserialize_any(ValueCounter(&mut left))
         .and_then(|()| json.end())
-        .map_err(|error| error.to_string())
+        .map_err(|error| match left {
+            Some(_) => Text::verbatim(error.to_string()),
+            None => text!(
+                "it has too many values at line {} column {}",
+                "值太多（第 {} 行第 {} 列）",
+                error.line(),
+                error.column()
+            ),
+        })
 }
 
-/// Counts down.
-struct ValueCounter<'a>(&'a mut usize);
+/// Counts down; nothing is left of a number where there are more.
+struct ValueCounter<'a>(&'a mut Option<usize>);
 
 impl ValueCounter<'_> {
     fn one<E: Error>(&mut self) -> Result<(), E> {
-        let left = self.0.checked_sub(1);
-        *self.0 = left.ok_or_else(|| E::custom("it has too many values"))?;
-        Ok(())
+        *self.0 = self.0.and_then(|left| left.checked_sub(1));
+        match self.0 {
+            Some(_) => Ok(()),
+            None => Err(E::custom("it has too many values")),
+        }
     }
 }
 
@@ -93,7 +104,10 @@ mod tests {
         ] {
             assert_eq!(check_value_count(values, text.as_bytes()), Ok(()), "{text}");
             let error = check_value_count(values - 1, text.as_bytes()).unwrap_err();
-            assert!(error.contains("too many values"), "{text}: {error}");
+            assert!(
+                error.english().contains("too many values"),
+                "{text}: {error}"
+            );
         }
         let deep = "[".repeat(100_000);
         for wrong in ["", "[1", "{}{}", "\u{1}", &deep] {

@@ -9,6 +9,7 @@ use std::sync::{Arc, OnceLock};
 
 use mcap::Channel;
 use mcap::records::{Record, op};
+use messages::{Text, text};
 
 use crate::cycle::CycleMessage;
 use crate::files::CellFileCollector;
@@ -33,7 +34,7 @@ pub enum FileEnd {
     /// In the middle: the writer was killed, or is still writing.
     Truncated,
     /// The file goes on with bytes that are not MCAP.
-    Damaged(String),
+    Damaged(Text),
 }
 
 /// One message as it stands in the file.
@@ -172,14 +173,16 @@ impl Messages {
         self.seen_anything = true;
         match opcode {
             op::SCHEMA | op::CHANNEL if data.len() > MAX_DECLARATION => {
-                return Err(damaged(format!(
+                return Err(damaged(text!(
                     "a schema or a channel has {} bytes; at most {MAX_DECLARATION} are read",
+                    "结构定义或通道有 {} 字节；最多读取 {MAX_DECLARATION} 字节",
                     data.len()
                 )));
             }
             op::METADATA if data.len() > MAX_METADATA => {
-                return Err(damaged(format!(
+                return Err(damaged(text!(
                     "a metadata record has {} bytes; at most {MAX_METADATA} are read",
+                    "元数据项有 {} 字节；最多读取 {MAX_METADATA} 字节",
                     data.len()
                 )));
             }
@@ -225,8 +228,9 @@ impl Messages {
                 let channel = self.channels.get(header.channel_id);
                 let channel = channel.ok_or_else(|| {
                     let id = header.channel_id;
-                    damaged(format!(
-                        "a message is of channel {id}, which is not declared"
+                    damaged(text!(
+                        "a message is of channel {id}, which is not declared",
+                        "消息属于未声明的通道 {id}"
                     ))
                 })?;
                 return Ok(Some(Some(RawMessage {
@@ -246,8 +250,9 @@ fn count_declaration(declared: &mut usize, cost: usize) -> Result<(), FileEnd> {
     *declared += cost;
     match *declared <= MAX_DECLARED {
         true => Ok(()),
-        false => Err(damaged(format!(
-            "its schemas and channels have more than {MAX_DECLARED} bytes together"
+        false => Err(damaged(text!(
+            "its schemas and channels have more than {MAX_DECLARED} bytes together",
+            "其结构定义和通道共超过 {MAX_DECLARED} 字节"
         ))),
     }
 }

@@ -47,6 +47,8 @@ pub(crate) enum Annotation {
         level: LogLevel,
         source: Box<str>,
         message: Box<str>,
+        /// The message in Chinese, where that is something else.
+        chinese: Option<Box<str>>,
     },
     Io {
         time: f64,
@@ -99,8 +101,11 @@ impl Annotation {
                 ..
             } => name.len() + type_name.len() + value.len(),
             Self::Log {
-                source, message, ..
-            } => source.len() + message.len(),
+                source,
+                message,
+                chinese,
+                ..
+            } => source.len() + message.len() + chinese.as_ref().map_or(0, |text| text.len()),
             Self::Io { name, .. } => name.len(),
             Self::Extra { message, .. } => message.len(),
             Self::SceneBodies { bodies, .. } => size_of_val::<[SceneBody]>(bodies),
@@ -263,6 +268,7 @@ mod tests {
             level: LogLevel::Info,
             source: "test".into(),
             message: "x".repeat(bytes).into(),
+            chinese: None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use messages::Localized;
+use messages::{Localized, Text};
 use thiserror::Error;
 
 use crate::setup::SetupError;
@@ -27,7 +27,7 @@ pub enum ReadError {
         /// The file.
         path: String,
         /// What is wrong.
-        reason: String,
+        reason: Text,
     },
     /// An MCAP file that is damaged before its first cycle.
     #[error("{path} is damaged: {reason}")]
@@ -36,7 +36,7 @@ pub enum ReadError {
         /// The file.
         path: String,
         /// What is wrong.
-        reason: String,
+        reason: Text,
     },
     /// An MCAP file without the topic of the cycles.
     #[error("{path} is not a recording of eliteserver: it has no topic /cycle")]
@@ -71,7 +71,7 @@ pub enum ReadError {
         /// Number of the message in its topic, from 1.
         number: u64,
         /// What is wrong.
-        reason: String,
+        reason: Text,
     },
     /// There is no such topic in the file.
     #[error("there is no topic {topic} in the recording; it has {known}")]
@@ -80,7 +80,7 @@ pub enum ReadError {
         /// The topic asked for.
         topic: String,
         /// The topics of the file.
-        known: String,
+        known: Text,
     },
     /// A topic's schema cannot be used.
     #[error("the schema of {topic} cannot be used: {reason}")]
@@ -89,7 +89,7 @@ pub enum ReadError {
         /// The topic.
         topic: String,
         /// What is wrong with the schema.
-        reason: String,
+        reason: Text,
     },
     /// A message has more values than a table may have columns.
     #[error("{topic} has more than {limit} columns")]

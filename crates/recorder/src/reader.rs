@@ -10,6 +10,7 @@ use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
+use messages::{Text, text};
 use prost::Message as _;
 
 use crate::cycle::CycleMessage;
@@ -17,7 +18,8 @@ pub use crate::messages::{FileEnd, Messages, RawMessage};
 pub use crate::read_error::ReadError;
 use crate::setup::Setup;
 use crate::topics::{
-    CommandMessage, IoMessage, LogLevel, LogMessage, ScriptMessage, Topic, VariableMessage,
+    CommandMessage, IoMessage, LogLevel, LogMessage, LogTranslation, ScriptMessage, Topic,
+    VariableMessage,
 };
 
 /// A recording that can be read, any number of times.
@@ -132,7 +134,7 @@ impl Recording {
                 }
                 Some(FileEnd::Truncated) if messages.is_empty() => ReadError::NotMcap {
                     path,
-                    reason: "it is empty or ends at once".to_owned(),
+                    reason: text!("it is empty or ends at once", "文件为空或刚开始就结束"),
                 },
                 _ => ReadError::NotARecording { path },
             });
@@ -326,7 +328,10 @@ fn open(path: &Path) -> io::Result<File> {
     if path.metadata()?.is_file() {
         return File::open(path);
     }
-    let text = "it is a folder, a pipe or a device; recordings are files";
+    let text = text!(
+        "it is a folder, a pipe or a device; recordings are files",
+        "它是文件夹、管道或设备；记录是文件"
+    );
     Err(io::Error::new(io::ErrorKind::Unsupported, text))
 }
 
@@ -340,28 +345,32 @@ const fn max_message_bytes(topic: Topic) -> usize {
     }
 }
 
-fn decode(topic: Topic, data: &[u8]) -> Result<Option<RecordingEntry>, String> {
+fn decode(topic: Topic, data: &[u8]) -> Result<Option<RecordingEntry>, Text> {
     if data.len() > max_message_bytes(topic) {
-        return Err(format!(
+        return Err(text!(
             "it has {} bytes, at most {} are read",
+            "有 {} 字节，最多读取 {} 字节",
             data.len(),
             max_message_bytes(topic)
         ));
     }
-    fn json<T: serde::de::DeserializeOwned>(data: &[u8]) -> Result<T, String> {
-        serde_json::from_slice(data).map_err(|error| error.to_string())
+    fn json<T: serde::de::DeserializeOwned>(data: &[u8]) -> Result<T, Text> {
+        serde_json::from_slice(data).map_err(|error| Text::verbatim(error.to_string()))
     }
     Ok(Some(match topic {
         Topic::Cycle => {
-            let cycle = CycleMessage::decode(data).map_err(|error| error.to_string())?;
+            let cycle =
+                CycleMessage::decode(data).map_err(|error| Text::verbatim(error.to_string()))?;
             RecordingEntry::Cycle(Box::new(cycle))
         }
         Topic::Log => {
-            let log = foxglove::messages::Log::decode(data).map_err(|error| error.to_string())?;
+            let wrong = |error: prost::DecodeError| Text::verbatim(error.to_string());
+            let log = foxglove::messages::Log::decode(data).map_err(wrong)?;
+            let translation = LogTranslation::decode(data).map_err(wrong)?;
             RecordingEntry::Log(LogMessage {
                 level: LogLevel::from_number(log.level),
                 source: log.name,
-                message: log.message,
+                message: Text::recorded(log.message, translation.chinese),
             })
         }
         Topic::Command => RecordingEntry::Command(json(data)?),

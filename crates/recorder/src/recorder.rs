@@ -18,7 +18,7 @@ use std::time::Duration;
 
 use kinematics::RobotModel;
 use mcap::McapError;
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::RecordReader;
 use parking_lot::Mutex;
 use supervision::{EndSignal, Fault, ThreadHandle, ThreadRole, ThreadSupervisor, catch};
@@ -110,10 +110,10 @@ pub enum RecordError {
 }
 
 /// The operating system's words where there are any: "No space left on device".
-fn reason(error: &McapError) -> String {
+fn reason(error: &McapError) -> Text {
     match error {
-        McapError::Io(error) => error.to_string(),
-        other => other.to_string(),
+        McapError::Io(error) => Text::of(error),
+        other => Text::verbatim(other.to_string()),
     }
 }
 
@@ -143,15 +143,16 @@ impl CloseHandle {
     }
 
     /// What is known of what a recording lacks that could not be closed, in words.
-    pub fn describe_missing(&self) -> String {
+    pub fn describe_missing(&self) -> Text {
         let records = self.shared.records_waiting.load(Ordering::Relaxed);
         let (bytes, dropped) = (
             self.notes.bytes(),
             self.shared.notes_dropped.load(Ordering::Relaxed),
         );
-        format!(
+        text!(
             "about {records} records and {bytes} bytes of messages wait unwritten, \
-             {dropped} messages were dropped, and what comes last in the file may be incomplete"
+             {dropped} messages were dropped, and what comes last in the file may be incomplete",
+            "约有 {records} 条记录和 {bytes} 字节的消息尚未写入，丢弃了 {dropped} 条消息，文件末尾的内容可能不完整"
         )
     }
 

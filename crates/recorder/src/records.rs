@@ -9,6 +9,7 @@ use std::io::{self, Read};
 use mcap::McapError;
 use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use messages::{Text, text};
 
 use crate::files::MAX_RECORD_BYTES;
 use crate::layout;
@@ -66,11 +67,15 @@ impl Records {
         let rest = self.data.len() - begin;
         let length = usize::try_from(length).ok().filter(|n| *n <= rest);
         let Some(length) = length else {
-            return Err(damaged("a record is longer than the chunk it is in"));
+            return Err(damaged(text!(
+                "a record is longer than the chunk it is in",
+                "记录项比所在的块长"
+            )));
         };
         if self.in_chunk && matches!(opcode, 0..=2 | op::CHUNK..=op::DATA_END) {
-            return Err(damaged(format!(
-                "a chunk holds a record of kind {opcode}, which has no place in a chunk"
+            return Err(damaged(text!(
+                "a chunk holds a record of kind {opcode}, which has no place in a chunk",
+                "块中有类型 {opcode} 的记录项，它不应在块中"
             )));
         }
         self.at = begin + length;
@@ -91,16 +96,21 @@ impl Records {
                     // What a length promises is believed as far as bytes come.
                     let room = self.reader.insert(need.clamp(1, READ_BYTES));
                     let read = read_some(&mut self.source, room)
-                        .map_err(|error| FileEnd::Damaged(error.to_string()))?;
+                        .map_err(|error| FileEnd::Damaged(Text::of(&error)))?;
                     self.reader.notify_read(read);
                     continue;
                 }
                 LinearReadEvent::Record { opcode, data } => (opcode, data),
             };
             match opcode {
-                0 => return Err(damaged("there is a record of kind 0")),
+                0 => {
+                    return Err(damaged(text!(
+                        "there is a record of kind 0",
+                        "有类型为 0 的记录项"
+                    )));
+                }
                 other if other != op::ATTACHMENT && data.len() > MAX_BYTES => {
-                    return Err(too_large("record", data.len() as u64));
+                    return Err(too_large(text!("record", "记录项"), data.len() as u64));
                 }
                 op::ATTACHMENT if !self.with_attachments => {}
                 op::CHUNK => {
@@ -131,7 +141,7 @@ fn head(data: &[u8]) -> Result<(u8, u64), FileEnd> {
     let parts = data
         .split_first()
         .and_then(|(opcode, rest)| Some((*opcode, u64::from_le_bytes(*rest.first_chunk()?))));
-    parts.ok_or_else(|| damaged("a chunk ends within a record"))
+    parts.ok_or_else(|| damaged(text!("a chunk ends within a record", "块在记录项中间结束")))
 }
 
 /// Unpacks a chunk and checks that it is what its header says.
@@ -141,7 +151,7 @@ fn unpack(
     out: &mut Vec<u8>,
 ) -> Result<(), FileEnd> {
     let Record::Chunk { header, data } = parse(op::CHUNK, record)? else {
-        return Err(damaged("a chunk has no header"));
+        return Err(damaged(text!("a chunk has no header", "块没有头部")));
     };
     let ChunkHeader {
         uncompressed_size,
@@ -151,7 +161,7 @@ fn unpack(
     } = header;
     let size = usize::try_from(uncompressed_size).unwrap_or(usize::MAX);
     if size > MAX_BYTES {
-        return Err(too_large("chunk", uncompressed_size));
+        return Err(too_large(text!("chunk", "块"), uncompressed_size));
     }
     let unpacked = match compression.as_str() {
         "" => {
@@ -174,26 +184,34 @@ fn unpack(
         }),
         other => {
             let name: String = other.chars().take(16).collect();
-            return Err(damaged(format!(
-                "the compression {name:?} of a chunk is not known; zstd and lz4 are"
+            return Err(damaged(text!(
+                "the compression {name:?} of a chunk is not known; zstd and lz4 are",
+                "块的压缩方式 {name:?} 未知；可用 zstd 和 lz4"
             )));
         }
     };
-    unpacked.map_err(|error| damaged(format!("a chunk cannot be unpacked: {error}")))?;
+    unpacked.map_err(|error| {
+        damaged(text!(
+            "a chunk cannot be unpacked: {error}",
+            "无法解压块：{error}"
+        ))
+    })?;
     if out.len() != size {
-        return Err(damaged(format!(
+        return Err(damaged(text!(
             "a chunk says that it has {size} bytes and has {}",
+            "块声明有 {size} 字节，实际有 {}",
             if out.len() > size {
-                "more".to_owned()
+                text!("more", "更多")
             } else {
-                out.len().to_string()
+                Text::verbatim(out.len().to_string())
             }
         )));
     }
     if uncompressed_crc != 0 && crc32fast::hash(out) != uncompressed_crc {
-        return Err(damaged(
+        return Err(damaged(text!(
             "the checksum of a chunk is not that of its content",
-        ));
+            "块的校验和与内容不符"
+        )));
     }
     Ok(())
 }
@@ -202,19 +220,21 @@ fn unpack(
 pub(crate) fn parse(opcode: u8, record: &[u8]) -> Result<Record<'_>, FileEnd> {
     match layout::is_within_bounds(opcode, record) {
         true => mcap::parse_record(opcode, record).map_err(in_words),
-        false => Err(damaged(format!(
-            "a record of kind {opcode} ends within one of its texts"
+        false => Err(damaged(text!(
+            "a record of kind {opcode} ends within one of its texts",
+            "类型 {opcode} 的记录项在文本中间结束"
         ))),
     }
 }
 
-pub(crate) fn damaged(reason: impl Into<String>) -> FileEnd {
-    FileEnd::Damaged(reason.into())
+pub(crate) fn damaged(reason: Text) -> FileEnd {
+    FileEnd::Damaged(reason)
 }
 
-fn too_large(what: &str, bytes: u64) -> FileEnd {
-    damaged(format!(
-        "a {what} has {bytes} bytes; at most {MAX_BYTES} are read at once"
+fn too_large(what: Text, bytes: u64) -> FileEnd {
+    damaged(text!(
+        "a {what} has {bytes} bytes; at most {MAX_BYTES} are read at once",
+        "{what} 有 {bytes} 字节；一次最多读取 {MAX_BYTES} 字节"
     ))
 }
 
@@ -222,17 +242,21 @@ fn too_large(what: &str, bytes: u64) -> FileEnd {
 pub(crate) fn in_words(error: McapError) -> FileEnd {
     match error {
         McapError::UnexpectedEof => FileEnd::Truncated,
-        McapError::BadMagic => {
-            damaged("the eight bytes that begin and end an MCAP file are not there")
-        }
+        McapError::BadMagic => damaged(text!(
+            "the eight bytes that begin and end an MCAP file are not there",
+            "缺少 MCAP 文件首尾的八个字节"
+        )),
         McapError::RecordTooLarge { len, .. } | McapError::ChunkTooLarge(len) => {
-            too_large("record", len)
+            too_large(text!("record", "记录项"), len)
         }
-        McapError::Parse(_) => damaged("a record is not what its kind says"),
+        McapError::Parse(_) => damaged(text!(
+            "a record is not what its kind says",
+            "记录项与其类型不符"
+        )),
         other => {
             // Names from the file may be in it.
             let text: String = other.to_string().chars().take(200).collect();
-            damaged(text.escape_debug().to_string())
+            damaged(Text::verbatim(text.escape_debug().to_string()))
         }
     }
 }

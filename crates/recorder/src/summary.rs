@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use kinematics::{DOF, JointLimits};
+use messages::Text;
 use motion_api::SafetyMode;
 
 use crate::cycle::CycleMessage;
@@ -210,9 +211,11 @@ impl Summary {
             log.source = short;
         }
         // The last line of a report says what happened.
-        if let Some(short) = truncate_middle_marked(&log.message, LISTED_BYTES) {
-            log.message = short;
-        }
+        let short = |text: &str| {
+            truncate_middle_marked(text, LISTED_BYTES).unwrap_or_else(|| text.to_owned())
+        };
+        let chinese = log.message.other_chinese().map(short);
+        log.message = Text::recorded(short(log.message.english()), chinese);
         if log.level >= LogLevel::Error {
             self.error_count += 1;
             list(&mut self.errors, (time, log));

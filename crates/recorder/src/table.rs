@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use std::fmt::{self, Write as _};
 
 use mcap::Channel;
+use messages::{Text, text};
 use prost::Message as _;
 use prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, ReflectMessage, Value};
 use prost_types::FileDescriptorSet;
@@ -109,15 +110,19 @@ impl<'a> TopicTable<'a> {
             return Ok(());
         }
         let named = all.iter().take(MAX_TOPICS_NAMED);
-        let mut known: Vec<String> = named
-            .map(|name| truncate_marked(name, 80).unwrap_or_else(|| name.clone()))
+        let mut known: Vec<Text> = named
+            .map(|name| Text::verbatim(truncate_marked(name, 80).unwrap_or_else(|| name.clone())))
             .collect();
         if all.len() > MAX_TOPICS_NAMED {
-            known.push(format!("and {} more", all.len() - MAX_TOPICS_NAMED));
+            known.push(text!(
+                "and {} more",
+                "还有 {} 项",
+                all.len() - MAX_TOPICS_NAMED
+            ));
         }
         Err(ReadError::NoTopic {
             topic: self.topic.clone(),
-            known: known.join(", "),
+            known: Text::joined(known, ", ", "、"),
         })
     }
 }
@@ -149,7 +154,7 @@ impl Columns {
 }
 
 /// Told the name and the value of every cell.
-type CellSink<'a> = dyn FnMut(&str, CellValue) -> Result<(), String> + 'a;
+type CellSink<'a> = dyn FnMut(&str, CellValue) -> Result<(), Text> + 'a;
 
 /// The messages of one topic, cell by cell.
 struct TopicMessages<'a> {
@@ -207,7 +212,7 @@ enum Decoder {
 
 impl Decoder {
     fn new(channel: &Channel) -> Result<Self, ReadError> {
-        let fail = |reason: String| ReadError::Schema {
+        let fail = |reason: Text| ReadError::Schema {
             topic: channel.topic.clone(),
             reason,
         };
@@ -217,9 +222,9 @@ impl Decoder {
                 let schema = channel
                     .schema
                     .as_ref()
-                    .ok_or_else(|| fail("there is none".to_owned()))?;
+                    .ok_or_else(|| fail(text!("there is none", "没有")))?;
                 let files = FileDescriptorSet::decode(schema.data.as_ref())
-                    .map_err(|error| fail(error.to_string()))?;
+                    .map_err(|error| fail(Text::verbatim(error.to_string())))?;
                 // prost-reflect indexes beyond its files when it words its error about another syntax.
                 if let Some(other) = files
                     .file
@@ -228,22 +233,26 @@ impl Decoder {
                     .find(|syntax| !matches!(*syntax, "" | "proto2" | "proto3"))
                 {
                     let other: String = other.chars().take(40).collect();
-                    return Err(fail(format!(
-                        "its syntax is {other:?}, not proto2 or proto3"
+                    return Err(fail(text!(
+                        "its syntax is {other:?}, not proto2 or proto3",
+                        "语法为 {other:?}，不是 proto2 或 proto3"
                     )));
                 }
                 let pool = DescriptorPool::from_file_descriptor_set(files)
-                    .map_err(|error| fail(error.to_string()))?;
-                let message = pool
-                    .get_message_by_name(&schema.name)
-                    .ok_or_else(|| fail(format!("it does not define {}", schema.name)))?;
+                    .map_err(|error| fail(Text::verbatim(error.to_string())))?;
+                let message = pool.get_message_by_name(&schema.name).ok_or_else(|| {
+                    fail(text!("it does not define {}", "没有定义 {}", schema.name))
+                })?;
                 Ok(Self::Protobuf(message))
             }
-            other => Err(fail(format!("the encoding {other:?} is not supported"))),
+            other => Err(fail(text!(
+                "the encoding {other:?} is not supported",
+                "不支持编码 {other:?}"
+            ))),
         }
     }
 
-    fn decode(&self, data: &[u8], emit: &mut CellSink) -> Result<(), String> {
+    fn decode(&self, data: &[u8], emit: &mut CellSink) -> Result<(), Text> {
         let mut walk = CellVisitor {
             name: String::new(),
             count: 0,
@@ -252,17 +261,18 @@ impl Decoder {
         match self {
             Self::Json => {
                 json_values::check_value_count(MAX_COLUMNS, data)?;
-                let value: serde_json::Value =
-                    serde_json::from_slice(data).map_err(|error| error.to_string())?;
+                let value: serde_json::Value = serde_json::from_slice(data)
+                    .map_err(|error| Text::verbatim(error.to_string()))?;
                 walk.json(&value)
             }
-            Self::Protobuf(_) if data.len() > MAX_PROTOBUF => Err(format!(
+            Self::Protobuf(_) if data.len() > MAX_PROTOBUF => Err(text!(
                 "it has {} bytes, a table takes at most {MAX_PROTOBUF}",
+                "有 {} 字节，表格最多 {MAX_PROTOBUF} 字节",
                 data.len()
             )),
             Self::Protobuf(descriptor) => {
                 let message = DynamicMessage::decode(descriptor.clone(), data)
-                    .map_err(|error| error.to_string())?;
+                    .map_err(|error| Text::verbatim(error.to_string()))?;
                 walk.message(&message)
             }
         }
@@ -277,17 +287,21 @@ struct CellVisitor<'a, 'b> {
     emit: &'a mut CellSink<'b>,
 }
 
-type VisitResult = Result<(), String>;
+type VisitResult = Result<(), Text>;
 
 impl CellVisitor<'_, '_> {
     fn cell(&mut self, cell: CellValue) -> VisitResult {
         self.count += 1;
         if self.count > MAX_COLUMNS {
-            return Err(format!("it has more than {MAX_COLUMNS} values"));
+            return Err(text!(
+                "it has more than {MAX_COLUMNS} values",
+                "值超过 {MAX_COLUMNS} 个"
+            ));
         }
         if self.name.len() > MAX_NAME {
-            return Err(format!(
-                "the name of a value is longer than {MAX_NAME} bytes"
+            return Err(text!(
+                "the name of a value is longer than {MAX_NAME} bytes",
+                "某个值的名称超过 {MAX_NAME} 字节"
             ));
         }
         (self.emit)(&self.name, cell)
@@ -448,7 +462,9 @@ mod tests {
             panic!("there is no such syntax");
         };
         assert!(
-            error.to_string().contains("its syntax is \"proto9\""),
+            Text::verbatim(error.to_string())
+                .english()
+                .contains("its syntax is \"proto9\""),
             "{error}"
         );
     }

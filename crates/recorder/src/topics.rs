@@ -5,6 +5,7 @@
 use std::borrow::Cow;
 
 use foxglove::Encode;
+use messages::Text;
 use motion_api::points::PointValues;
 use motion_api::{Command, CommandId, Origin, PointList, ProgramId, ThreadNumber};
 use serde::{Deserialize, Serialize};
@@ -431,6 +432,14 @@ impl LogLevel {
     }
 }
 
+/// What a message of `/log` has besides the fields of `foxglove.Log`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub(crate) struct LogTranslation {
+    /// The sentence in Chinese, where that is something else.
+    #[prost(string, optional, tag = "1000")]
+    pub chinese: Option<String>,
+}
+
 /// One message of `/log`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LogMessage {
@@ -439,7 +448,7 @@ pub struct LogMessage {
     /// Part of the controller, or program, that writes the message.
     pub source: String,
     /// The sentence.
-    pub message: String,
+    pub message: Text,
 }
 
 #[cfg(test)]

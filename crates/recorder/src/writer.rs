@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use mcap::McapError;
+use messages::Text;
 use motion_api::{Command, ProgramId, Record, RegisterImages, RobotState, ThreadNumber};
 use serde::Serialize;
 
@@ -391,10 +392,16 @@ impl<W: Write> RecordWriter<W> {
                 level,
                 source,
                 message,
+                chinese,
             } => {
                 // The end of a program is such a message: what its threads did comes before.
                 self.write_all_rounds(time)?;
-                self.log(time, level, &source, &message)
+                self.log(
+                    time,
+                    level,
+                    &source,
+                    &Text::recorded(message.into(), chinese.map(Into::into)),
+                )
             }
             Annotation::Io { time, name, value } => {
                 let (cycle, name) = (self.latest.map_or(0, |state| state.cycle), name.into());
@@ -462,7 +469,7 @@ impl<W: Write> RecordWriter<W> {
         time: f64,
         level: LogLevel,
         source: &str,
-        message: &str,
+        message: &Text,
     ) -> Result<(), McapError> {
         let log = self.viewer.log(time, level, source, message);
         self.file.put(Topic::Log, time, log)

@@ -34,7 +34,12 @@ fn a_panic_raises_the_alarm_and_nobody_waits_for_the_recorder() {
     assert!(alarm.contains("on demand in recorder"), "{alarm}");
     // The script's notes and the cycle's records would fill every queue many times over.
     for note in 0..20_000 {
-        handle.log(0.0, LogLevel::Info, "program", &note.to_string());
+        handle.log(
+            0.0,
+            LogLevel::Info,
+            "program",
+            &messages::Text::verbatim(note.to_string()),
+        );
     }
     let records = motion.records.as_mut().unwrap();
     assert!(records.is_abandoned());

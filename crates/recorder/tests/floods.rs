@@ -70,7 +70,12 @@ fn a_disk_that_stands_still_does_not_fill_the_memory_and_what_is_dropped_is_coun
         let (program, time) = (ProgramId(round + 1), f64::from(round) * STEP);
         handle.program_started(time, program, "flood", &text);
         for _ in 0..100 {
-            handle.log(time, LogLevel::Info, "flood", &line);
+            handle.log(
+                time,
+                LogLevel::Info,
+                "flood",
+                &messages::Text::verbatim(line.clone()),
+            );
             handle.variable(time, program, "x", "str", &line);
             handle.io(time, "output_boolean_register[7]", IoValue::Level(true));
             handle.script_line(time, program, ThreadNumber(0), round + 1);
@@ -102,7 +107,12 @@ fn who_may_wait_loses_nothing_and_is_not_held_up_for_ever_while_time_stands_stil
     let line = noise(20_000);
     std::thread::spawn(move || {
         for _ in 0..10_000 {
-            handle.log(STEP, LogLevel::Info, "loop", &line);
+            handle.log(
+                STEP,
+                LogLevel::Info,
+                "loop",
+                &messages::Text::verbatim(line.clone()),
+            );
         }
         sent.send(handle.notes_dropped()).unwrap();
     });
@@ -123,7 +133,12 @@ fn nobody_waits_for_a_disk_that_is_full() {
     let line = noise(20_000);
     std::thread::spawn(move || {
         for _ in 0..10_000 {
-            handle.log(STEP, LogLevel::Info, "loop", &line);
+            handle.log(
+                STEP,
+                LogLevel::Info,
+                "loop",
+                &messages::Text::verbatim(line.clone()),
+            );
         }
         sent.send(()).unwrap();
     });
@@ -140,7 +155,12 @@ fn texts_that_are_too_long_are_cut_with_a_mark() {
     let long = "ß".repeat(PROGRAM_TEXT_BYTES);
     let program = ProgramId(1);
     handle.program_started(0.0, program, &long, &long);
-    handle.log(0.0, LogLevel::Error, &long, &long);
+    handle.log(
+        0.0,
+        LogLevel::Error,
+        &long,
+        &messages::Text::verbatim(long.clone()),
+    );
     handle.variable(0.0, program, &long, &long, &long);
     handle.io(0.0, &long, IoValue::Level(true));
     push(&mut motion, Record::Cycle(state(1)));
@@ -162,7 +182,7 @@ fn texts_that_are_too_long_are_cut_with_a_mark() {
             }
             RecordingEntry::Log(log) => {
                 texts.push((log.source, NAME_BYTES));
-                texts.push((log.message, MESSAGE_BYTES));
+                texts.push((log.message.to_string(), MESSAGE_BYTES));
             }
             RecordingEntry::Variable(variable) => {
                 assert!(variable.program.ends_with("bytes in all]"));

@@ -114,7 +114,12 @@ fn half_a_second_after_the_last_cycle_everything_is_in_the_file() {
     for cycle in 1..=10 {
         push(&mut motion, Record::Cycle(state(cycle)));
     }
-    handle.log(10.0 * STEP, recorder::LogLevel::Info, "test", "standing");
+    handle.log(
+        10.0 * STEP,
+        recorder::LogLevel::Info,
+        "test",
+        &messages::Text::verbatim("standing"),
+    );
     let begin = Instant::now();
     let everything = || {
         let recording = Recording::from_bytes(out.bytes(), "test").unwrap();
@@ -192,7 +197,7 @@ fn a_disk_that_fills_up_is_reported_once_and_everything_goes_on() {
             cycle as f64 * STEP,
             recorder::LogLevel::Info,
             "test",
-            "still here",
+            &messages::Text::verbatim("still here"),
         );
     }
     drop(motion);

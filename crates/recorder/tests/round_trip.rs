@@ -3,6 +3,7 @@
 
 use crate::support;
 
+use messages::text;
 use motion_api::{Record, RobotState};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -83,7 +84,12 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
             line,
         );
     }
-    handle.log(STEP, LogLevel::Error, "script", "something failed");
+    handle.log(
+        STEP,
+        LogLevel::Error,
+        "script",
+        &text!("something failed", "出了错"),
+    );
     handle.io(STEP, "output_integer_register[2]", IoValue::Integer(-3));
     handle.variable(STEP, motion_api::ProgramId(1), "total", "int", "7");
     push(
@@ -117,7 +123,10 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
                     format!("{} {} {}:{}", c.id, c.name, c.program, c.line)
                 }
                 RecordingEntry::Script(s) => format!("{} {:?} {:?}", s.program, s.text, s.line),
-                RecordingEntry::Log(l) => format!("{:?} {} {}", l.level, l.source, l.message),
+                RecordingEntry::Log(l) => {
+                    let chinese = l.message.other_chinese();
+                    format!("{:?} {} {} {chinese:?}", l.level, l.source, l.message)
+                }
                 RecordingEntry::Variable(v) => {
                     format!("{}.{} {} {}", v.program, v.name, v.type_name, v.value)
                 }
@@ -161,7 +170,7 @@ fn the_same_input_gives_the_same_file() {
                 (cycle - 1) as f64 * STEP,
                 LogLevel::Info,
                 "test",
-                &format!("before {cycle}"),
+                &text!("before {cycle}", "{cycle} 之前"),
             );
             if cycle % 100 == 1 {
                 push(

@@ -35,7 +35,7 @@ fn file() -> &'static [u8] {
             CYCLES as f64 * STEP,
             LogLevel::Warning,
             "motion",
-            "slow here",
+            &messages::Text::verbatim("slow here"),
         );
         drop(motion);
         recorder.finish().unwrap();

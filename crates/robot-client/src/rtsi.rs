@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -55,7 +55,7 @@ pub enum RtsiError {
         /// Address of the robot.
         address: RobotAddress,
         /// What was waited for.
-        what: &'static str,
+        what: Text,
     },
     /// Something else listens there.
     #[error("what {address} sends is not RTSI: {source}")]
@@ -73,7 +73,7 @@ pub enum RtsiError {
         /// Address of the robot.
         address: RobotAddress,
         /// The request that is refused.
-        what: &'static str,
+        what: Text,
     },
     /// The answer does not fit the request.
     #[error("the robot at {address} answers {what} with something else")]
@@ -82,7 +82,7 @@ pub enum RtsiError {
         /// Address of the robot.
         address: RobotAddress,
         /// The request that was answered.
-        what: &'static str,
+        what: Text,
     },
 }
 
@@ -139,7 +139,10 @@ impl RtsiClient {
             }
             names.retain(|name| !unknown.contains(name));
             if names.is_empty() {
-                return Err(this.refused("every variable that is asked for"));
+                return Err(this.refused(text!(
+                    "every variable that is asked for",
+                    "所请求的每个变量"
+                )));
             }
         }
     }
@@ -160,7 +163,7 @@ impl RtsiClient {
     /// The stream has ended.
     pub async fn next(&mut self) -> Result<RtsiMessage, RtsiError> {
         loop {
-            let (kind, payload) = self.packet(SILENCE_MAX, "data").await?;
+            let (kind, payload) = self.packet(SILENCE_MAX, text!("data", "数据")).await?;
             match kind {
                 // Of another recipe than ours: the vendor's client leaves it out as well.
                 packet_type::DATA if payload.first() != Some(&self.recipe) => {}
@@ -168,7 +171,7 @@ impl RtsiClient {
                     if let Some(values) = self.values(&payload) {
                         return Ok(RtsiMessage::Data(values));
                     }
-                    return Err(self.garbled("data"));
+                    return Err(self.garbled(text!("data", "数据")));
                 }
                 packet_type::TEXT => {
                     if let Some((level, text)) = decode_controller_text(&payload) {
@@ -197,17 +200,22 @@ impl RtsiClient {
         });
         self.send(&request).await?;
         if self
-            .wait_for_packet(packet_type::PROTOCOL, "the protocol's version")
+            .wait_for_packet(
+                packet_type::PROTOCOL,
+                text!("the protocol's version", "协议版本"),
+            )
             .await?
             != [1]
         {
-            return Err(self.refused("version 1 of the protocol"));
+            return Err(self.refused(text!("version 1 of the protocol", "协议版本 1")));
         }
         request.clear();
         append_packet(&mut request, packet_type::VERSION, |_| {});
         self.send(&request).await?;
-        let what = "its own version";
-        let answer = self.wait_for_packet(packet_type::VERSION, what).await?;
+        let what = text!("its own version", "自身版本");
+        let answer = self
+            .wait_for_packet(packet_type::VERSION, what.clone())
+            .await?;
         self.version = decode_version(&answer).ok_or_else(|| self.garbled(what))?;
         Ok(())
     }
@@ -221,9 +229,11 @@ impl RtsiClient {
         let mut request = Vec::new();
         append_outputs_request(&mut request, frequency, names);
         self.send(&request).await?;
-        let what = "the list of variables";
-        let answer = self.wait_for_packet(packet_type::OUTPUTS, what).await?;
-        let reply = decode_recipe_reply(&answer).ok_or_else(|| self.garbled(what))?;
+        let what = text!("the list of variables", "变量列表");
+        let answer = self
+            .wait_for_packet(packet_type::OUTPUTS, what.clone())
+            .await?;
+        let reply = decode_recipe_reply(&answer).ok_or_else(|| self.garbled(what.clone()))?;
         if reply.kinds.len() != names.len() {
             return Err(self.garbled(what));
         }
@@ -243,29 +253,27 @@ impl RtsiClient {
         append_packet(&mut request, packet_type::START, |_| {});
         self.send(&request).await?;
         match self
-            .wait_for_packet(packet_type::START, "the start of the stream")
+            .wait_for_packet(
+                packet_type::START,
+                text!("the start of the stream", "数据流的启动"),
+            )
             .await?
             .as_slice()
         {
             [1] => Ok(()),
-            _ => Err(self.refused("to start")),
+            _ => Err(self.refused(text!("to start", "启动"))),
         }
     }
 
     /// The payload of the next packet with this letter; others are left out.
-    async fn wait_for_packet(
-        &mut self,
-        wanted: u8,
-        what: &'static str,
-    ) -> Result<Vec<u8>, RtsiError> {
-        let silent = || RtsiError::ReceiveTimeout {
+    async fn wait_for_packet(&mut self, wanted: u8, what: Text) -> Result<Vec<u8>, RtsiError> {
+        let silent = RtsiError::ReceiveTimeout {
             address: self.address.clone(),
-            what,
+            what: what.clone(),
         };
-        let silent = silent();
         let reading = async {
             loop {
-                let (kind, payload) = self.packet(ANSWER_PATIENCE, what).await?;
+                let (kind, payload) = self.packet(ANSWER_PATIENCE, what.clone()).await?;
                 if kind == wanted {
                     return Ok(payload);
                 }
@@ -276,11 +284,7 @@ impl RtsiClient {
             .unwrap_or(Err(silent))
     }
 
-    async fn packet(
-        &mut self,
-        patience: Duration,
-        what: &'static str,
-    ) -> Result<(u8, Vec<u8>), RtsiError> {
+    async fn packet(&mut self, patience: Duration, what: Text) -> Result<(u8, Vec<u8>), RtsiError> {
         loop {
             match split_packet(&self.received) {
                 Ok(Some(found)) => {
@@ -327,17 +331,17 @@ impl RtsiClient {
             Ok(Err(source)) => Err(RtsiError::Broken { address, source }),
             Err(_) => Err(RtsiError::ReceiveTimeout {
                 address,
-                what: "to requests",
+                what: text!("to requests", "对请求"),
             }),
         }
     }
 
-    fn refused(&self, what: &'static str) -> RtsiError {
+    fn refused(&self, what: Text) -> RtsiError {
         let address = self.address.clone();
         RtsiError::Refused { address, what }
     }
 
-    fn garbled(&self, what: &'static str) -> RtsiError {
+    fn garbled(&self, what: Text) -> RtsiError {
         let address = self.address.clone();
         RtsiError::UnexpectedReply { address, what }
     }

@@ -1,6 +1,6 @@
 //! Names of nodes, topics, services, joints and frames: those of the vendor's driver 1.0.3 and its description.
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use thiserror::Error;
 
 /// The name of the node.
@@ -84,9 +84,9 @@ pub const IO_AND_STATUS: &str = "io_and_status_controller";
 )]
 #[zh("{given:?} 不是 ROS 2 的{what}：只能有字母、数字和单个下划线，不以数字开头{more}")]
 pub struct NameError {
-    what: &'static str,
+    what: Text,
     given: String,
-    more: &'static str,
+    more: Text,
 }
 
 /// Longest namespace and prefix.
@@ -104,9 +104,9 @@ pub fn namespace(given: &str) -> Result<String, NameError> {
     match parts.len() <= NAME_LENGTH_MAX && parts.split('/').all(is_token) {
         true => Ok(format!("/{parts}")),
         false => Err(NameError {
-            what: "namespace",
+            what: text!("namespace", "命名空间"),
             given: given.chars().take(NAME_LENGTH_MAX).collect(),
-            more: ", parts joined by /",
+            more: text!(", parts joined by /", "，各部分以 / 连接"),
         }),
     }
 }
@@ -121,9 +121,9 @@ pub fn prefix(given: &str) -> Result<String, NameError> {
     match given.len() <= NAME_LENGTH_MAX && is_word(given) && begins(given) {
         true => Ok(given.to_owned()),
         false => Err(NameError {
-            what: "prefix of frames",
+            what: text!("prefix of frames", "坐标系前缀"),
             given: given.chars().take(NAME_LENGTH_MAX).collect(),
-            more: "",
+            more: Text::verbatim(""),
         }),
     }
 }

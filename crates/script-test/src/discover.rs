@@ -5,8 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use elite_syntax::{KnownNames, SourceFile, compile, render_human};
-use messages::Localized;
+use elite_syntax::{KnownNames, SourceFile, compile, picture};
+use messages::{Localized, Text};
 use thiserror::Error;
 
 use crate::files::FileScope;
@@ -50,7 +50,7 @@ pub enum DiscoverError {
     #[error("{report}")]
     NotCompiled {
         /// What is wrong, with the places.
-        report: String,
+        report: Text,
     },
     /// Two tests of one file have the same name.
     #[error("{}:{line}: there are two tests called {name}; only the second would ever run", path.display())]
@@ -202,8 +202,8 @@ fn cases_of(path: PathBuf, root: &Path, among: &FileScope) -> Result<Vec<TestCas
     let builtins = elite_runtime::builtins::names().map(str::to_owned);
     let known = KnownNames::new(builtins.chain([crate::OBJECT.to_owned()]));
     let program = compile(source.clone(), &known).map_err(|findings| {
-        let pictures = findings.iter().map(|f| render_human(f, &source, false));
-        let report = pictures.collect::<Vec<_>>().join("\n");
+        let pictures = findings.iter().map(|f| picture(f, &source));
+        let report = Text::joined(pictures, "\n", "\n");
         DiscoverError::NotCompiled { report }
     })?;
     let functions: BTreeSet<&str> = program.global_names().collect();

@@ -2,11 +2,14 @@
 //! peaks, distances.
 
 use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
+use messages::{Text, text};
 
 use crate::golden_path;
 use crate::near::near;
 use crate::test_context::{Invariant, InvariantCheck};
-use crate::test_object::{CallContext, argument_error, failed, normalized_path, number, text};
+use crate::test_object::{
+    CallContext, argument_error, failed, normalized_path, number, raise, text,
+};
 
 type NativeResult<T = Value> = Result<T, Unwind>;
 
@@ -18,8 +21,11 @@ pub(crate) fn is_near(_: &CallContext, call: &mut NativeCall<'_>) -> NativeResul
         Ok(()) => Ok(Value::Bool(true)),
         Err(difference) => {
             let (a, b) = (call.repr(&a)?, call.repr(&b)?);
-            let text = format!("{a} is not within {tolerance} of {b}: {difference}");
-            Err(failed(call, text))
+            let text = text!(
+                "{a} is not within {tolerance} of {b}: {difference}",
+                "{a} 与 {b} 的差不在 {tolerance} 以内：{difference}"
+            );
+            Err(failed(call, &text))
         }
     }
 }
@@ -36,24 +42,33 @@ pub(crate) fn raises(_: &CallContext, call: &mut NativeCall<'_>) -> NativeResult
     };
     let function = call.arg(1).cloned().unwrap_or_default();
     if !function.is_callable() {
-        let text = format!("function must be callable, not {}", function.type_name());
-        return Err(call.raise(ExceptionKind::TypeError, text));
+        let text = text!(
+            "function must be callable, not {}",
+            "function 必须可调用，不能是 {}",
+            function.type_name()
+        );
+        return Err(raise(call, ExceptionKind::TypeError, &text));
     }
     match call.call_value(&function, &[]) {
         Ok(value) => {
             let shown = call.repr(&value)?;
-            let text =
-                format!("{wanted} was expected, but nothing was raised: the value is {shown}");
-            Err(failed(call, text))
+            let text = text!(
+                "{wanted} was expected, but nothing was raised: the value is {shown}",
+                "应引发 {wanted}，却没有引发异常：值为 {shown}"
+            );
+            Err(failed(call, &text))
         }
         Err(Unwind::Stop) => Err(Unwind::Stop),
         Err(raised) => match call.ancestors(&raised) {
             names if names.contains(&wanted) => Ok(Value::Bool(true)),
             _ => {
                 let report = call.report(&raised);
-                let met = report.map_or_else(String::new, |error| error.headline());
-                let text = format!("{wanted} was expected, but this was raised: {met}");
-                Err(failed(call, text))
+                let met = report.map_or(Text::fixed("", ""), |error| error.headline());
+                let text = text!(
+                    "{wanted} was expected, but this was raised: {met}",
+                    "应引发 {wanted}，却引发了：{met}"
+                );
+                Err(failed(call, &text))
             }
         },
     }
@@ -67,7 +82,7 @@ pub(crate) fn path_near(site: &CallContext, call: &mut NativeCall<'_>) -> Native
     let checked = golden_path::check(&places, file, tolerance, site.bench.goldens);
     match checked {
         Ok(()) => Ok(Value::Bool(true)),
-        Err(error) => Err(failed(call, error.to_string())),
+        Err(error) => Err(failed(call, &Text::of(&error))),
     }
 }
 
@@ -87,8 +102,8 @@ fn watch(site: &CallContext, call: &mut NativeCall<'_>, always: bool) -> NativeR
     };
     match site.bench.watch(watched) {
         InvariantCheck::Kept => Ok(Value::None),
-        InvariantCheck::Broken(sentence) => Err(failed(call, sentence)),
-        InvariantCheck::NoCondition(sentence) => Err(argument_error(call, sentence)),
+        InvariantCheck::Broken(sentence) => Err(failed(call, &sentence)),
+        InvariantCheck::NoCondition(sentence) => Err(argument_error(call, &sentence)),
     }
 }
 
@@ -96,13 +111,19 @@ pub(crate) fn clearance(site: &CallContext, call: &mut NativeCall<'_>) -> Native
     let Some(observer) = &site.bench.clearance else {
         return Err(failed(
             call,
-            "distances are measured in tests whose file names test.clearance()".to_owned(),
+            &text!(
+                "distances are measured in tests whose file names test.clearance()",
+                "只有文件中出现 test.clearance() 的测试才测量间隙"
+            ),
         ));
     };
     let Some((least, line)) = observer.least() else {
         return Err(failed(
             call,
-            "nothing has moved yet, or there is nothing that could be touched".to_owned(),
+            &text!(
+                "nothing has moved yet, or there is nothing that could be touched",
+                "还没有运动，或没有可能碰到的物体"
+            ),
         ));
     };
     Ok(call.object(
@@ -110,8 +131,8 @@ pub(crate) fn clearance(site: &CallContext, call: &mut NativeCall<'_>) -> Native
         Vec::new(),
         vec![
             ("distance", Value::Float(least.distance)),
-            ("a", Value::str(least.a.as_str())),
-            ("b", Value::str(least.b.as_str())),
+            ("a", Value::str(least.a.english())),
+            ("b", Value::str(least.b.english())),
             ("line", Value::Int(line.into())),
             ("time", Value::Float(least.time)),
         ],
@@ -123,5 +144,5 @@ pub(crate) fn peak(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResul
     let value = site.bench.trace.peaks().by_name(&name);
     value
         .map(Value::Float)
-        .map_err(|sentence| argument_error(call, sentence))
+        .map_err(|sentence| argument_error(call, &sentence))
 }

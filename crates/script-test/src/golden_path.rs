@@ -8,7 +8,7 @@ use std::io;
 use std::path::Path;
 
 use kinematics::{Pose, RpyPose};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use thiserror::Error;
 
 use crate::files::FileScope;
@@ -50,15 +50,15 @@ pub(crate) enum GoldenError {
     NotAWay {
         path: String,
         line: usize,
-        what: String,
+        what: Text,
     },
     /// Nothing was driven or kept.
     #[error("{0} has no cycle")]
     #[zh("{0}没有周期")]
-    Empty(String),
+    Empty(Text),
     /// The paths differ.
     #[error("{0}")]
-    Differs(String),
+    Differs(Text),
 }
 
 /// Compares the way with the one in a file, or keeps it there.
@@ -70,7 +70,7 @@ pub(crate) fn check(
 ) -> Result<(), GoldenError> {
     let path = file.display().to_string();
     if places.is_empty() {
-        return Err(GoldenError::Empty("the test".to_owned()));
+        return Err(GoldenError::Empty(text!("the test", "测试")));
     }
     if goldens == GoldenMode::Update {
         return write(places, files, file)
@@ -108,35 +108,44 @@ fn read(files: &FileScope, file: &Path) -> Result<Vec<PathSample>, GoldenError> 
     let text = match files.text(file, FILE_BYTES_MAX) {
         Ok(text) => text,
         Err(Ok(bytes)) => {
-            let what = format!("the file has {bytes} bytes, at most {FILE_BYTES_MAX} are read");
+            let what = text!(
+                "the file has {bytes} bytes, at most {FILE_BYTES_MAX} are read",
+                "文件有 {bytes} 字节，最多读取 {FILE_BYTES_MAX} 字节"
+            );
             let line = 1;
             return Err(GoldenError::NotAWay { path, line, what });
         }
         Err(Err(source)) => return Err(GoldenError::Unreadable { path, source }),
     };
-    let wrong = |line: usize, what: &str| GoldenError::NotAWay {
+    let wrong = |line: usize, what: Text| GoldenError::NotAWay {
         path: path.clone(),
         line: line + 1,
-        what: what.to_owned(),
+        what,
     };
     let mut places = Vec::new();
     for (index, line) in text.lines().enumerate() {
         if index == 0 {
             if line.trim() != HEAD {
-                return Err(wrong(0, &format!("the first line must be {HEAD}")));
+                return Err(wrong(
+                    0,
+                    text!("the first line must be {HEAD}", "第一行应为 {HEAD}"),
+                ));
             }
             continue;
         }
         let numbers = line.split(',').map(|text| text.trim().parse::<f64>().ok());
         let numbers: Option<Vec<f64>> = numbers.map(|x| x.filter(|x| x.is_finite())).collect();
         let Some(&[time, x, y, z, rx, ry, rz]) = numbers.as_deref() else {
-            return Err(wrong(index, "seven numbers are needed"));
+            return Err(wrong(
+                index,
+                text!("seven numbers are needed", "需要七个数"),
+            ));
         };
         let pose = [x, y, z, rx, ry, rz];
         places.push(PathSample { time, pose });
     }
     match places.is_empty() {
-        true => Err(GoldenError::Empty(path)),
+        true => Err(GoldenError::Empty(Text::verbatim(path))),
         false => Ok(places),
     }
 }
@@ -213,14 +222,10 @@ fn table(
     worst: f64,
     tolerance: f64,
     path: &str,
-) -> String {
+) -> Text {
     let apart = |(i, k): &(usize, usize)| distance(&own[*i], &golden[*k]);
     let beyond: Vec<&(usize, usize)> = pairs.iter().filter(|p| apart(p) > tolerance).collect();
-    let mut text = format!(
-        "the way of the TCP is up to {worst:.6} away from {path} \
-         (m, or rad of its orientation), allowed are {tolerance}\n\
-         \x20   time s   driven x, y, z m            kept x, y, z m              apart"
-    );
+    let mut rows = String::new();
     let every = beyond.len().div_ceil(ROWS).max(1);
     for pair in beyond.iter().step_by(every) {
         let (driven, kept) = (&own[pair.0], &golden[pair.1]);
@@ -229,7 +234,7 @@ fn table(
             format!("{x:8.4} {y:8.4} {z:8.4}")
         };
         let _ = write!(
-            text,
+            rows,
             "\n  {:8.3}   {}  {}  {:.6}",
             driven.time,
             xyz(driven),
@@ -237,7 +242,13 @@ fn table(
             apart(pair)
         );
     }
-    text
+    text!(
+        "the way of the TCP is up to {worst:.6} away from {path} \
+         (m, or rad of its orientation), allowed are {tolerance}\n\
+         \x20   time s   driven x, y, z m            kept x, y, z m              apart{rows}",
+        "TCP 的路径与 {path} 最多相差 {worst:.6}（m，姿态为 rad），允许 {tolerance}\n\
+         \x20   时间 s   实际 x, y, z m              保存 x, y, z m              相差{rows}"
+    )
 }
 
 #[cfg(test)]

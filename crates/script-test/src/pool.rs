@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use controller::ControllerConfig;
 use elite_runtime::LineCountsByText;
+use messages::{Text, text};
 use motion_api::Seconds;
 use supervision::{ThreadRole, ThreadSupervisor, catch};
 
@@ -71,7 +72,7 @@ impl From<ControllerConfig> for TestSettings {
 pub fn run(
     cases: &[TestCase],
     options: &TestRunOptions,
-    settings: &dyn Fn(&TestCase) -> Result<TestSettings, String>,
+    settings: &dyn Fn(&TestCase) -> Result<TestSettings, Text>,
     tell: &mut dyn FnMut(TestResult),
 ) -> io::Result<LineCountsByText> {
     if let Some(folder) = &options.record_failed {
@@ -142,12 +143,16 @@ pub fn run(
 /// A fault of ours is the error of the test, and not the end of the others.
 fn run_isolated(case: &TestCase, plan: &TestPlan) -> TestResult {
     catch(|| runner::run(case, plan)).unwrap_or_else(|panicked| {
-        let what = format!("a fault of the controller: {}", panicked.message);
+        let what = text!(
+            "a fault of the controller: {}",
+            "控制器的缺陷：{}",
+            panicked.message
+        );
         not_run(case, what)
     })
 }
 
-fn not_run(case: &TestCase, sentence: String) -> TestResult {
+fn not_run(case: &TestCase, sentence: Text) -> TestResult {
     TestResult {
         case: case.clone(),
         status: Status::Error,

@@ -18,6 +18,7 @@ use elite_runtime::message::Observer;
 use elite_runtime::{
     Instrumentation, LineCountsByText, ProgramText, Supervisor, TaskState, TestTaskConfig,
 };
+use messages::{Language, Text, text};
 use motion_api::{ProgramId, RobotState, Seconds};
 use recorder::CycleMessage;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -102,9 +103,9 @@ pub struct TestResult {
     /// How it went.
     pub status: Status,
     /// What went wrong, in a line or a few; empty when it passed.
-    pub message: String,
+    pub message: Text,
     /// The whole report: the message with places, the call stack and both sides of what was compared.
-    pub report: String,
+    pub report: Text,
     /// The line of the test that failed; of one that passed the line of the function.
     pub line: u32,
     /// Simulated time, s.
@@ -129,8 +130,8 @@ pub(crate) fn run(case: &TestCase, plan: &TestPlan) -> TestResult {
     let mut result = TestResult {
         case: case.clone(),
         status: Status::Error,
-        message: String::new(),
-        report: String::new(),
+        message: Text::verbatim(""),
+        report: Text::verbatim(""),
         line: case.line,
         time: 0.0,
         wall: Duration::ZERO,
@@ -157,7 +158,7 @@ pub(crate) fn run(case: &TestCase, plan: &TestPlan) -> TestResult {
     result
 }
 
-fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<(), String> {
+fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<(), Text> {
     let mut config = ControllerConfig {
         clock: ClockChoice::Virtual,
         record: RecordTarget::Off,
@@ -180,7 +181,7 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
     // Distances take time in every cycle: they are measured where the test asks for them.
     let clearance = match case.file.text.contains(CLEARANCE) {
         true => {
-            let scene = collision_scene(&config).map_err(|error| error.to_string())?;
+            let scene = collision_scene(&config).map_err(|error| Text::of(&error))?;
             Some(Arc::new(ClearanceObserver::new(scene, tracing.clone())))
         }
         false => None,
@@ -196,12 +197,12 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         debug: None,
     };
     let prepared = PreparedController::new(&config, StartOptions::for_single_run())
-        .map_err(|error| error.to_string())?;
+        .map_err(|error| Text::of(&error))?;
     let mut turns = None;
     let controller = prepared.start_with_timeline(said.clone(), extras, |inner| {
         turns.insert(Arc::new(LockstepTimeline::new(inner))).clone()
     });
-    let controller = controller.map_err(|error| error.to_string())?;
+    let controller = controller.map_err(|error| Text::of(&error))?;
     follower.connect(controller.robot());
     commands.connect(controller.robot());
     if let Some(world) = controller.world() {
@@ -216,7 +217,7 @@ fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<
         observer.begin();
     }
     // The closure was called, or the start has failed.
-    let turns = turns.ok_or_else(|| "the clock was not started".to_owned())?;
+    let turns = turns.ok_or_else(|| text!("the clock was not started", "时钟没有启动"))?;
     let (requests, inbox) = unbounded_channel();
     let folder = case.file.path.parent().unwrap_or(Path::new(""));
     let bench = Arc::new(TestContext::new(ContextParts {
@@ -279,7 +280,7 @@ fn shut_down(controller: Controller) {
 }
 
 /// Waits until nothing runs any more; the outcome of the last program, if there was one.
-fn ended(supervisor: &Supervisor) -> Result<Option<ProgramOutcome>, String> {
+fn ended(supervisor: &Supervisor) -> Result<Option<ProgramOutcome>, Text> {
     let since = Instant::now();
     loop {
         let status = supervisor.status();
@@ -287,8 +288,9 @@ fn ended(supervisor: &Supervisor) -> Result<Option<ProgramOutcome>, String> {
             return Ok(status.end.as_ref().map(ProgramOutcome::from));
         }
         if since.elapsed() > ENDING_MAX {
-            let text = format!(
+            let text = text!(
                 "a program was stopped and has not ended within {} s",
+                "程序被停止，{} s 内没有结束",
                 ENDING_MAX.as_secs()
             );
             return Err(text);
@@ -298,28 +300,37 @@ fn ended(supervisor: &Supervisor) -> Result<Option<ProgramOutcome>, String> {
 }
 
 /// The error of the program under test, which may be why the test failed, unless the test has said so itself.
-fn error_of_program(bench: &TestContext, report: &str) -> Option<String> {
+fn error_of_program(bench: &TestContext, report: &Text) -> Option<Text> {
     let last = bench.close(None)?;
     let error = last.error?;
-    if report.contains(&error) {
+    if report.english().contains(error.english()) {
         return None;
     }
-    let line = last
-        .line
-        .map_or_else(String::new, |line| format!(" in line {line}"));
     let end = match last.outcome {
-        ProgramOutcome::Ended => "ended",
-        ProgramOutcome::Failed => "failed",
-        ProgramOutcome::Stopped => "was stopped",
-        ProgramOutcome::ProtectiveStop => "ended by a protective stop",
-        ProgramOutcome::EmergencyStop => "ended by an emergency stop",
-        ProgramOutcome::Timeout => "did not end in its time",
+        ProgramOutcome::Ended => text!("ended", "结束"),
+        ProgramOutcome::Failed => text!("failed", "失败"),
+        ProgramOutcome::Stopped => text!("was stopped", "被停止"),
+        ProgramOutcome::ProtectiveStop => {
+            text!("ended by a protective stop", "因保护性停止而结束")
+        }
+        ProgramOutcome::EmergencyStop => text!("ended by an emergency stop", "因紧急停止而结束"),
+        ProgramOutcome::Timeout => text!("did not end in its time", "没有按时结束"),
     };
-    let mut text = format!("the program under test {end}{line}: {error}\n");
-    for part in last.report.unwrap_or_default().lines() {
-        text.push_str(&format!("  {part}\n"));
-    }
-    Some(text)
+    let head = match last.line {
+        Some(line) => text!(
+            "the program under test {end} in line {line}: {error}",
+            "被测程序在第 {line} 行{end}：{error}"
+        ),
+        None => text!(
+            "the program under test {end}: {error}",
+            "被测程序{end}：{error}"
+        ),
+    };
+    let report = last.report.unwrap_or(Text::fixed("", ""));
+    let report = in_each_language(&report, |report| {
+        report.lines().map(|line| format!("  {line}\n")).collect()
+    });
+    Some(text!("{head}\n{report}", "{head}\n{report}"))
 }
 
 /// What became of the test.
@@ -329,35 +340,38 @@ fn conclude(
     bench: &TestContext,
     told: &ResultCollector,
     end: Option<ProgramOutcome>,
-    broken: Option<(u32, String)>,
+    broken: Option<(u32, Text)>,
 ) {
     result.time = bench.robot.state().time;
     let end = end.unwrap_or(ProgramOutcome::Failed);
     let said = told.result(end, result.time, None);
     result.prints = said.prints;
     result.status = Status::Failed;
-    let error = said.error.unwrap_or_else(|| format!("the test {end}"));
+    let error = said.error.unwrap_or_else(|| end_of_test(end));
     let lines = case.file.text.lines().count() as u32;
     if let Some(reason) = bench.abort_reason() {
-        result.message = format!("timeout: {reason}");
+        result.message = text!("timeout: {reason}", "超时：{reason}");
         result.report.clone_from(&result.message);
         result.line = said.line.filter(|line| *line <= lines).unwrap_or(case.line);
     } else if end == ProgramOutcome::Failed {
         result.line = said.line.filter(|line| *line <= lines).unwrap_or(case.line);
-        result.report = without_call(&said.report.unwrap_or_default(), case, lines);
+        let report = said.report.unwrap_or(Text::fixed("", ""));
+        result.report = in_each_language(&report, |report| without_call(report, case, lines));
         result.message = match help_of(&result.report) {
-            Some(help) => format!("{error} ({help})"),
+            Some(help) => text!("{error} ({help})", "{error}（{help}）"),
             None => error,
         };
         // What was watched and did not hold is often why an assertion at the end fails.
         if let Some((line, sentence)) = broken {
-            result
-                .report
-                .push_str(&format!("line {line}: {sentence}\n"));
+            let report = &result.report;
+            result.report = text!(
+                "{report}line {line}: {sentence}\n",
+                "{report}第 {line} 行：{sentence}\n"
+            );
         }
     } else if let Some((line, sentence)) = broken {
         result.line = line;
-        result.message = format!("AssertionError: {sentence}");
+        result.message = text!("AssertionError: {sentence}", "AssertionError: {sentence}");
         result.report.clone_from(&result.message);
     } else if end == ProgramOutcome::Ended {
         result.status = Status::Passed;
@@ -368,17 +382,42 @@ fn conclude(
     if result.status != Status::Passed
         && let Some(text) = error_of_program(bench, &result.report)
     {
-        if !result.report.ends_with('\n') {
-            result.report.push('\n');
-        }
-        result.report.push_str(&text);
+        let report = &result.report;
+        result.report = match report.english().ends_with('\n') {
+            true => text!("{report}{text}", "{report}{text}"),
+            false => text!("{report}\n{text}", "{report}\n{text}"),
+        };
     }
 }
 
+/// How a test ended that said nothing itself.
+fn end_of_test(end: ProgramOutcome) -> Text {
+    match end {
+        ProgramOutcome::Ended => text!("the test ended", "测试结束"),
+        ProgramOutcome::Failed => text!("the test failed", "测试失败"),
+        ProgramOutcome::Stopped => text!("the test stopped", "测试被停止"),
+        ProgramOutcome::ProtectiveStop => {
+            text!("the test protective_stop", "测试因保护性停止而结束")
+        }
+        ProgramOutcome::EmergencyStop => text!("the test emergency_stop", "测试因紧急停止而结束"),
+        ProgramOutcome::Timeout => text!("the test timeout", "测试超时"),
+    }
+}
+
+/// A change of a text, made to its form in each language.
+pub(crate) fn in_each_language(text: &Text, change: impl Fn(&str) -> String) -> Text {
+    let [english, chinese] =
+        [Language::English, Language::Chinese].map(|language| change(text.in_language(language)));
+    Text::new(english, chinese)
+}
+
 /// What a report says in its line of advice: the values on both sides of an `assert`.
-fn help_of(report: &str) -> Option<&str> {
-    let mut lines = report.lines().filter_map(|l| l.strip_prefix("  help: "));
-    lines.next()
+fn help_of(report: &Text) -> Option<Text> {
+    let help = in_each_language(report, |report| {
+        let mut lines = report.lines().filter_map(|l| l.strip_prefix("  help: "));
+        lines.next().unwrap_or_default().to_owned()
+    });
+    (!help.is_empty()).then_some(help)
 }
 
 /// The report without the call of the test, which is not in its file.
@@ -419,11 +458,11 @@ impl Runner<'_> {
         mut self,
         case: &TestCase,
         mut inbox: UnboundedReceiver<RunnerRequest>,
-    ) -> Result<Option<(u32, String)>, String> {
+    ) -> Result<Option<(u32, Text)>, Text> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
-            .map_err(|error| error.to_string())?;
+            .map_err(|error| Text::of(&error))?;
         let text = format!(
             "{}\n{}()\n",
             case.file.text.trim_end_matches('\n'),
@@ -452,11 +491,14 @@ impl Runner<'_> {
                     },
                     submitted = &mut submitting, if !is_submitted => {
                         is_submitted = true;
-                        submitted.map_err(|error| error.to_string())?;
+                        submitted.map_err(|error| Text::of(&error))?;
                     }
                     () = tokio::time::sleep(LOOK_EVERY) => {
                         if self.stop.load(Ordering::Relaxed) {
-                            self.bench.abort("nobody waits for the test any more".to_owned());
+                            self.bench.abort(text!(
+                                "nobody waits for the test any more",
+                                "不再有人等待这个测试"
+                            ));
                         }
                         let now = self.bench.turns.cycles();
                         if now != seen {
@@ -467,20 +509,21 @@ impl Runner<'_> {
                     }
                 }
             }
-            Ok::<(), String>(())
+            Ok::<(), Text>(())
         })?;
         Ok(self.check_remaining())
     }
 
     fn give_up_stuck(&self) {
         let wall = self.wall_timeout.as_secs_f64();
-        self.bench.abort(format!(
-            "no simulated time passed for {wall} s: something computes without waiting (--wall-timeout)"
+        self.bench.abort(text!(
+            "no simulated time passed for {wall} s: something computes without waiting (--wall-timeout)",
+            "{wall} s 内没有仿真时间流逝：有程序只计算而不等待（--wall-timeout）"
         ));
     }
 
     /// Starts a program; it has come to its first wait, or is gone, when the test hears of it.
-    async fn start(&self, program: ProgramText, reply: &SyncSender<Result<(), String>>) {
+    async fn start(&self, program: ProgramText, reply: &SyncSender<Result<(), Text>>) {
         let turns = &self.bench.turns;
         let before = turns.programs_joined();
         let started = self.bench.programs.submit(program, SENDER).await;
@@ -498,7 +541,7 @@ impl Runner<'_> {
                 }
             }
         }
-        let started = started.map(drop).map_err(|error| error.to_string());
+        let started = started.map(drop).map_err(|error| Text::of(&error));
         // A test that has gone does not hear it.
         let _ = reply.send(started);
     }
@@ -506,14 +549,14 @@ impl Runner<'_> {
     fn watch(&mut self, watched: Invariant) -> InvariantCheck {
         let condition = match Condition::new("condition", &watched.text) {
             Ok(condition) => condition,
-            Err(error) => return InvariantCheck::NoCondition(error.to_string()),
+            Err(error) => return InvariantCheck::NoCondition(Text::of(&error)),
         };
         let world = self.bench.world.as_ref();
         condition.set_world(world.map(|world| WorldFacts::new(world.description())));
         if condition.uses_clearance() {
             match collision_scene(self.config) {
                 Ok(scene) => condition.set_scene(scene),
-                Err(error) => return InvariantCheck::NoCondition(error.to_string()),
+                Err(error) => return InvariantCheck::NoCondition(Text::of(&error)),
             }
         }
         let mut judged = JudgedCycles::default();
@@ -528,7 +571,7 @@ impl Runner<'_> {
     }
 
     /// Judges what came after conditions were asked for.
-    fn check_remaining(&mut self) -> Option<(u32, String)> {
+    fn check_remaining(&mut self) -> Option<(u32, Text)> {
         let trace = &self.bench.trace;
         let mut watched = self.watched.iter_mut();
         watched.find_map(|(watched, condition, judged)| {
@@ -553,12 +596,13 @@ fn check_invariant(
     watched: &Invariant,
     condition: &Condition,
     judged: &mut JudgedCycles,
-) -> Result<Option<String>, String> {
+) -> Result<Option<Text>, Text> {
     loop {
         let (states, missed) = trace.since(judged.cycles, CYCLES_AT_ONCE);
         if states.is_empty() && missed > 0 {
-            return Err(format!(
-                "the test is too long for conditions: {missed} cycles were not kept"
+            return Err(text!(
+                "the test is too long for conditions: {missed} cycles were not kept",
+                "测试对条件来说太长：有 {missed} 个周期没有保留"
             ));
         }
         if states.is_empty() {
@@ -575,32 +619,50 @@ fn check_invariant(
             let mover = trace.mover_at(judged.cycles);
             let holds = condition.holds(&cycle, &mover.program);
             judged.cycles += 1;
-            if holds.map_err(|error| error.to_string())? != watched.always {
-                let mut text = broken(watched, state, &cycle, &mover);
+            if holds.map_err(|error| Text::of(&error))? != watched.always {
+                let mut parts = broken(watched, state, &cycle, &mover);
                 if let Some(part) = condition.deciding_part() {
-                    text.push_str(&format!("; part {part:?}"));
+                    parts.push(text!("part {part:?}", "工件 {part:?}"));
                 }
                 if let Some((a, b, distance)) = condition.nearest_pair() {
-                    text.push_str(&format!("; {a} was {:.1} mm from {b}", distance * 1e3));
+                    parts.push(text!(
+                        "{a} was {distance:.1} mm from {b}",
+                        "{a}与{b}相距 {distance:.1} mm",
+                        distance = distance * 1e3
+                    ));
                 }
-                return Ok(Some(text));
+                return Ok(Some(Text::joined(parts, "; ", "；")));
             }
         }
     }
 }
 
-fn broken(watched: &Invariant, state: &RobotState, cycle: &CycleMessage, mover: &Mover) -> String {
-    let mut text = match watched.always {
-        true => format!("always: `{}` did not hold", watched.text),
-        false => format!("never: `{}` held", watched.text),
+/// What did not hold, where, and the values of what the condition names.
+fn broken(
+    watched: &Invariant,
+    state: &RobotState,
+    cycle: &CycleMessage,
+    mover: &Mover,
+) -> Vec<Text> {
+    let what = match watched.always {
+        true => text!(
+            "always: `{}` did not hold",
+            "always：`{}` 不成立",
+            watched.text
+        ),
+        false => text!("never: `{}` held", "never：`{}` 成立", watched.text),
     };
-    text.push_str(&format!(" at {:.3} s, cycle {}", state.time, state.cycle));
-    match (mover.test_line, mover.program.line) {
-        (0, 0) => {}
-        (0, line) => text.push_str(&format!(", line {line} of the program")),
-        (line, _) => text.push_str(&format!(", line {line} of the test")),
-    }
-    // The values of what the condition names.
+    let place = match (mover.test_line, mover.program.line) {
+        (0, 0) => Text::verbatim(""),
+        (0, line) => text!(", line {line} of the program", "，程序第 {line} 行"),
+        (line, _) => text!(", line {line} of the test", "，测试第 {line} 行"),
+    };
+    let mut parts = vec![text!(
+        "{what} at {:.3} s, cycle {}{place}",
+        "{what}，时刻 {:.3} s，周期 {}{place}",
+        state.time,
+        state.cycle
+    )];
     let named = cycle.fields().into_iter().filter(|(name, _)| {
         let words = |c: char| !(c.is_alphanumeric() || c == '_');
         watched.text.split(words).any(|word| word == *name)
@@ -615,9 +677,9 @@ fn broken(watched: &Invariant, state: &RobotState, cycle: &CycleMessage, mover: 
             }
             recorder::FieldValue::Text(text) => text.to_owned(),
         };
-        text.push_str(&format!("; {name} was {shown}"));
+        parts.push(text!("{name} was {shown}", "{name} 为 {shown}"));
     }
-    text
+    parts
 }
 
 /// Says which program the test is, and that it has ended.

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
 use elite_runtime::builtins::rpc::{from_rpc, to_rpc};
 use io_bus::xmlrpc::codec::{RpcFault, RpcValue, decode_call, encode_response};
+use messages::text;
 
 use crate::simulated_peers::{
     ModbusDevice, ModbusRequest, ReceivedMessage, ReplySource, ServerKind, http_body,
 };
-use crate::test_object::{CallContext, argument_error};
+use crate::test_object::{CallContext, argument_error, raise};
 
 type NativeResult<T = Value> = Result<T, Unwind>;
 
@@ -43,9 +44,11 @@ fn port(call: &NativeCall<'_>) -> NativeResult<u16> {
         Some(port) => Ok(port),
         None => {
             let shown = call.repr(given)?;
-            let text =
-                format!("port is {shown}; allowed are whole numbers from 0 to 65535, 0 is any");
-            Err(argument_error(call, text))
+            let text = text!(
+                "port is {shown}; allowed are whole numbers from 0 to 65535, 0 is any",
+                "port 为 {shown}；允许 0 到 65535 的整数，0 为任意端口"
+            );
+            Err(argument_error(call, &text))
         }
     }
 }
@@ -64,7 +67,7 @@ fn opened(
     answers: ReplyTable,
 ) -> NativeResult {
     let opened = site.bench.peers.open(port, kind);
-    let (_, port) = opened.map_err(|sentence| argument_error(call, sentence))?;
+    let (_, port) = opened.map_err(|sentence| argument_error(call, &sentence))?;
     let received = Value::list(Vec::new());
     site.served.borrow_mut().push(SimulatedServer {
         received: received.clone(),
@@ -84,8 +87,12 @@ pub(crate) fn socket_server(site: &CallContext, call: &mut NativeCall<'_>) -> Na
         Some(many) => call.items(&many)?,
     };
     if given.len() > ANSWERS_MAX {
-        let text = format!("{} answers, at most {ANSWERS_MAX} are taken", given.len());
-        return Err(argument_error(call, text));
+        let text = text!(
+            "{} answers, at most {ANSWERS_MAX} are taken",
+            "{} 个回答，最多 {ANSWERS_MAX} 个",
+            given.len()
+        );
+        return Err(argument_error(call, &text));
     }
     let mut answers = Vec::new();
     for (number, answer) in given.iter().enumerate() {
@@ -93,11 +100,12 @@ pub(crate) fn socket_server(site: &CallContext, call: &mut NativeCall<'_>) -> Na
             Some(bytes) => ReplySource::Bytes(bytes),
             None if answer.is_callable() => ReplySource::Ask,
             None => {
-                let text = format!(
+                let text = text!(
                     "answers[{number}] must be a text, bytes, or a function of the message, not {}",
+                    "answers[{number}] 应为字符串、bytes 或以消息为参数的函数，不能是 {}",
                     answer.type_name()
                 );
-                return Err(call.raise(ExceptionKind::TypeError, text));
+                return Err(raise(call, ExceptionKind::TypeError, &text));
             }
         });
     }
@@ -116,18 +124,23 @@ pub(crate) fn rpc_server(site: &CallContext, call: &mut NativeCall<'_>) -> Nativ
     let mut functions = BTreeMap::new();
     if let Some(given) = call.arg(1) {
         let Some(entries) = given.as_entries() else {
-            let text = format!(
+            let text = text!(
                 "functions must be a dict from names to functions or values, not {}",
+                "functions 应为由名称到函数或值的 dict，不能是 {}",
                 given.type_name()
             );
-            return Err(call.raise(ExceptionKind::TypeError, text));
+            return Err(raise(call, ExceptionKind::TypeError, &text));
         };
         for (name, function) in entries {
             match name.as_str() {
                 Some(name) => functions.insert(name.to_owned(), function),
                 None => {
-                    let text = format!("a name in functions is {}, not a text", name.type_name());
-                    return Err(call.raise(ExceptionKind::TypeError, text));
+                    let text = text!(
+                        "a name in functions is {}, not a text",
+                        "functions 中的一个名称为 {}，不是字符串",
+                        name.type_name()
+                    );
+                    return Err(raise(call, ExceptionKind::TypeError, &text));
                 }
             };
         }
@@ -188,13 +201,14 @@ fn table<T>(
         let (Some(at), Some(value)) = (at, fits(&value)) else {
             let (address, value) = (call.repr(&address)?, call.repr(&value)?);
             let allowed = match name {
-                "coils" => "True or False",
-                _ => "a whole number from 0 to 65535",
+                "coils" => text!("True or False", "True 或 False"),
+                _ => text!("a whole number from 0 to 65535", "0 到 65535 的整数"),
             };
-            let text = format!(
-                "{name}[{address}] is {value}; addresses are whole numbers from 0 to 65535, a value is {allowed}"
+            let text = text!(
+                "{name}[{address}] is {value}; addresses are whole numbers from 0 to 65535, a value is {allowed}",
+                "{name}[{address}] 为 {value}；地址为 0 到 65535 的整数，值应为{allowed}"
             );
-            return Err(argument_error(call, text));
+            return Err(argument_error(call, &text));
         };
         table.insert(at, value);
     }
@@ -287,13 +301,14 @@ fn take(
                 (true, _) => Vec::new(),
                 (false, Some(bytes)) => bytes,
                 (false, None) => {
-                    let text = format!(
+                    let text = text!(
                         "the answer to message {} must be a text, bytes or None, not {}",
+                        "对第 {} 条消息的回答应为字符串、bytes 或 None，不能是 {}",
                         arrived.number,
                         answered.type_name()
                     );
                     site.bench.peers.hang_up(arrived.whom);
-                    return Err(call.raise(ExceptionKind::TypeError, text));
+                    return Err(raise(call, ExceptionKind::TypeError, &text));
                 }
             };
             site.bench.peers.reply(arrived.whom, &bytes);
@@ -309,7 +324,7 @@ fn take(
                         // An error of the server is the caller's to see.
                         Err(raised) => {
                             let report = call.report(&raised);
-                            let text = report.map_or_else(String::new, |error| error.headline());
+                            let text = report.map_or_else(String::new, |error| error.to_string());
                             Err(fault(text))
                         }
                     }

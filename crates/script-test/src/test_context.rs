@@ -18,7 +18,7 @@ use controller::outcome::ResultCollector;
 use controller::{CellWorld, ProgramOutcome, ProgramResult};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskState};
 use io_bus::{Fieldbus, SimulatedPeers};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::{CommandKind, Origin, Seconds, SettingCommand};
 use parking_lot::Mutex;
 use tokio::sync::mpsc::UnboundedSender;
@@ -38,7 +38,7 @@ const LEAVING_POLL: Duration = Duration::from_micros(20);
 /// What only the thread that runs the test can do.
 pub(crate) enum RunnerRequest {
     /// Start a program; the answer comes when it waits for the first time.
-    Start(ProgramText, SyncSender<Result<(), String>>),
+    Start(ProgramText, SyncSender<Result<(), Text>>),
     /// Look whether a condition has held so far, and from now on.
     Watch(Invariant, SyncSender<InvariantCheck>),
     /// The test has ended.
@@ -61,9 +61,9 @@ pub(crate) enum InvariantCheck {
     /// The condition is met so far.
     Kept,
     /// The condition is broken; the sentence says how.
-    Broken(String),
+    Broken(Text),
     /// The text is no condition; the sentence says why.
-    NoCondition(String),
+    NoCondition(Text),
 }
 
 /// A reason why a program does not run.
@@ -78,11 +78,11 @@ pub(crate) enum StartError {
         /// The line of the first finding.
         line: u32,
         /// The finding.
-        reason: String,
+        reason: Text,
     },
     /// One runs already, or none can be started.
     #[error("{0}")]
-    Refused(String),
+    Refused(Text),
 }
 
 /// Something that happens at the beginning of a cycle.
@@ -104,9 +104,9 @@ pub(crate) struct TestContext {
     /// Starts and stops the test itself.
     tests: OnceLock<Supervisor>,
     /// Reason why the test was given up, if it was.
-    given_up: OnceLock<String>,
+    given_up: OnceLock<Text>,
     /// Reason why the robot did not take something, if it refused.
-    refused: OnceLock<String>,
+    refused: OnceLock<Text>,
 }
 
 #[derive(Default)]
@@ -173,7 +173,7 @@ impl TestContext {
     }
 
     /// Ends the test and the program beside it; only the first reason counts.
-    pub(crate) fn abort(&self, reason: String) {
+    pub(crate) fn abort(&self, reason: Text) {
         if self.given_up.set(reason).is_ok() {
             self.programs.stop();
             if let Some(tests) = self.tests.get() {
@@ -183,8 +183,8 @@ impl TestContext {
     }
 
     /// Reason why the test was given up, if it was.
-    pub(crate) fn abort_reason(&self) -> Option<&str> {
-        self.given_up.get().map(String::as_str)
+    pub(crate) fn abort_reason(&self) -> Option<&Text> {
+        self.given_up.get()
     }
 
     /// Whether the program beside the test runs.
@@ -204,8 +204,11 @@ impl TestContext {
     /// [`StartError`]
     pub(crate) fn start(&self, program: ProgramText) -> Result<(), StartError> {
         if self.program_is_running() {
-            let text = "a program runs already; wait for its end or stop it first";
-            return Err(StartError::Refused(text.to_owned()));
+            let text = text!(
+                "a program runs already; wait for its end or stop it first",
+                "已有程序在运行；请先等待其结束或将其停止"
+            );
+            return Err(StartError::Refused(text));
         }
         let name = program.name.clone();
         self.said.begin();
@@ -215,7 +218,7 @@ impl TestContext {
             result: None,
         };
         let (reply, answer) = sync_channel(1);
-        let gone = || "the test is over".to_owned();
+        let gone = || text!("the test is over", "测试已结束");
         let request = RunnerRequest::Start(program, reply);
         let sent = self.requests.send(request);
         sent.map_err(|_| StartError::Refused(gone()))?;
@@ -228,7 +231,9 @@ impl TestContext {
             Some((error, line)) => Err(StartError::NotCompiled {
                 program: name,
                 line,
-                reason: error.trim_start_matches("SyntaxError: ").to_owned(),
+                reason: crate::runner::in_each_language(&error, |error| {
+                    error.trim_start_matches("SyntaxError: ").to_owned()
+                }),
             }),
             None => Ok(()),
         }
@@ -237,7 +242,7 @@ impl TestContext {
     /// Asks about a condition.
     pub(crate) fn watch(&self, watched: Invariant) -> InvariantCheck {
         let (reply, answer) = sync_channel(1);
-        let gone = || InvariantCheck::NoCondition("the test is over".to_owned());
+        let gone = || InvariantCheck::NoCondition(text!("the test is over", "测试已结束"));
         match self.requests.send(RunnerRequest::Watch(watched, reply)) {
             Ok(()) => answer.recv().unwrap_or_else(|_| gone()),
             Err(_) => gone(),
@@ -246,7 +251,7 @@ impl TestContext {
 
     /// The result of the newest program, which has left its last turn; `None` if there was none. `given_up` is the
     /// reason why it was ended, if it was.
-    pub(crate) fn close(&self, given_up: Option<String>) -> Option<ProgramResult> {
+    pub(crate) fn close(&self, given_up: Option<Text>) -> Option<ProgramResult> {
         let mut waited = Duration::ZERO;
         while self.programs.status().state != TaskState::Stopped && waited < LEAVING_MAX {
             thread::sleep(LEAVING_POLL);
@@ -271,10 +276,13 @@ impl TestContext {
     ///
     /// # Errors
     /// Too much is waiting.
-    pub(crate) fn schedule(&self, cycle: u64, act: TestAction) -> Result<(), String> {
+    pub(crate) fn schedule(&self, cycle: u64, act: TestAction) -> Result<(), Text> {
         let mut acts = self.acts.lock();
         if acts.waiting.len() >= ACTS_MAX {
-            return Err(format!("{ACTS_MAX} things wait for their time already"));
+            return Err(text!(
+                "{ACTS_MAX} things wait for their time already",
+                "已有 {ACTS_MAX} 件事在等待"
+            ));
         }
         let place = acts.waiting.partition_point(|(other, _)| *other <= cycle);
         acts.waiting.insert(place, (cycle, act));
@@ -290,8 +298,9 @@ impl TestContext {
             .poll_simulated_devices(Duration::from_secs_f64(cycle as f64 * step));
         if cycle > self.last_cycle && self.abort_reason().is_none() {
             let time = self.last_cycle as f64 * step;
-            self.abort(format!(
-                "the test had not ended after {time:.3} s of simulated time (--timeout)"
+            self.abort(text!(
+                "the test had not ended after {time:.3} s of simulated time (--timeout)",
+                "仿真时间 {time:.3} s 后测试仍未结束（--timeout）"
             ));
         }
         loop {
@@ -312,7 +321,7 @@ impl TestContext {
     ///
     /// # Errors
     /// The motion thread takes nothing.
-    pub(crate) fn act(&self, act: TestAction) -> Result<(), String> {
+    pub(crate) fn act(&self, act: TestAction) -> Result<(), Text> {
         let command = match act {
             TestAction::Set(PointChange::Register(direction, value)) => {
                 value.write(direction, self.robot.registers());
@@ -324,11 +333,11 @@ impl TestContext {
             TestAction::Command(command) => command,
         };
         let sent = self.robot.send(Origin::default(), command);
-        sent.map(drop).map_err(|full| full.to_string())
+        sent.map(drop).map_err(|full| Text::of(&full))
     }
 
     /// What the robot did not take, if anything.
-    pub(crate) fn refused(&self) -> Option<&str> {
-        self.refused.get().map(String::as_str)
+    pub(crate) fn refused(&self) -> Option<&Text> {
+        self.refused.get()
     }
 }

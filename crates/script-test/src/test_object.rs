@@ -16,6 +16,7 @@ use elite_lang::{
 };
 use elite_runtime::{ProgramText, TestTaskHandle};
 use io_bus::SimulatedPeers;
+use messages::{Text, text};
 use motion_api::{CommandKind, MachineCommand, RobotMode, SafetyMode, Seconds, SensingCommand};
 use recorder::{CycleMessage, FieldValue};
 
@@ -147,8 +148,13 @@ pub(crate) fn functions(
     functions.collect()
 }
 
-pub(crate) fn argument_error(call: &NativeCall<'_>, text: impl Into<String>) -> Unwind {
-    call.raise(ExceptionKind::ValueError, text)
+/// An exception with a text of ours. Programs see the English form.
+pub(crate) fn raise(call: &NativeCall<'_>, kind: ExceptionKind, text: &Text) -> Unwind {
+    call.raise(kind, text.clone())
+}
+
+pub(crate) fn argument_error(call: &NativeCall<'_>, text: &Text) -> Unwind {
+    raise(call, ExceptionKind::ValueError, text)
 }
 
 /// A finite number within bounds; `default` where it is left out.
@@ -170,7 +176,10 @@ pub(crate) fn number(
             let shown = call.repr(&given)?;
             Err(argument_error(
                 call,
-                format!("{name} is {shown}; allowed are numbers from {least} to {most}"),
+                &text!(
+                    "{name} is {shown}; allowed are numbers from {least} to {most}",
+                    "{name} 为 {shown}；允许 {least} 到 {most} 的数"
+                ),
             ))
         }
     }
@@ -192,14 +201,18 @@ pub(crate) fn text(call: &NativeCall<'_>, index: usize, name: &str) -> NativeRes
     match given.as_str() {
         Some(text) => Ok(text.to_owned()),
         None => {
-            let text = format!("{name} must be a text, not {}", given.type_name());
-            Err(call.raise(ExceptionKind::TypeError, text))
+            let text = text!(
+                "{name} must be a text, not {}",
+                "{name} 应为字符串，不能是 {}",
+                given.type_name()
+            );
+            Err(raise(call, ExceptionKind::TypeError, &text))
         }
     }
 }
 
-pub(crate) fn failed(call: &NativeCall<'_>, text: impl Into<String>) -> Unwind {
-    call.raise(ExceptionKind::AssertionError, text)
+pub(crate) fn failed(call: &NativeCall<'_>, text: &Text) -> Unwind {
+    raise(call, ExceptionKind::AssertionError, text)
 }
 
 /// The program that `run` and `start` are given: a file that is there, or the text itself.
@@ -216,16 +229,23 @@ fn program(site: &CallContext, call: &NativeCall<'_>) -> NativeResult<ProgramTex
     let path = site.bench.folder.join(&given);
     let read = site.bench.files.text(&path, PROGRAM_BYTES_MAX);
     match read.map_err(|why| match why {
-        Ok(bytes) => format!("it has {bytes} bytes, at most {PROGRAM_BYTES_MAX} are read"),
-        Err(error) => error.to_string(),
+        Ok(bytes) => text!(
+            "it has {bytes} bytes, at most {PROGRAM_BYTES_MAX} are read",
+            "有 {bytes} 字节，最多读取 {PROGRAM_BYTES_MAX} 字节"
+        ),
+        Err(error) => Text::of(&error),
     }) {
         Ok(text) => Ok(ProgramText {
             name: normalized_path(&path).display().to_string(),
             text,
         }),
         Err(why) => {
-            let text = format!("cannot read the program {}: {why}", path.display());
-            Err(call.raise(ExceptionKind::FileNotFoundError, text))
+            let text = text!(
+                "cannot read the program {}: {why}",
+                "无法读取程序 {}：{why}",
+                path.display()
+            );
+            Err(raise(call, ExceptionKind::FileNotFoundError, &text))
         }
     }
 }
@@ -252,7 +272,7 @@ fn begin(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult<()> {
         }
         StartError::Refused(_) => ExceptionKind::RuntimeError,
     };
-    Err(call.raise(kind, error.to_string()))
+    Err(raise(call, kind, &Text::of(&error)))
 }
 
 fn start(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
@@ -266,8 +286,9 @@ fn run(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let result = match wait_for_end(site, call, timeout)? {
         true => site.bench.close(None),
         false => {
-            let text = format!(
+            let text = text!(
                 "TimeoutError: the program had not ended after {} s",
+                "TimeoutError: 程序在 {} s 后没有结束",
                 timeout.get()
             );
             end(site, call, Some(text))?
@@ -297,7 +318,7 @@ fn wait_for_end(
 fn advance_test(site: &CallContext, call: &mut NativeCall<'_>, cycle: u64) -> NativeResult<()> {
     simulated_servers::answer(site, call)?;
     if let Some(refused) = site.bench.refused() {
-        return Err(call.raise(ExceptionKind::RuntimeError, refused));
+        return Err(raise(call, ExceptionKind::RuntimeError, refused));
     }
     match site.bench.peers.needs_test() {
         true => {
@@ -312,13 +333,16 @@ fn advance_test(site: &CallContext, call: &mut NativeCall<'_>, cycle: u64) -> Na
 fn end(
     site: &CallContext,
     call: &mut NativeCall<'_>,
-    given_up: Option<String>,
+    given_up: Option<Text>,
 ) -> NativeResult<Option<ProgramResult>> {
     site.bench.programs.stop();
     let patience = Seconds::new(ENDING_MAX).unwrap_or_default();
     if !wait_for_end(site, call, patience)? {
-        let text = format!("the program was stopped and had not ended after {ENDING_MAX} s");
-        return Err(call.raise(ExceptionKind::RuntimeError, text));
+        let text = text!(
+            "the program was stopped and had not ended after {ENDING_MAX} s",
+            "程序被停止，{ENDING_MAX} s 后仍未结束"
+        );
+        return Err(raise(call, ExceptionKind::RuntimeError, &text));
     }
     Ok(site.bench.close(given_up))
 }
@@ -360,7 +384,10 @@ fn shown_result(call: &NativeCall<'_>, result: Option<ProgramResult>) -> NativeR
         return Ok(Value::None);
     };
     let prints = result.prints.iter().map(|line| Value::str(line.as_str()));
-    let error = result.error.as_deref().map_or(Value::None, Value::str);
+    let error = result
+        .error
+        .as_ref()
+        .map_or(Value::None, |error| Value::str(error.english()));
     let line = result
         .line
         .map_or(Value::None, |line| Value::Int(line.into()));
@@ -380,8 +407,12 @@ fn shown_result(call: &NativeCall<'_>, result: Option<ProgramResult>) -> NativeR
 fn until(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let function = call.arg(0).cloned().unwrap_or_default();
     if !function.is_callable() {
-        let text = format!("function must be callable, not {}", function.type_name());
-        return Err(call.raise(ExceptionKind::TypeError, text));
+        let text = text!(
+            "function must be callable, not {}",
+            "function 必须可调用，不能是 {}",
+            function.type_name()
+        );
+        return Err(raise(call, ExceptionKind::TypeError, &text));
     }
     let timeout = seconds(call, 1, "timeout", Some(60.0))?;
     let deadline = site.bench.cycle_after(timeout);
@@ -422,7 +453,7 @@ fn act(site: &CallContext, call: &NativeCall<'_>, after: Seconds, act: TestActio
     };
     match done {
         Ok(()) => Ok(Value::None),
-        Err(sentence) => Err(call.raise(ExceptionKind::RuntimeError, sentence)),
+        Err(sentence) => Err(raise(call, ExceptionKind::RuntimeError, &sentence)),
     }
 }
 
@@ -438,7 +469,7 @@ fn set(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let after = seconds(call, 2, "after", Some(0.0))?;
     let config = site.bench.robot.state().io_config;
     let change = PointChange::of_input(&name, &value, &config);
-    let change = change.map_err(|error| argument_error(call, error.to_string()))?;
+    let change = change.map_err(|error| argument_error(call, &Text::of(&error)))?;
     act(site, call, after, TestAction::Set(change))
 }
 
@@ -460,7 +491,10 @@ fn get(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
                 Some(FieldValue::Text(text)) => Ok(Value::str(text)),
                 None => Err(argument_error(
                     call,
-                    format!("{sentence}; columns of replay --csv /cycle can be read as well"),
+                    &text!(
+                        "{sentence}; columns of replay --csv /cycle can be read as well",
+                        "{sentence}；也可以读取 replay --csv /cycle 的列"
+                    ),
                 )),
             };
         }
@@ -485,8 +519,11 @@ fn wrench(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     });
     let Some(wrench) = numbers else {
         let shown = call.repr(&given)?;
-        let text = format!("w is {shown}; six numbers are needed: force in N, moment in Nm");
-        return Err(argument_error(call, text));
+        let text = text!(
+            "w is {shown}; six numbers are needed: force in N, moment in Nm",
+            "w 为 {shown}；需要六个数：力（N）、力矩（Nm）"
+        );
+        return Err(argument_error(call, &text));
     };
     let duration = seconds(call, 1, "duration", None)?;
     let in_tool_axes = match call.arg(2) {
@@ -495,8 +532,11 @@ fn wrench(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
             "base" => false,
             "tool" => true,
             other => {
-                let text = format!("frame is {other:?}; allowed are \"base\" and \"tool\"");
-                return Err(argument_error(call, text));
+                let text = text!(
+                    "frame is {other:?}; allowed are \"base\" and \"tool\"",
+                    "frame 为 {other:?}；允许 \"base\" 和 \"tool\""
+                );
+                return Err(argument_error(call, &text));
             }
         },
     };
@@ -508,7 +548,7 @@ fn wrench(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
         replaces: false,
     });
     if let Err(refusal) = push.validate() {
-        return Err(argument_error(call, refusal.to_string()));
+        return Err(argument_error(call, &Text::of(&refusal)));
     }
     act(site, call, after, TestAction::Command(push))
 }
@@ -520,10 +560,11 @@ fn safety(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
         "protective_stop" => CommandKind::Machine(MachineCommand::ProtectiveStop),
         "emergency_stop" => CommandKind::Machine(MachineCommand::EmergencyStop { pressed: true }),
         other => {
-            let text = format!(
-                "state is {other:?}; allowed are \"normal\", \"protective_stop\" and \"emergency_stop\""
+            let text = text!(
+                "state is {other:?}; allowed are \"normal\", \"protective_stop\" and \"emergency_stop\"",
+                "state 为 {other:?}；允许 \"normal\"、\"protective_stop\" 和 \"emergency_stop\""
             );
-            return Err(argument_error(call, text));
+            return Err(argument_error(call, &text));
         }
     };
     act(site, call, Seconds::default(), TestAction::Command(kind))?;
@@ -556,11 +597,13 @@ fn make_ready(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
             (true, _) => None,
         };
         if site.bench.turns.cycles() >= deadline {
-            let text = format!(
+            let text = text!(
                 "the arm is not ready after {READY_MAX} s: its robot mode is {}, its safety mode {}",
-                state.robot_mode, state.safety_mode
+                "{READY_MAX} s 后机械臂仍未就绪：机器人模式为 {}，安全模式为 {}",
+                state.robot_mode,
+                state.safety_mode
             );
-            return Err(call.raise(ExceptionKind::RuntimeError, text));
+            return Err(raise(call, ExceptionKind::RuntimeError, &text));
         }
         if let Some(command) = next {
             act(site, call, Seconds::default(), TestAction::Command(command))?;

@@ -6,8 +6,9 @@
 use controller::CellWorld;
 use controller::cell_world::{FingerState, OrderError, WorldOrder};
 use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
+use messages::{Text, text};
 
-use crate::test_object::{CallContext, argument_error, number, text};
+use crate::test_object::{CallContext, argument_error, number, raise, text};
 
 type NativeResult<T = Value> = Result<T, Unwind>;
 
@@ -18,13 +19,16 @@ const DURATION_MAX: f64 = 1e6;
 
 fn world<'a>(site: &'a CallContext, call: &NativeCall<'_>) -> NativeResult<&'a CellWorld> {
     site.bench.world.as_ref().ok_or_else(|| {
-        let text = "the cell has no parts: none of its tables is [world], [[part]], [[gripper]] and their like";
-        call.raise(ExceptionKind::RuntimeError, text)
+        let text = text!(
+            "the cell has no parts: none of its tables is [world], [[part]], [[gripper]] and their like",
+            "单元中没有工件：没有 [world]、[[part]]、[[gripper]] 等表"
+        );
+        raise(call, ExceptionKind::RuntimeError, &text)
     })
 }
 
 fn refused(call: &NativeCall<'_>, error: &OrderError) -> Unwind {
-    argument_error(call, error.to_string())
+    argument_error(call, &Text::of(&error))
 }
 
 /// `parts()`: names of the parts that are there.
@@ -93,7 +97,7 @@ pub(crate) fn gripper(site: &CallContext, call: &mut NativeCall<'_>) -> NativeRe
     let Some(number) = names.position(|given| *given == name) else {
         return Err(argument_error(
             call,
-            format!("there is no gripper {name:?}"),
+            &text!("there is no gripper {name:?}", "没有夹爪 {name:?}"),
         ));
     };
     let world = shared.lock();
@@ -121,7 +125,10 @@ pub(crate) fn count(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResu
     let facts = world(site, call)?.facts();
     match facts.count(&name) {
         Some(count) => Ok(Value::from(i64::try_from(count).unwrap_or(i64::MAX))),
-        None => Err(argument_error(call, format!("there is no sink {name:?}"))),
+        None => Err(argument_error(
+            call,
+            &text!("there is no sink {name:?}", "没有工件出口 {name:?}"),
+        )),
     }
 }
 
@@ -129,7 +136,7 @@ fn order(site: &CallContext, call: &NativeCall<'_>, order: WorldOrder) -> Native
     match world(site, call)?.order(order) {
         Ok(None) => Ok(Value::None),
         Ok(Some(name)) => Ok(Value::str(name)),
-        Err(error) => Err(argument_error(call, error.to_string())),
+        Err(error) => Err(argument_error(call, &Text::of(&error))),
     }
 }
 
@@ -177,10 +184,11 @@ fn pose(call: &NativeCall<'_>, index: usize) -> NativeResult<[f64; 6]> {
         Some(numbers) => Ok(numbers),
         None => {
             let shown = call.repr(&given)?;
-            let text = format!(
-                "pose is {shown}; six numbers of at most {COORDINATE_MAX} are needed: x, y, z in m, Rx, Ry, Rz in rad"
+            let text = text!(
+                "pose is {shown}; six numbers of at most {COORDINATE_MAX} are needed: x, y, z in m, Rx, Ry, Rz in rad",
+                "pose 为 {shown}；需要六个绝对值不超过 {COORDINATE_MAX} 的数：x、y、z（m），Rx、Ry、Rz（rad）"
             );
-            Err(argument_error(call, text))
+            Err(argument_error(call, &text))
         }
     }
 }

@@ -3,6 +3,8 @@
 use core::fmt;
 use std::error::Error;
 
+use messages::{Language, Localized, Text};
+
 /// Exit status of the process. The meaning is the same for every command.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
@@ -33,11 +35,12 @@ impl CommandStatus {
     }
 }
 
-/// The reason for which a command was not done, displayed as one sentence. Any error can be turned into one, as with `anyhow`.
+/// The reason for which a command was not done, displayed as one sentence. Any error that can be told in every language
+/// can be turned into one.
 #[derive(Debug)]
 pub struct CommandError {
     status: CommandStatus,
-    source: Box<dyn Error + Send + Sync>,
+    reason: Text,
 }
 
 /// What a command gives back.
@@ -45,11 +48,8 @@ pub type CommandResult = Result<CommandStatus, CommandError>;
 
 impl CommandError {
     /// A sentence for people.
-    pub fn sentence(text: impl Into<String>) -> Self {
-        Self {
-            status: CommandStatus::NotDone,
-            source: text.into().into(),
-        }
+    pub fn sentence(text: Text) -> Self {
+        Self::from(text)
     }
 
     /// With another status than [`CommandStatus::NotDone`].
@@ -64,23 +64,31 @@ impl CommandError {
     }
 }
 
-impl<E: Error + Send + Sync + 'static> From<E> for CommandError {
+impl<E: Error + Localized> From<E> for CommandError {
     fn from(error: E) -> Self {
         Self {
             status: CommandStatus::NotDone,
-            source: error.into(),
+            reason: Text::of(&error),
         }
     }
 }
 
 impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.source.fmt(f)
+        fmt::Display::fmt(&self.reason, f)
+    }
+}
+
+impl Localized for CommandError {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.reason.fmt_in(language, f)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use messages::text;
+
     use super::*;
 
     #[test]
@@ -88,11 +96,13 @@ mod tests {
         let error = CommandError::from(std::io::Error::other("the disk is full"));
         assert_eq!(error.to_string(), "the disk is full");
         assert_eq!(error.status().code(), 2);
-        let late = CommandError::sentence("nobody answers").with_status(CommandStatus::Negative);
+        let late = CommandError::sentence(text!("nobody answers", "没有应答"))
+            .with_status(CommandStatus::Negative);
         assert_eq!(
             (late.to_string().as_str(), late.status().code()),
             ("nobody answers", 1)
         );
+        assert_eq!(late.in_language(Language::Chinese).to_string(), "没有应答");
         assert_eq!(
             CommandStatus::of_answer(false)
                 .max(CommandStatus::Success)

@@ -14,6 +14,7 @@ use elite_runtime::message::{
 };
 use elite_runtime::panel::VariableValue;
 use elite_syntax::TaskNode;
+use messages::{Text, text};
 use motion_api::{CycleFrame, Origin, ProgramId, ThreadNumber};
 use parking_lot::Mutex;
 use recorder::lengths::truncate_marked;
@@ -95,8 +96,8 @@ impl EventBroadcaster {
         self.ports.subscribe()
     }
 
-    /// Follows the messages from now on, as they are before anybody's language.
-    pub fn subscribe_in_english(&self) -> broadcast::Receiver<Message> {
+    /// Follows stops, alarms and errors from now on, whole and in each language.
+    pub fn subscribe_alarms(&self) -> broadcast::Receiver<Message> {
         self.pages.subscribe()
     }
 
@@ -135,14 +136,13 @@ impl EventBroadcaster {
     }
 
     /// A message of a program that one person runs: what it is about, without time and threads.
-    fn line_for_people(&self, severity: Severity, origin: Origin, text: &str) -> String {
-        let word = match (severity, language::is_chinese()) {
-            (Severity::Info, _) => "",
-            (Severity::Warning, false) => "warning: ",
-            (Severity::Warning, true) => "警告：",
-            (Severity::Error, false) => "error: ",
-            (Severity::Error, true) => "错误：",
+    fn line_for_people(&self, severity: Severity, origin: Origin, text: &Text) -> String {
+        let word = match severity {
+            Severity::Info => Text::fixed("", ""),
+            Severity::Warning => text!("warning: ", "警告："),
+            Severity::Error => text!("error: ", "错误："),
         };
+        let (word, text) = (language::shown(&word), language::shown(text));
         match self.name_of(origin.program).filter(|_| origin.line > 0) {
             Some(name) => format!("{name}:{}: {word}{text}", origin.line),
             None => format!("{word}{text}"),
@@ -167,7 +167,7 @@ impl EventBroadcaster {
         )
     }
 
-    fn log(&self, severity: Severity, origin: Origin, text: &str) {
+    fn log(&self, severity: Severity, origin: Origin, text: &Text) {
         if self.console == PrintTarget::Stdout && !logging::is_json() {
             return logging::say(&self.line_for_people(severity, origin, text));
         }
@@ -186,20 +186,14 @@ impl Observer for EventBroadcaster {
             // Nobody listening is fine.
             let _ = self.pages.send(message.clone());
         }
-        let told = language::message(message);
-        // The sender's program, which may be one of ours, knows it by its beginning.
-        let is_replacement =
-            matches!(message, Message::Log { text, .. } if text.starts_with(REPLACED));
-        let for_clients = if is_replacement { message } else { &*told };
-        let for_clients = primary_message(for_clients, |program| self.name_of(program));
-        let message = &*told;
         match message {
             Message::Print { text, .. } if self.console == PrintTarget::Stdout => {
                 // Nothing sensible is left to do when standard output is gone.
                 let _ = std::io::stdout().write_all(text.as_bytes());
             }
             Message::Print { origin, text } => {
-                self.log(Severity::Info, *origin, text.trim_end_matches('\n'));
+                let text = Text::verbatim(text.trim_end_matches('\n').to_owned());
+                self.log(Severity::Info, *origin, &text);
             }
             Message::Log {
                 severity,
@@ -211,14 +205,15 @@ impl Observer for EventBroadcaster {
             } => {
                 // The report has lines of its own; a log prefix would push the caret out of place.
                 if self.console != PrintTarget::Log {
-                    logging::say(without_repetition(report));
+                    logging::say(without_repetition(report.in_language(language::chosen())));
                 } else {
                     let origin = Origin {
                         program: *program,
                         ..Origin::default()
                     };
-                    self.span_of(origin)
-                        .in_scope(|| tracing::error!(target: "script", "\n{}", report.trim_end()));
+                    self.span_of(origin).in_scope(
+                        || tracing::error!(target: "script", "\n{}", report.english().trim_end()),
+                    );
                 }
             }
             Message::Robot {
@@ -228,7 +223,7 @@ impl Observer for EventBroadcaster {
                 ..
             } => self.log(*severity, *origin, text),
         }
-        if let Some(message) = for_clients {
+        if let Some(message) = primary_message(message, |program| self.name_of(program)) {
             // Nobody listening is fine.
             let _ = self.ports.send(message);
         }
@@ -307,18 +302,19 @@ impl Observer for EventBroadcaster {
     }
 }
 
-/// What clients of port 30001 are told; the rest is for the log alone.
+/// What clients of port 30001 are told, in English; the rest is for the log alone.
 fn primary_message(
     message: &Message,
     name_of: impl Fn(ProgramId) -> Option<String>,
 ) -> Option<Message> {
-    let short = |text: &str| short(text, PORT_TEXT_BYTES);
+    let short = |text: &Text| short(text.english(), PORT_TEXT_BYTES);
     Some(match message {
         Message::Print { .. } => return None,
         // A problem of a secondary program (manual 1.2.6), and that another took the place of one.
         Message::Log { severity, text, .. }
             if *severity != Severity::Warning
-                || !(text.starts_with("[SEC] ") || text.starts_with(REPLACED)) =>
+                || !(text.english().starts_with("[SEC] ")
+                    || text.english().starts_with(REPLACED)) =>
         {
             return None;
         }
@@ -326,7 +322,7 @@ fn primary_message(
             severity,
             origin,
             text,
-        } => Message::log(*severity, *origin, short(text)),
+        } => Message::log(*severity, *origin, Text::verbatim(short(text))),
         Message::ScriptError {
             program,
             line,
@@ -337,8 +333,8 @@ fn primary_message(
             program: *program,
             line: *line,
             column: *column,
-            summary: short(summary),
-            report: short_report(report, summary),
+            summary: Text::verbatim(short(summary)),
+            report: Text::verbatim(short_report(report.english(), summary.english())),
         },
         Message::Robot {
             origin,
@@ -351,12 +347,12 @@ fn primary_message(
             code: *code,
             sub_code: *sub_code,
             severity: *severity,
-            text: match name_of(origin.program) {
+            text: Text::verbatim(match name_of(origin.program) {
                 Some(name) if origin.line > 0 => {
                     format!("{} ({name}:{})", short(text), origin.line)
                 }
                 _ => short(text),
-            },
+            }),
         },
     })
 }
@@ -395,21 +391,24 @@ mod tests {
             program: ProgramId(1),
             line: 3,
             column: 1,
-            summary: format!("ValueError: {}", "y".repeat(length)),
-            report: format!(
+            summary: Text::verbatim(format!("ValueError: {}", "y".repeat(length))),
+            report: Text::verbatim(format!(
                 "line 3\n{}\nValueError: {}",
                 "x".repeat(length),
                 "y".repeat(length)
-            ),
+            )),
         };
         assert_eq!(told(&error(100)), Some(error(100)));
         let Some(Message::ScriptError { report, .. }) = told(&error(1 << 20)) else {
             panic!("it is told");
         };
+        let report = report.english();
         assert!(report.len() <= PORT_TEXT_BYTES + 1, "{}", report.len());
         let last = report.lines().next_back().unwrap();
         assert!(last.starts_with("ValueError: yyy") && last.contains("[cut, "));
-        let log = |severity, text: &str| Message::log(severity, Origin::default(), text);
+        let log = |severity, text: &'static str| {
+            Message::log(severity, Origin::default(), Text::verbatim(text))
+        };
         let secondary = log(Severity::Warning, "[SEC] Exception: x");
         assert_eq!(told(&secondary), Some(secondary.clone()));
         assert_eq!(told(&log(Severity::Warning, "x")), None);
@@ -423,12 +422,13 @@ mod tests {
                 line,
                 ..Origin::default()
             };
-            Message::protective_stop(motion_api::StopReason::EmergencyStop, origin)
+            let reason = motion_api::StopReason::EmergencyStop;
+            Message::protective_stop(reason, &Text::of(&reason), origin)
         };
         let text = |line, name: Option<&str>| {
             let name = name.map(str::to_owned);
             match primary_message(&stop(line), |_| name.clone()) {
-                Some(Message::Robot { text, .. }) => text,
+                Some(Message::Robot { text, .. }) => text.to_string(),
                 other => panic!("{other:?}"),
             }
         };

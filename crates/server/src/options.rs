@@ -9,6 +9,7 @@ use core::str::FromStr;
 
 use controller::options::{OptionSlot, RefusedValue};
 use io_bus::ControlMode;
+use messages::{Text, text};
 use serde_json::Value as Json;
 
 use crate::cli::{RosMiddleware, TextLanguage};
@@ -66,14 +67,17 @@ pub enum PortSetting {
 }
 
 impl FromStr for PortSetting {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         match (text, text.parse()) {
             ("off", _) => Ok(Self::Off),
             (_, Ok(0)) => Ok(Self::Any),
             (_, Ok(number)) => Ok(Self::Number(number)),
-            _ => Err("allowed are a port from 1 to 65535, 0 for any free port, and off".to_owned()),
+            _ => Err(text!(
+                "allowed are a port from 1 to 65535, 0 for any free port, and off",
+                "允许 1 到 65535 的端口、0（任一空闲端口）和 off"
+            )),
         }
     }
 }
@@ -93,14 +97,17 @@ impl fmt::Display for PortSetting {
 pub struct ControlChoice(pub ControlMode);
 
 impl FromStr for ControlChoice {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         let modes = [ControlMode::Remote, ControlMode::Local, ControlMode::Mixed];
         let named = modes.into_iter().find(|mode| mode.name() == text);
-        named
-            .map(Self)
-            .ok_or_else(|| "allowed are remote, local and mixed".to_owned())
+        named.map(Self).ok_or_else(|| {
+            text!(
+                "allowed are remote, local and mixed",
+                "允许 remote、local 和 mixed"
+            )
+        })
     }
 }
 
@@ -115,12 +122,12 @@ impl Default for RosName {
 }
 
 impl FromStr for RosName {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         ros2::names::namespace(text)
             .map(Self)
-            .map_err(|error| error.to_string())
+            .map_err(|error| Text::of(&error))
     }
 }
 
@@ -129,12 +136,12 @@ impl FromStr for RosName {
 pub struct RosPrefix(pub String);
 
 impl FromStr for RosPrefix {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         ros2::names::prefix(text)
             .map(Self)
-            .map_err(|error| error.to_string())
+            .map_err(|error| Text::of(&error))
     }
 }
 
@@ -143,12 +150,15 @@ impl FromStr for RosPrefix {
 pub struct RosRate(pub f64);
 
 impl FromStr for RosRate {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         match text.parse() {
             Ok(rate) if (0.1..=1000.0).contains(&rate) => Ok(Self(rate)),
-            _ => Err("allowed are 0.1 to 1000 messages a second".to_owned()),
+            _ => Err(text!(
+                "allowed are 0.1 to 1000 messages a second",
+                "允许每秒 0.1 到 1000 条消息"
+            )),
         }
     }
 }
@@ -158,12 +168,15 @@ impl FromStr for RosRate {
 pub struct RosFactor(pub f64);
 
 impl FromStr for RosFactor {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         match text.parse() {
             Ok(factor) if (0.001..=1000.0).contains(&factor) => Ok(Self(factor)),
-            _ => Err("allowed are factors from 0.001 to 1000".to_owned()),
+            _ => Err(text!(
+                "allowed are factors from 0.001 to 1000",
+                "允许 0.001 到 1000 的系数"
+            )),
         }
     }
 }
@@ -173,16 +186,19 @@ impl FromStr for RosFactor {
 pub struct TrustedHost(pub String);
 
 impl FromStr for TrustedHost {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         let is_name = |text: &str| {
             text.bytes()
                 .all(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'-'))
         };
         let is_one = text.parse::<std::net::IpAddr>().is_ok() || is_name(text);
         if text.is_empty() || !is_one {
-            return Err("allowed are a host name or an IP address, without a port".to_owned());
+            return Err(text!(
+                "allowed are a host name or an IP address, without a port",
+                "允许主机名或 IP 地址，不带端口"
+            ));
         }
         Ok(Self(text.to_owned()))
     }
@@ -199,13 +215,13 @@ pub enum LogFormat {
 }
 
 impl FromStr for LogFormat {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         match text {
             "text" => Ok(Self::Text),
             "json" => Ok(Self::Json),
-            _ => Err("allowed are text and json".to_owned()),
+            _ => Err(text!("allowed are text and json", "允许 text 和 json")),
         }
     }
 }

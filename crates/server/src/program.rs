@@ -6,6 +6,7 @@ use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::time::Duration;
 
+use messages::text;
 use supervision::{Fault, ThreadRole, catch};
 
 use crate::cli::{CliCommand, RunArgs, parse};
@@ -31,7 +32,7 @@ pub fn run_program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(Err(error)) => {
             // Where the configuration cannot be read no language is chosen yet.
             language::choose_this(language);
-            logging::say(&language::told(&format!("eliteserver: {error}")));
+            logging::say(&format!("eliteserver: {}", language::shown(&error)));
             error.status()
         }
         // A fault outside every thread that contains its own.
@@ -51,8 +52,9 @@ fn answer(text: &[u8]) -> CommandResult {
     match out.write_all(text).and_then(|()| out.flush()) {
         Ok(()) => Ok(CommandStatus::Success),
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(CommandStatus::Success),
-        Err(error) => Err(CommandError::sentence(format!(
-            "cannot write the answer: {error}"
+        Err(error) => Err(CommandError::sentence(text!(
+            "cannot write the answer: {error}",
+            "无法写出回答：{error}"
         ))),
     }
 }

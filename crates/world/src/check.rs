@@ -4,6 +4,7 @@
 use crate::check_entry::{Entry, Register};
 use crate::description::*;
 use crate::error::WorldError;
+use messages::{Text, text};
 use motion_api::IoPoint;
 use motion_api::PointSet;
 use std::collections::BTreeMap;
@@ -56,7 +57,13 @@ pub fn check(cell: &WorldDescription) -> Result<PointSet, WorldError> {
     }
     for source in &cell.sources {
         let entry = register.name("source", &source.name)?;
-        register.known(&entry, "part", &source.part, &["part"], "a [[part]]")?;
+        register.known(
+            &entry,
+            "part",
+            &source.part,
+            &["part"],
+            text!("a [[part]]", "某个 [[part]]"),
+        )?;
         entry.pose("pose", &source.pose)?;
         entry.trigger("every", &source.when, 1e-3)?;
         entry.not_negative("start_at", source.start_at)?;
@@ -65,7 +72,7 @@ pub fn check(cell: &WorldDescription) -> Result<PointSet, WorldError> {
             return Err(entry.refuse(
                 "scatter",
                 format!("{:?}", source.scatter),
-                "six numbers, not negative",
+                text!("six numbers, not negative", "六个不小于 0 的数"),
             ));
         }
     }
@@ -85,13 +92,13 @@ fn settings(settings: &Settings) -> Result<(), WorldError> {
         "period",
         period,
         (0.0005..=0.02).contains(&period),
-        "0.0005 s to 0.02 s",
+        text!("0.0005 s to 0.02 s", "0.0005 s 到 0.02 s"),
     )?;
     entry.within(
         "substep",
         substep,
         (0.0001..=period).contains(&substep),
-        "0.0001 s up to the control cycle",
+        text!("0.0001 s up to the control cycle", "0.0001 s 到控制周期"),
     )?;
     entry.finite("gravity", &settings.gravity)?;
     entry.finite("floor", &[settings.floor.unwrap_or_default()])
@@ -136,13 +143,13 @@ fn check_part(entry: &Entry<'_>, part: &PartDescription) -> Result<(), WorldErro
             "mass",
             mass,
             (1e-4..=1e4).contains(&mass),
-            "0.0001 kg to 10000 kg",
+            text!("0.0001 kg to 10000 kg", "0.0001 kg 到 10000 kg"),
         )?,
         Mass::Density(density) => entry.within(
             "density",
             density,
             (1.0..=1e5).contains(&density),
-            "1 kg/m³ to 100000 kg/m³",
+            text!("1 kg/m³ to 100000 kg/m³", "1 kg/m³ 到 100000 kg/m³"),
         )?,
     }
     entry.pose("pose", &part.pose)?;
@@ -151,14 +158,14 @@ fn check_part(entry: &Entry<'_>, part: &PartDescription) -> Result<(), WorldErro
         "restitution",
         part.restitution,
         (0.0..=1.0).contains(&part.restitution),
-        "0 to 1",
+        text!("0 to 1", "0 到 1"),
     )?;
     if let Some(copies) = &part.copies {
         if copies.count.contains(&0) {
             return Err(entry.refuse(
                 "copies",
                 format!("{:?}", copies.count),
-                "three whole numbers from 1",
+                text!("three whole numbers from 1", "三个不小于 1 的整数"),
             ));
         }
         entry.finite("pitch", &copies.pitch)?;
@@ -173,7 +180,11 @@ fn check_vacuum(
 ) -> Result<(), WorldError> {
     let cups = vacuum.cups.len();
     if cups == 0 || cups > MAX_ENTRIES {
-        return Err(entry.refuse("cups", format!("{cups} cups"), "1 to 50 cups"));
+        return Err(entry.refuse_given(
+            "cups",
+            text!("{cups} cups", "{cups} 个吸盘"),
+            text!("1 to 50 cups", "1 到 50 个吸盘"),
+        ));
     }
     entry.finite("cups", vacuum.cups.as_flattened())?;
     entry.direction("direction", &vacuum.direction)?;
@@ -181,20 +192,23 @@ fn check_vacuum(
         "radius",
         vacuum.radius,
         (1e-3..=0.5).contains(&vacuum.radius),
-        "0.001 m to 0.5 m",
+        text!("0.001 m to 0.5 m", "0.001 m 到 0.5 m"),
     )?;
     let pressure = vacuum.pressure;
     entry.within(
         "pressure",
         pressure,
         pressure > 0.0 && pressure <= 101_325.0,
-        "more than 0 Pa, up to 101325 Pa",
+        text!(
+            "more than 0 Pa, up to 101325 Pa",
+            "大于 0 Pa、不超过 101325 Pa"
+        ),
     )?;
     entry.within(
         "reach",
         vacuum.reach,
         (1e-4..=0.1).contains(&vacuum.reach),
-        "0.0001 m to 0.1 m",
+        text!("0.0001 m to 0.1 m", "0.0001 m 到 0.1 m"),
     )?;
     entry.positive("build_up", vacuum.build_up)?;
     entry.positive("decay", vacuum.decay)?;
@@ -203,7 +217,7 @@ fn check_vacuum(
         "threshold",
         threshold,
         threshold > 0.0 && threshold <= 1.0,
-        "more than 0, up to 1",
+        text!("more than 0, up to 1", "大于 0、不超过 1"),
     )?;
     entry.digital("on", Some(vacuum.on))?;
     entry.digital("blow_off", vacuum.blow_off)?;
@@ -222,7 +236,7 @@ fn check_fingers(
         "stroke",
         fingers.stroke,
         (1e-3..=1.0).contains(&fingers.stroke),
-        "0.001 m to 1 m",
+        text!("0.001 m to 1 m", "0.001 m 到 1 m"),
     )?;
     entry.direction("axis", &fingers.axis)?;
     entry.shape("finger", &fingers.finger.0, false)?;
@@ -232,12 +246,19 @@ fn check_fingers(
         "speed",
         fingers.speed,
         fingers.speed > 0.0 && fingers.speed <= 2.0,
-        "more than 0 m/s, up to 2 m/s",
+        text!("more than 0 m/s, up to 2 m/s", "大于 0 m/s、不超过 2 m/s"),
     )?;
     entry.not_negative("friction", fingers.friction)?;
     if let FingerControl::Points { close, open } = fingers.control {
         if close.is_none() && open.is_none() {
-            return Err(entry.refuse("close", "missing", "an output in close, open or both"));
+            return Err(entry.refuse_given(
+                "close",
+                text!("missing", "缺失"),
+                text!(
+                    "an output in close, open or both",
+                    "close、open 或两者中的输出"
+                ),
+            ));
         }
         entry.digital("close", close)?;
         entry.digital("open", open)?;
@@ -277,7 +298,7 @@ fn check_conveyor(entry: &Entry<'_>, conveyor: &ConveyorDescription) -> Result<(
     entry.analog("speed_from", conveyor.speed_from)?;
     match conveyor.encoder {
         None | Some(0 | 1) => Ok(()),
-        Some(other) => Err(entry.refuse("encoder", other, "0 or 1")),
+        Some(other) => Err(entry.refuse("encoder", other, text!("0 or 1", "0 或 1"))),
     }
 }
 
@@ -290,14 +311,18 @@ fn check_detector<'a>(
         "delay",
         detector.delay,
         (0.0..=60.0).contains(&detector.delay),
-        "0 s to 60 s",
+        text!("0 s to 60 s", "0 s 到 60 s"),
     )?;
     match &detector.kind {
         DetectorKind::Beam { from, until } => {
             entry.finite("from", from)?;
             entry.finite("until", until)?;
             if from == until {
-                return Err(entry.refuse("until", format!("{until:?}"), "another point than from"));
+                return Err(entry.refuse(
+                    "until",
+                    format!("{until:?}"),
+                    text!("another point than from", "与 from 不同的点"),
+                ));
             }
             entry.digital("to", Some(detector.to))?;
         }
@@ -327,7 +352,7 @@ fn check_actuator<'a>(
                 "stroke",
                 *stroke,
                 (1e-3..=10.0).contains(stroke),
-                "0.001 m to 10 m",
+                text!("0.001 m to 10 m", "0.001 m 到 10 m"),
             )?;
         }
         Travel::Rotary { axis, point, angle } => {
@@ -338,7 +363,7 @@ fn check_actuator<'a>(
                 "angle",
                 *angle,
                 is_less_than_half_a_turn,
-                "0.001 rad to 3.1 rad",
+                text!("0.001 rad to 3.1 rad", "0.001 rad 到 3.1 rad"),
             )?;
         }
     }
@@ -346,7 +371,7 @@ fn check_actuator<'a>(
         "time",
         actuator.time,
         (0.01..=600.0).contains(&actuator.time),
-        "0.01 s to 600 s",
+        text!("0.01 s to 600 s", "0.01 s 到 600 s"),
     )?;
     entry.positive("force", actuator.force)?;
     entry.digital("extend", Some(actuator.extend))?;
@@ -359,7 +384,13 @@ fn check_actuator<'a>(
         register.drive(&entry, key, point)?;
     }
     for name in &actuator.moves {
-        register.known(&entry, "moves", name, &["obstacle"], "an [[obstacle]]")?;
+        register.known(
+            &entry,
+            "moves",
+            name,
+            &["obstacle"],
+            text!("an [[obstacle]]", "某个 [[obstacle]]"),
+        )?;
     }
     Ok(())
 }
@@ -373,15 +404,30 @@ fn check_references(cell: &WorldDescription, register: &Register<'_>) -> Result<
             name: &actuator.name,
         };
         if actuator.moves.is_empty() {
-            return Err(entry.refuse("moves", "[]", "the name of one obstacle or more"));
+            return Err(entry.refuse(
+                "moves",
+                "[]",
+                text!("the name of one obstacle or more", "一个或多个障碍物的名称"),
+            ));
         }
         for name in &actuator.moves {
             let obstacle = cell.obstacles.iter().find(|o| o.name == *name);
             if obstacle.is_some_and(|o| o.shape == BodyShape::Plane) {
-                return Err(entry.refuse("moves", name, "obstacles that are no planes"));
+                return Err(entry.refuse(
+                    "moves",
+                    name,
+                    text!("obstacles that are no planes", "不是平面的障碍物"),
+                ));
             }
             if moved.insert(name, &actuator.name).is_some() {
-                return Err(entry.refuse("moves", name, "obstacles that no actuator moves yet"));
+                return Err(entry.refuse(
+                    "moves",
+                    name,
+                    text!(
+                        "obstacles that no actuator moves yet",
+                        "尚无执行机构移动的障碍物"
+                    ),
+                ));
             }
         }
     }
@@ -398,7 +444,10 @@ fn check_references(cell: &WorldDescription, register: &Register<'_>) -> Result<
                 key,
                 name,
                 &tables,
-                "a part, obstacle, gripper or conveyor, or \"floor\"",
+                text!(
+                    "a part, obstacle, gripper or conveyor, or \"floor\"",
+                    "工件、障碍物、夹爪或传送带，或 \"floor\""
+                ),
             )?;
         }
     }
@@ -415,15 +464,22 @@ fn check_fault(
 ) -> Result<(), WorldError> {
     let (name, tables, allowed): (&str, &[&str], _) = match &fault.what {
         FaultKind::Missing(name) | FaultKind::Turned(name) | FaultKind::Drop(name) => {
-            (name, &["part"], "a [[part]]")
+            (name, &["part"], text!("a [[part]]", "某个 [[part]]"))
         }
-        FaultKind::Leak(name) => (name, &["gripper"], "a [[gripper]]"),
+        FaultKind::Leak(name) => (
+            name,
+            &["gripper"],
+            text!("a [[gripper]]", "某个 [[gripper]]"),
+        ),
         FaultKind::Blocked(name) | FaultKind::Slow(name) => (
             name,
             &["actuator", "conveyor"],
-            "an [[actuator]] or [[conveyor]]",
+            text!(
+                "an [[actuator]] or [[conveyor]]",
+                "某个 [[actuator]] 或 [[conveyor]]"
+            ),
         ),
-        FaultKind::Stuck(_) | FaultKind::Open(_) => ("", &[], ""),
+        FaultKind::Stuck(_) | FaultKind::Open(_) => ("", &[], Text::verbatim("")),
     };
     let entry = Entry {
         table: "fault",
@@ -443,19 +499,16 @@ fn check_fault(
             let template = name.split(['[', '#']).next().unwrap_or(name);
             let is_copy = part_names(cell).any(|n| n == name)
                 || name.contains('#') && register.is(template, tables);
-            if is_copy {
-                Ok(())
-            } else {
-                register
-                    .known(&entry, "name", "", &[], allowed)
-                    .map_err(|_| unknown(name, allowed))
+            match is_copy {
+                true => Ok(()),
+                false => Err(unknown(name, allowed)),
             }
         }
         _ => register.known(&entry, "name", name, tables, allowed),
     }
 }
 
-fn unknown(name: &str, allowed: &'static str) -> WorldError {
+fn unknown(name: &str, allowed: Text) -> WorldError {
     WorldError::UnknownName {
         table: "fault",
         name: name.to_owned(),

@@ -3,10 +3,12 @@
 use crate::description::{BodyShape, Trigger};
 use crate::error::WorldError;
 use kinematics::Pose;
+use messages::{Text, text};
 use motion_api::PointSet;
 use motion_api::io::TOOL_ANALOG;
 use motion_api::{DigitalBank, IoPoint};
 use std::collections::BTreeMap;
+use std::fmt::Display;
 
 /// One entry of one table while it is checked.
 pub(crate) struct Entry<'a> {
@@ -18,14 +20,18 @@ impl Entry<'_> {
     pub(crate) fn refuse(
         &self,
         key: &'static str,
-        given: impl ToString,
-        allowed: &'static str,
+        given: impl Display,
+        allowed: Text,
     ) -> WorldError {
+        self.refuse_given(key, Text::verbatim(given.to_string()), allowed)
+    }
+
+    pub(crate) fn refuse_given(&self, key: &'static str, given: Text, allowed: Text) -> WorldError {
         WorldError::OutOfRange {
             table: self.table,
             name: self.name.to_owned(),
             key,
-            given: given.to_string(),
+            given,
             allowed,
         }
     }
@@ -35,12 +41,17 @@ impl Entry<'_> {
             key,
             value,
             value > 0.0 && value <= 1e6,
-            "more than 0, up to 1e6",
+            text!("more than 0, up to 1e6", "大于 0、不超过 1e6"),
         )
     }
 
     pub(crate) fn not_negative(&self, key: &'static str, value: f64) -> Result<(), WorldError> {
-        self.within(key, value, (0.0..=1e6).contains(&value), "0 to 1e6")
+        self.within(
+            key,
+            value,
+            (0.0..=1e6).contains(&value),
+            text!("0 to 1e6", "0 到 1e6"),
+        )
     }
 
     pub(crate) fn within(
@@ -48,7 +59,7 @@ impl Entry<'_> {
         key: &'static str,
         value: f64,
         holds: bool,
-        allowed: &'static str,
+        allowed: Text,
     ) -> Result<(), WorldError> {
         if holds {
             Ok(())
@@ -60,7 +71,11 @@ impl Entry<'_> {
     pub(crate) fn finite(&self, key: &'static str, values: &[f64]) -> Result<(), WorldError> {
         match values.iter().all(|x| x.abs() <= 1e3) {
             true => Ok(()),
-            false => Err(self.refuse(key, format!("{values:?}"), "numbers between -1000 and 1000")),
+            false => Err(self.refuse(
+                key,
+                format!("{values:?}"),
+                text!("numbers between -1000 and 1000", "-1000 到 1000 之间的数"),
+            )),
         }
     }
 
@@ -74,7 +89,10 @@ impl Entry<'_> {
             false => Err(self.refuse(
                 key,
                 format!("{size:?}"),
-                "lengths of more than 0.0001 m, up to 1000 m",
+                text!(
+                    "lengths of more than 0.0001 m, up to 1000 m",
+                    "大于 0.0001 m、不超过 1000 m 的长度"
+                ),
             )),
         }
     }
@@ -83,7 +101,11 @@ impl Entry<'_> {
         self.finite(key, axis)?;
         match axis.iter().any(|x| x.abs() > 1e-9) {
             true => Ok(()),
-            false => Err(self.refuse(key, format!("{axis:?}"), "a direction, not zero")),
+            false => Err(self.refuse(
+                key,
+                format!("{axis:?}"),
+                text!("a direction, not zero", "不为零的方向"),
+            )),
         }
     }
 
@@ -101,7 +123,14 @@ impl Entry<'_> {
             // Its size was looked at when it became a solid.
             BodyShape::Mesh(_) => Ok(()),
             BodyShape::Plane if may_be_plane => Ok(()),
-            BodyShape::Plane => Err(self.refuse("shape", "plane", "box, cylinder, sphere or mesh")),
+            BodyShape::Plane => Err(self.refuse(
+                "shape",
+                "plane",
+                text!(
+                    "box, cylinder, sphere or mesh",
+                    "box、cylinder、sphere 或 mesh"
+                ),
+            )),
         }
     }
 
@@ -115,7 +144,10 @@ impl Entry<'_> {
             Some(other) => Err(self.refuse(
                 key,
                 format!("{other:?}"),
-                "a digital point or a boolean register",
+                text!(
+                    "a digital point or a boolean register",
+                    "数字点或布尔寄存器"
+                ),
             )),
         }
     }
@@ -127,7 +159,11 @@ impl Entry<'_> {
     ) -> Result<(), WorldError> {
         match point {
             None | Some(IoPoint::Analog(0..3)) => Ok(()),
-            Some(other) => Err(self.refuse(key, format!("{other:?}"), "an analog point")),
+            Some(other) => Err(self.refuse(
+                key,
+                format!("{other:?}"),
+                text!("an analog point", "模拟点"),
+            )),
         }
     }
 
@@ -142,7 +178,10 @@ impl Entry<'_> {
                 key,
                 *at,
                 *at >= shortest && *at <= 1e6,
-                "a time, not negative, periods not 0",
+                text!(
+                    "a time, not negative, periods not 0",
+                    "不小于 0 的时间，周期不为 0"
+                ),
             ),
             Trigger::Output(point) | Trigger::Input(point) => self.digital("when", Some(*point)),
         }
@@ -168,7 +207,10 @@ impl<'a> Register<'a> {
             return Err(entry.refuse(
                 "name",
                 format!("{name:?}"),
-                "a name without '#', '[' and ']', not empty",
+                text!(
+                    "a name without '#', '[' and ']', not empty",
+                    "不含 '#'、'[' 和 ']' 的非空名称"
+                ),
             ));
         }
         match self.names.insert(name, table) {
@@ -214,7 +256,7 @@ impl<'a> Register<'a> {
         key: &'static str,
         given: &str,
         tables: &[&str],
-        allowed: &'static str,
+        allowed: Text,
     ) -> Result<(), WorldError> {
         match self.is(given, tables) {
             true => Ok(()),

@@ -1,5 +1,5 @@
 //! What is wrong with the description of a cell, or with an order to the world.
-use messages::Localized;
+use messages::{Localized, Text};
 
 /// A refusal of a description: the table, the entry, the key, what was given and what is allowed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Localized)]
@@ -16,9 +16,9 @@ pub enum WorldError {
         /// Key.
         key: &'static str,
         /// The value.
-        given: String,
+        given: Text,
         /// What is allowed.
-        allowed: &'static str,
+        allowed: Text,
     },
     /// A name that nothing has.
     #[error("[[{table}]] \"{name}\": {key} names \"{given}\", allowed: the name of {allowed}")]
@@ -33,7 +33,7 @@ pub enum WorldError {
         /// The name that was given.
         given: String,
         /// What it should be the name of.
-        allowed: &'static str,
+        allowed: Text,
     },
     /// A name that two things have.
     #[error(
@@ -109,7 +109,7 @@ pub enum OrderError {
     #[zh("没有 {what} \"{name}\"")]
     UnknownName {
         /// What was looked for.
-        what: &'static str,
+        what: Text,
         /// The name.
         name: String,
     },
@@ -120,9 +120,9 @@ pub enum OrderError {
         /// Name of the argument.
         argument: &'static str,
         /// What was given.
-        given: String,
+        given: Text,
         /// What is allowed.
-        allowed: &'static str,
+        allowed: Text,
     },
     /// There are as many parts as the world can hold.
     #[error("there are {given} parts, allowed: up to {allowed}")]

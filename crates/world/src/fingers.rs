@@ -13,6 +13,7 @@ use crate::materials::Owner;
 use crate::parts::{PartNumber, PartTable};
 use crate::state::FingerState;
 use kinematics::{Pose, Wrench};
+use messages::{Text, text};
 use motion_api::PointLevels;
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyHandle;
@@ -113,7 +114,7 @@ impl FingerPair {
         let refuse = |argument, given: f64, allowed| {
             Err(OrderError::OutOfRange {
                 argument,
-                given: given.to_string(),
+                given: Text::verbatim(given.to_string()),
                 allowed,
             })
         };
@@ -123,13 +124,27 @@ impl FingerPair {
             force,
         } = *order;
         if !(0.0..=self.plan.stroke).contains(&width) {
-            return refuse("width", width, "0 up to the stroke");
+            return refuse("width", width, text!("0 up to the stroke", "0 到行程"));
         }
         if !(speed > 0.0 && speed <= self.plan.speed) {
-            return refuse("speed", speed, "more than 0, up to the gripper's speed");
+            return refuse(
+                "speed",
+                speed,
+                text!(
+                    "more than 0, up to the gripper's speed",
+                    "大于 0、不超过夹爪的速度"
+                ),
+            );
         }
         if !(force > 0.0 && force <= self.plan.force) {
-            return refuse("force", force, "more than 0, up to the gripper's force");
+            return refuse(
+                "force",
+                force,
+                text!(
+                    "more than 0, up to the gripper's force",
+                    "大于 0、不超过夹爪的力"
+                ),
+            );
         }
         let lets_go = self.hold.is_some() && width > self.width + THERE;
         let goes = self.hold.is_none() && width != self.order.width;

@@ -10,6 +10,7 @@ use crate::parts::PartNumber;
 use crate::state::PartState;
 use crate::world::World;
 use kinematics::{Pose, RigidBody};
+use messages::{Text, text};
 use std::sync::Arc;
 
 /// Faults at most, those of the description and of orders together.
@@ -25,7 +26,7 @@ impl World {
     pub fn part(&self, name: &str) -> Result<Option<&PartState>, OrderError> {
         let part = self.state.parts.iter().find(|part| &*part.name == name);
         match part {
-            None if !self.parts.has_existed(name) => Err(unknown("part", name)),
+            None if !self.parts.has_existed(name) => Err(unknown(text!("part", "工件"), name)),
             found => Ok(found),
         }
     }
@@ -52,7 +53,7 @@ impl World {
         check_pose(pose)?;
         let number = self.number(name)?;
         let Some(part) = self.take_out(number) else {
-            return Err(unknown("part", name));
+            return Err(unknown(text!("part", "工件"), name));
         };
         self.parts
             .add(&mut self.engine, part.template, part.name, pose);
@@ -80,7 +81,7 @@ impl World {
         let of = self
             .parts
             .template(template)
-            .ok_or_else(|| unknown("part", template))?;
+            .ok_or_else(|| unknown(text!("part", "工件"), template))?;
         if self.parts.bodies.len() >= MAX_PARTS {
             return Err(OrderError::TooManyParts {
                 given: MAX_PARTS + 1,
@@ -102,15 +103,15 @@ impl World {
         {
             return Err(OrderError::OutOfRange {
                 argument: "duration",
-                given: duration.to_string(),
-                allowed: "more than 0 s, up to 1e6 s",
+                given: Text::verbatim(duration.to_string()),
+                allowed: text!("more than 0 s, up to 1e6 s", "大于 0 s、不超过 1e6 s"),
             });
         }
         if self.faults.len() >= MAX_FAULTS {
             return Err(OrderError::OutOfRange {
                 argument: "what",
-                given: format!("fault {}", self.faults.len() + 1),
-                allowed: "up to 1000 faults in a run",
+                given: text!("fault {}", "故障 {}", self.faults.len() + 1),
+                allowed: text!("up to 1000 faults in a run", "一次运行最多 1000 个故障"),
             });
         }
         let names = &self.names;
@@ -119,12 +120,15 @@ impl World {
                 _ = self.number(name)?
             }
             FaultKind::Leak(name) if !names.grippers.contains(name) => {
-                return Err(unknown("gripper", name));
+                return Err(unknown(text!("gripper", "夹爪"), name));
             }
             FaultKind::Blocked(name) | FaultKind::Slow(name)
                 if !names.actuators.contains(name) && !names.conveyors.contains(name) =>
             {
-                return Err(unknown("actuator or conveyor", name));
+                return Err(unknown(
+                    text!("actuator or conveyor", "执行机构或传送带"),
+                    name,
+                ));
             }
             _ => {}
         }
@@ -145,7 +149,7 @@ impl World {
             Some(Kind::Fingers(fingers)) => fingers.order(order)?,
             _ => {
                 return Err(unknown(
-                    "gripper with fingers of number",
+                    text!("gripper with fingers of number", "带手指的夹爪，号码"),
                     &gripper.to_string(),
                 ));
             }
@@ -167,7 +171,7 @@ impl World {
     fn number(&self, name: &str) -> Result<PartNumber, OrderError> {
         self.parts
             .by_name(name)
-            .ok_or_else(|| unknown("part", name))
+            .ok_or_else(|| unknown(text!("part", "工件"), name))
     }
 
     fn name_of(&self, owner: Owner) -> String {
@@ -189,7 +193,7 @@ impl World {
     }
 }
 
-fn unknown(what: &'static str, name: &str) -> OrderError {
+fn unknown(what: Text, name: &str) -> OrderError {
     OrderError::UnknownName {
         what,
         name: name.to_owned(),
@@ -202,8 +206,8 @@ fn check_pose(pose: &Pose) -> Result<(), OrderError> {
         true => Ok(()),
         false => Err(OrderError::OutOfRange {
             argument: "pose",
-            given: format!("{numbers:?}"),
-            allowed: "numbers between -1000 and 1000",
+            given: Text::verbatim(format!("{numbers:?}")),
+            allowed: text!("numbers between -1000 and 1000", "-1000 到 1000 之间的数"),
         }),
     }
 }

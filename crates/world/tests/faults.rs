@@ -91,22 +91,18 @@ fn a_fault_begins_with_the_edge_of_a_point() {
 #[test]
 fn orders_with_unknown_names_are_refused_with_the_name() {
     let mut world = build(&cell());
-    let refused = |name: &str, what| {
-        Err(OrderError::UnknownName {
-            what,
-            name: name.into(),
-        })
-    };
+    let refused = |name: &str, what: &str| Err(format!("there is no {what} \"{name}\""));
+    let said = |result: Result<(), OrderError>| result.map_err(|error| error.to_string());
     assert_eq!(
-        world.fail(FaultKind::Drop("bax".into()), None),
+        said(world.fail(FaultKind::Drop("bax".into()), None)),
         refused("bax", "part")
     );
     assert_eq!(
-        world.fail(FaultKind::Leak("cup".into()), None),
+        said(world.fail(FaultKind::Leak("cup".into()), None)),
         refused("cup", "gripper")
     );
     assert_eq!(
-        world.fail(FaultKind::Slow("belt".into()), None),
+        said(world.fail(FaultKind::Slow("belt".into()), None)),
         refused("belt", "actuator or conveyor")
     );
     assert!(
@@ -114,7 +110,10 @@ fn orders_with_unknown_names_are_refused_with_the_name() {
             .fail(FaultKind::Missing("box".into()), Some(f64::NAN))
             .is_err()
     );
-    assert_eq!(world.place("bax", &pose([0.0; 6])), refused("bax", "part"));
+    assert_eq!(
+        said(world.place("bax", &pose([0.0; 6]))),
+        refused("bax", "part")
+    );
     assert!(
         world
             .place("box", &pose([f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0]))

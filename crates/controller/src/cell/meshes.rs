@@ -1,11 +1,10 @@
 //! The meshes that a cell file names: read once, made solid and cut, and kept with their files for the recording.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::sync::Arc;
 
 use mesh::{FileError, MeshBody, MeshError, MeshFiles, Solid};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use recorder::files::MAX_FILES_BYTES;
 use thiserror::Error;
 
@@ -45,7 +44,7 @@ impl From<&MeshKeys<'_>> for MeshKey {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshFacts {
     /// The table, for instance `obstacle "bench"`.
-    pub table: String,
+    pub table: Text,
     /// The file as the table names it.
     pub file: String,
     /// Triangles of the solid.
@@ -61,7 +60,7 @@ pub struct MeshFacts {
 impl MeshFacts {
     pub(super) fn new(table: &TableCheck, file: &str, body: &MeshBody) -> Self {
         Self {
-            table: table.words().to_owned(),
+            table: table.words(),
             file: file.to_owned(),
             triangles: body.solid().mesh().triangles().len(),
             volume: body.solid().volume(),
@@ -71,8 +70,9 @@ impl MeshFacts {
     }
 }
 
-impl fmt::Display for MeshFacts {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl MeshFacts {
+    /// The sentence.
+    pub fn text(&self) -> Text {
         let Self {
             table,
             file,
@@ -80,9 +80,9 @@ impl fmt::Display for MeshFacts {
             ..
         } = self;
         let (volume, deviation) = (self.volume * 1e6, self.deviation * 1e3);
-        write!(
-            f,
+        text!(
             "{table}: {file} has {triangles} triangles and {volume:.4} cm³, its convex pieces ({}) keep within {deviation:.3} mm",
+            "{table}：{file} 有 {triangles} 个三角形、{volume:.4} cm³，其凸块（{} 个）偏差在 {deviation:.3} mm 以内",
             self.pieces
         )
     }
@@ -116,7 +116,7 @@ impl Meshes {
     pub(super) fn read(
         tables: &Tables,
         files: &mut dyn MeshFiles,
-    ) -> Result<Self, (String, CellMeshError)> {
+    ) -> Result<Self, (Text, Box<CellMeshError>)> {
         let mut meshes = Self::default();
         let mut source = NotedFiles {
             files,
@@ -133,7 +133,7 @@ impl Meshes {
             if meshes.bodies.contains_key(&key) {
                 continue;
             }
-            let refused = |error: CellMeshError| (table.words().to_owned(), error);
+            let refused = |error: CellMeshError| (table.words(), Box::new(error));
             let read = mesh::read(keys.file, keys.scale, &mut source);
             let solid = read.and_then(|mesh| Solid::new(Arc::new(mesh)));
             let solid = solid.map_err(|error| refused(error.into()))?;
@@ -209,9 +209,10 @@ impl MeshFiles for RecordedFiles<'_> {
     fn read(&mut self, path: &str, most: u64) -> Result<Vec<u8>, FileError> {
         match self.0.get(path) {
             Some(bytes) => within(bytes, most),
-            None => Err(FileError::System(
-                "the recording does not hold it".to_owned(),
-            )),
+            None => Err(FileError::System(text!(
+                "the recording does not hold it",
+                "记录中没有它"
+            ))),
         }
     }
 }
@@ -221,9 +222,10 @@ pub(super) struct NoFiles;
 
 impl MeshFiles for NoFiles {
     fn read(&mut self, _path: &str, _most: u64) -> Result<Vec<u8>, FileError> {
-        Err(FileError::System(
-            "this cell is a text without a folder, so there is no file beside it".to_owned(),
-        ))
+        Err(FileError::System(text!(
+            "this cell is a text without a folder, so there is no file beside it",
+            "此单元只是一段文本，没有文件夹，所以旁边没有文件"
+        )))
     }
 }
 

@@ -27,7 +27,7 @@ use kinematics::SafetyBounds;
 use kinematics::safety::SafetySettingError;
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
 use mesh::{MeshBody, MeshFiles};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion::contact::Environment;
 use motion::external::TimedWrench;
 use motion::modes::encoder::Belt;
@@ -41,8 +41,10 @@ use thiserror::Error;
 use toml::de::{DeTable, DeValue};
 
 use crate::cell_world::{CellWorld, gripper_bus};
+pub use check::InvalidValue;
 pub use meshes::{CellMeshError, MeshFacts};
 use meshes::{Meshes, NoFiles, RecordedFiles};
+use point::IoPointName;
 use schema::{ActiveLevel, InputValue, SafetyFunction, SerialPort, Tables};
 use world_schema::GripperBus;
 
@@ -60,30 +62,23 @@ pub enum CellError {
         source: std::io::Error,
     },
     /// A key or value that the schema does not have, or no TOML at all.
-    #[error("{} line {line}: {message}", path.display())]
-    #[zh("{} 第 {line} 行：{message}", path.display())]
+    #[error("{file} line {line}: {message}")]
+    #[zh("{file} 第 {line} 行：{message}")]
     Schema {
         /// The cell file.
-        path: PathBuf,
+        file: Text,
         /// Line from 1.
         line: usize,
         /// What is wrong there.
-        message: String,
+        message: Text,
     },
     /// A value that has the right type but makes no sense.
-    #[error("{}: {table} has {key} = {given}; {allowed}", path.display())]
-    #[zh("{}：{table} 的 {key} = {given}；{allowed}", path.display())]
+    #[error("{file}: {source}")]
     Value {
         /// The cell file.
-        path: PathBuf,
-        /// The table with its name, for instance `obstacle "bench"`.
-        table: String,
-        /// The key.
-        key: &'static str,
-        /// The value.
-        given: String,
-        /// What is allowed.
-        allowed: String,
+        file: Text,
+        /// What is wrong with it.
+        source: Box<InvalidValue>,
     },
     /// A Modbus signal that cannot be added.
     #[error("the cell's modbus signal {name:?} cannot be added: {reason}")]
@@ -92,7 +87,7 @@ pub enum CellError {
         /// Name of the signal.
         name: String,
         /// What is wrong with the signal.
-        reason: String,
+        reason: Text,
     },
     /// A device that may not be reached.
     #[error(
@@ -101,33 +96,33 @@ pub enum CellError {
     #[zh("单元的{what}属于 {device}；用 --allow net=played 时不连接此进程之外的设备")]
     Device {
         /// The port or the signal.
-        what: String,
+        what: Text,
         /// What is behind it.
         device: String,
     },
     /// A mesh that cannot be.
-    #[error("{}: {table}: {source}", path.display())]
+    #[error("{file}: {table}: {source}")]
     Mesh {
         /// The cell file.
-        path: PathBuf,
+        file: Text,
         /// The table with its name.
-        table: String,
+        table: Text,
         /// What is wrong with the mesh.
         source: Box<CellMeshError>,
     },
     /// A world of parts that cannot be.
-    #[error("{}: {source}", path.display())]
+    #[error("{file}: {source}")]
     World {
         /// The cell file.
-        path: PathBuf,
+        file: Text,
         /// What is impossible.
         source: Box<::world::WorldError>,
     },
     /// A safety setting that cannot be used.
-    #[error("{}: {source}", path.display())]
+    #[error("{file}: {source}")]
     Safety {
         /// The cell file.
-        path: PathBuf,
+        file: Text,
         /// What is wrong with the setting.
         source: SafetySettingError,
     },
@@ -186,7 +181,7 @@ impl Cell {
     /// The errors of [`Cell::load`].
     pub fn from_text_beside_files(text: String, path: &Path) -> Result<Self, CellError> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::with_files(text, path, &mut mesh::Folder::new(folder))
+        Self::with_files(text, &name_of(path), &mut mesh::Folder::new(folder))
     }
 
     /// Checks a text that has no folder, so that it cannot name a mesh; `path` is what errors call it.
@@ -194,7 +189,7 @@ impl Cell {
     /// # Errors
     /// The errors of [`Cell::load`].
     pub fn from_text(text: String, path: &Path) -> Result<Self, CellError> {
-        Self::with_files(text, path, &mut NoFiles)
+        Self::with_files(text, &name_of(path), &mut NoFiles)
     }
 
     /// The cell of a recording, whose text and files it holds.
@@ -203,17 +198,17 @@ impl Cell {
     /// A recorded cell file that this version cannot act on, or one of its meshes that is missing.
     pub fn of_recording(setup: &Setup) -> Result<Option<Self>, CellError> {
         let cell = setup.cell.clone().map(|text| {
-            let path = Path::new("the recorded cell file");
-            Self::with_files(text, path, &mut RecordedFiles(&setup.files))
+            let name = text!("the recorded cell file", "记录的单元文件");
+            Self::with_files(text, &name, &mut RecordedFiles(&setup.files))
         });
         cell.transpose()
     }
 
-    fn with_files(text: String, path: &Path, files: &mut dyn MeshFiles) -> Result<Self, CellError> {
-        let (tables, meshes) = parse(&text, path, files)?;
+    fn with_files(text: String, file: &Text, files: &mut dyn MeshFiles) -> Result<Self, CellError> {
+        let (tables, meshes) = parse(&text, file, files)?;
         let safety =
             convert::safety_bounds(&tables, &meshes).map_err(|source| CellError::Safety {
-                path: path.to_owned(),
+                file: file.clone(),
                 source,
             })?;
         let cell = Self {
@@ -222,12 +217,12 @@ impl Cell {
             meshes,
             text,
         };
-        cell.check_drivers(path)?;
+        cell.check_drivers(file)?;
         Ok(cell)
     }
 
     /// Refuses an input that a wire or the clock gives values, and the world of parts as well.
-    fn check_drivers(&self, path: &Path) -> Result<(), CellError> {
+    fn check_drivers(&self, file: &Text) -> Result<(), CellError> {
         let connections = self.connections();
         let drivers: Vec<_> = connections
             .iter()
@@ -241,15 +236,20 @@ impl Cell {
                 first.point == second.point && !matches!(first.table, "wire" | "input")
             };
             if let Some(first) = drivers[..index].iter().find(of_world) {
-                return Err(CellError::Value {
-                    path: path.to_owned(),
-                    table: format!("{} {}", second.table, second.entry),
+                let wrong = InvalidValue {
+                    table: Text::verbatim(format!("{} {}", second.table, second.entry)),
                     key: second.key,
-                    given: second.point.to_string(),
-                    allowed: format!(
+                    given: Text::verbatim(second.point.to_string()),
+                    allowed: text!(
                         "{} {:?} drives this input already",
-                        first.table, first.entry
+                        "{} {:?} 已在驱动此输入",
+                        first.table,
+                        first.entry
                     ),
+                };
+                return Err(CellError::Value {
+                    file: file.clone(),
+                    source: Box::new(wrong),
                 });
             }
         }
@@ -342,13 +342,13 @@ impl Cell {
                 SerialPort::Masterboard => "masterboard",
             };
             return Err(CellError::Device {
-                what: format!("serial port {port}"),
+                what: text!("serial port {port}", "串口 {port}"),
                 device: serial.device.clone(),
             });
         }
         match self.tables.modbus.first() {
             Some(signal) if !plays => Err(CellError::Device {
-                what: format!("modbus signal {:?}", signal.signal_name),
+                what: text!("modbus signal {:?}", "Modbus 信号 {:?}", signal.signal_name),
                 device: format!("{}:{}", signal.ip, signal.port),
             }),
             _ => Ok(()),
@@ -401,7 +401,7 @@ impl Cell {
             let added = fieldbus.modbus.add(&signal.signal_name, spec);
             added.map_err(|error| CellError::Signal {
                 name: signal.signal_name.clone(),
-                reason: error.to_string(),
+                reason: Text::of(&error),
             })?;
         }
         Ok(fieldbus)
@@ -455,37 +455,38 @@ impl Cell {
     }
 }
 
-/// Reads the text of a file and checks what each table says; `path` is named in errors.
+/// What errors call a file.
+fn name_of(path: &Path) -> Text {
+    Text::verbatim(path.display().to_string())
+}
+
+/// Reads the text of a file and checks what each table says; `file` is named in errors.
 fn parse(
     text: &str,
-    path: &Path,
+    file: &Text,
     files: &mut dyn MeshFiles,
 ) -> Result<(Tables, Meshes), CellError> {
-    let tables: Tables = toml::from_str(text).map_err(|error| schema_error(text, path, &error))?;
-    let invalid = |wrong: check::InvalidValue| CellError::Value {
-        path: path.to_owned(),
-        table: wrong.table,
-        key: wrong.key,
-        given: wrong.given,
-        allowed: wrong.allowed,
+    let tables: Tables = toml::from_str(text).map_err(|error| schema_error(text, file, &error))?;
+    let invalid = |wrong: InvalidValue| CellError::Value {
+        file: file.clone(),
+        source: Box::new(wrong),
     };
     check::values(&tables).map_err(invalid)?;
     let meshes = Meshes::read(&tables, files).map_err(|(table, source)| CellError::Mesh {
-        path: path.to_owned(),
+        file: file.clone(),
         table,
-        source: Box::new(source),
+        source,
     })?;
     if world::has_world(&tables) {
         let description = world::description(&tables, &meshes).map_err(invalid)?;
         ::world::check(&description).map_err(|source| CellError::World {
-            path: path.to_owned(),
+            file: file.clone(),
             source: Box::new(source),
         })?;
     }
     Ok((tables, meshes))
 }
 
-/// serde names unknown keys but not the key of a wrong value: that one is read from the line it stands in.
 /// The table that stands at a byte, in words: `obstacle "bench"`, `wire 2`, `tool`.
 fn table_at(text: &str, byte: usize) -> Option<String> {
     let tables = DeTable::parse(text).ok()?;
@@ -515,22 +516,38 @@ fn table_at(text: &str, byte: usize) -> Option<String> {
     found.map(|(_, table)| table)
 }
 
-fn schema_error(text: &str, path: &Path, error: &toml::de::Error) -> CellError {
+/// What is wrong with the name of a point. serde hands on the English form alone, so the name is read once more.
+fn point_error(text: &str, error: &toml::de::Error) -> Option<Text> {
+    let given = text.get(error.span()?)?.trim_matches(['"', '\'']);
+    let refusal = given.parse::<IoPointName>().err()?;
+    (refusal.english() == error.message()).then_some(refusal)
+}
+
+/// serde names unknown keys but not the key of a wrong value: that one is read from the line it stands in.
+fn schema_error(text: &str, file: &Text, error: &toml::de::Error) -> CellError {
     let line = error.span().map_or(1, |span| line_of(text, span.start));
     let source = text.lines().nth(line - 1).unwrap_or_default();
     let key = source.split_once('=').map(|(key, _)| key.trim());
-    let message = error.message().replace('\n', ", ");
+    let message = match point_error(text, error) {
+        Some(refusal) => refusal,
+        None => Text::verbatim(error.message().replace('\n', ", ")),
+    };
+    let words = message.english();
     let message = match key {
         // What is not there has no line of its own.
-        _ if message.starts_with("missing field") => {
-            let table = error.span().and_then(|span| table_at(text, span.start));
-            table.map_or(message.clone(), |table| format!("{table}: {message}"))
+        _ if words.starts_with("missing field") => {
+            match error.span().and_then(|span| table_at(text, span.start)) {
+                Some(table) => text!("{table}: {message}", "{table}：{message}"),
+                None => message,
+            }
         }
-        Some(key) if !message.contains(&format!("`{key}`")) => format!("`{key}`: {message}"),
+        Some(key) if !words.contains(&format!("`{key}`")) => {
+            text!("`{key}`: {message}", "`{key}`：{message}")
+        }
         _ => message,
     };
     CellError::Schema {
-        path: path.to_owned(),
+        file: file.clone(),
         line,
         message,
     }

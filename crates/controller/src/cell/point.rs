@@ -3,6 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
+use messages::{Text, text};
 use motion_api::io::TOOL_ANALOG;
 use motion_api::{DigitalBank, IoPoint};
 use serde::Deserialize;
@@ -152,9 +153,9 @@ impl fmt::Display for IoPointName {
 }
 
 impl FromStr for IoPointName {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         let (name, index) = match text.split_once('[') {
             Some((name, rest)) => (name, Some(rest)),
             None => (text, None),
@@ -164,9 +165,10 @@ impl FromStr for IoPointName {
             .flat_map(|group| [(group, IoDirection::In), (group, IoDirection::Out)])
             .find(|(group, direction)| group.name(*direction) == name);
         let Some((group, direction)) = found else {
-            return Err(format!(
+            return Err(text!(
                 "`{text}` is no input or output; names are like standard_digital_in[0], configurable_digital_out[7], \
-                 tool_digital_in[0], standard_analog_out[1], tool_analog_in, input_float_register[0]"
+                 tool_digital_in[0], standard_analog_out[1], tool_analog_in, input_float_register[0]",
+                "`{text}` 不是输入或输出；名称如 standard_digital_in[0]、configurable_digital_out[7]、tool_digital_in[0]、standard_analog_out[1]、tool_analog_in、input_float_register[0]"
             ));
         };
         if group == IoGroup::ToolAnalog && index.is_none() {
@@ -185,11 +187,13 @@ impl FromStr for IoPointName {
                 direction,
                 index,
             }),
-            _ if group == IoGroup::ToolAnalog => {
-                Err(format!("`{text}` has no number: it is `{name}`"))
-            }
-            _ => Err(format!(
+            _ if group == IoGroup::ToolAnalog => Err(text!(
+                "`{text}` has no number: it is `{name}`",
+                "`{text}` 没有序号：应为 `{name}`"
+            )),
+            _ => Err(text!(
                 "`{text}` needs a number from 0 to {}, as in {name}[0]",
+                "`{text}` 需要 0 到 {} 的序号，如 {name}[0]",
                 group.points() - 1
             )),
         }
@@ -197,9 +201,9 @@ impl FromStr for IoPointName {
 }
 
 impl TryFrom<String> for IoPointName {
-    type Error = String;
+    type Error = Text;
 
-    fn try_from(text: String) -> Result<Self, String> {
+    fn try_from(text: String) -> Result<Self, Text> {
         text.parse()
     }
 }
@@ -238,7 +242,10 @@ mod tests {
             ("", "is no input or output"),
         ] {
             let error = text.parse::<IoPointName>().unwrap_err();
-            assert!(error.contains(words) && error.contains(text), "{error}");
+            assert!(
+                error.english().contains(words) && error.english().contains(text),
+                "{error}"
+            );
         }
     }
 }

@@ -4,6 +4,7 @@
 //! are checked here; meshes were read before (`meshes`).
 
 use kinematics::Pose;
+use messages::{Text, text};
 use motion::contact;
 use recorder::ObstacleShape;
 use world::description::BodyShape;
@@ -17,8 +18,10 @@ use super::world_schema::{FingerTable, PartTable};
 const DEFAULT_PIECES: usize = 16;
 
 /// Refusal of a mesh without a file.
-pub(super) const MESH_FILE: &str =
-    "a mesh needs a file: .stl, .obj, .gltf or .glb, beside the cell file or in a folder there";
+pub(super) const MESH_FILE: Text = text!(
+    "a mesh needs a file: .stl, .obj, .gltf or .glb, beside the cell file or in a folder there",
+    "网格需要文件：.stl、.obj、.gltf 或 .glb，与单元文件同在一处或在其下的文件夹中"
+);
 
 /// The keys of a shape, in whatever table they stand.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +66,10 @@ impl<'a> ShapeKeys<'a> {
     /// Whether the keys go together; a plane only where something may be one.
     pub(super) fn check(&self, table: &TableCheck, may_be_plane: bool) -> Result<(), InvalidValue> {
         if self.shape == ShapeName::Plane && !may_be_plane {
-            let allowed = "allowed are box, cylinder, sphere and mesh";
+            let allowed = text!(
+                "allowed are box, cylinder, sphere and mesh",
+                "允许 box、cylinder、sphere 和 mesh"
+            );
             return Err(table.wrong("shape", "\"plane\"", allowed));
         }
         let of_meshes = [
@@ -76,7 +82,14 @@ impl<'a> ShapeKeys<'a> {
                 .iter()
                 .find_map(|(key, given)| Some((key, given.as_ref()?)))
             {
-                return Err(table.wrong(key, given, "it goes with shape = \"mesh\""));
+                return Err(table.wrong(
+                    key,
+                    given,
+                    text!(
+                        "it goes with shape = \"mesh\"",
+                        "它只与 shape = \"mesh\" 一起使用"
+                    ),
+                ));
             }
             return table.size(self.shape, self.size);
         }
@@ -91,12 +104,15 @@ impl<'a> ShapeKeys<'a> {
         if let Some(scale) = self.scale
             && !(scale.is_finite() && scale > 0.0)
         {
-            let allowed = "metres for a unit of the file are needed, above 0";
+            let allowed = text!(
+                "metres for a unit of the file are needed, above 0",
+                "需要文件单位对应的米数，大于 0"
+            );
             return Err(table.wrong("scale", scale, allowed));
         }
         match self.pieces {
             Some(pieces) if most_pieces(pieces).is_none() => {
-                let allowed = format!("allowed are 1 to {}", mesh::MAX_PIECES);
+                let allowed = text!("allowed are 1 to {}", "允许 1 至 {}", mesh::MAX_PIECES);
                 Err(table.wrong("pieces", pieces, allowed))
             }
             _ => Ok(()),

@@ -6,7 +6,7 @@ use super::*;
 use motion::contact::Shape as Shape3d;
 
 fn cell(text: &str) -> Result<Tables, CellError> {
-    parse(text, Path::new("c.toml"), &mut NoFiles).map(|(tables, _)| tables)
+    parse(text, &Text::verbatim("c.toml"), &mut NoFiles).map(|(tables, _)| tables)
 }
 
 /// Every table with every key.

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use kinematics::{Pose, RpyPose};
-use messages::Localized;
+use messages::{Localized, Text};
 use recorder::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
 use world::{FingerOrder, OrderError, World};
@@ -66,7 +66,7 @@ pub enum WorldOrderError {
     Refused(#[from] OrderError),
     /// There is no such fault, or no such input.
     #[error("{0}")]
-    Fault(String),
+    Fault(Text),
 }
 
 impl WorldOrder {

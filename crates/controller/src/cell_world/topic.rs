@@ -4,6 +4,7 @@
 //! first one (cycle 0) has everything. Numbers come back bit for bit.
 
 use kinematics::Pose;
+use messages::Text;
 use recorder::{CustomTopic, CustomTopicId, ReadError, RecorderHandle, Recording};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -392,8 +393,8 @@ pub(crate) fn write(recording: &RecorderHandle, message: &WorldMessage, period: 
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub fn read(bytes: &[u8]) -> Result<WorldMessage, String> {
-    serde_json::from_slice(bytes).map_err(|error| error.to_string())
+pub fn read(bytes: &[u8]) -> Result<WorldMessage, Text> {
+    serde_json::from_slice(bytes).map_err(|error| Text::verbatim(error.to_string()))
 }
 
 /// The messages of a recording, in the order of cycles.

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use elite_runtime::message::Observer;
 use elite_runtime::{Preset, ProgramText};
 use kinematics::{Pose, RobotModel};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::Seconds;
 use path_planning::CollisionScene;
 use recorder::Setup;
@@ -106,7 +106,7 @@ pub enum MeasuredEnd {
     #[zh("程序不能编译{}：{error}", in_line(*.line))]
     NotCompiled {
         /// What is wrong.
-        error: String,
+        error: Text,
         /// Where, from 1; 0 unknown.
         line: u32,
     },
@@ -115,7 +115,7 @@ pub enum MeasuredEnd {
     #[zh("程序失败{}：{error}", in_line(*.line))]
     Failed {
         /// What happened.
-        error: String,
+        error: Text,
         /// Where, from 1; 0 unknown.
         line: u32,
     },
@@ -152,10 +152,10 @@ pub enum MeasuredEnd {
     },
 }
 
-fn in_line(line: u32) -> String {
+fn in_line(line: u32) -> Text {
     match line {
-        0 => String::new(),
-        line => format!(" in line {line}"),
+        0 => Text::verbatim(""),
+        line => text!(" in line {line}", "（第 {line} 行）"),
     }
 }
 
@@ -322,7 +322,7 @@ pub(crate) fn measure_and_tell(
     let _ = controller.shut_down();
     let result = ran?;
     let (error, at) = (
-        result.error.clone().unwrap_or_default(),
+        result.error.clone().unwrap_or(Text::fixed("", "")),
         result.line.unwrap_or(line),
     );
     let end = match result.outcome {

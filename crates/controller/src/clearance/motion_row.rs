@@ -1,6 +1,7 @@
 //! What is told of one motion: how near it comes, to what, where and when.
 
 use kinematics::{JointPositions, RobotModel};
+use messages::Text;
 use motion_api::RobotState;
 use nalgebra::Matrix6;
 use path_planning::{CollisionScene, NearestPlace};
@@ -11,9 +12,9 @@ pub struct LeastDistance {
     /// Distance between the surfaces of the two, m; negative ones are depths.
     pub distance: f64,
     /// What moves with the arm.
-    pub a: String,
+    pub a: Text,
     /// What it comes near to: a thing of the cell, or another part of the arm.
-    pub b: String,
+    pub b: Text,
     /// Simulated time, s.
     pub time: f64,
     /// The TCP there, in the base frame: m and rad.
@@ -83,12 +84,12 @@ impl MotionClearance {
         if place.nearest.distance >= self.distance() {
             return;
         }
-        let (a, b) = scene.names(place.nearest.pair);
+        let (a, b) = scene.texts(place.nearest.pair);
         let pose = scene.model().tcp_pose(&place.q, scene.flange_from_tcp());
         self.least = Some(LeastDistance {
             distance: place.nearest.distance,
-            a: a.to_owned(),
-            b: b.to_owned(),
+            a,
+            b,
             time: state.time - state.step_time * (1.0 - place.fraction),
             tcp: pose.to_rpy().to_array(),
         });

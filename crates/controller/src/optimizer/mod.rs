@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use elite_runtime::{Preset, ProgramText};
-use messages::Localized;
+use messages::{Localized, Text};
 use path_planning::CollisionScene;
 use thiserror::Error;
 
@@ -86,9 +86,9 @@ pub enum OptimizeError {
     #[zh("程序现状会发生碰撞：{a}与{b}重叠 {:.1} mm，在第 {line} 行，{time:.3} s 时", depth * 1e3)]
     Touches {
         /// What moves with the arm.
-        a: String,
+        a: Text,
         /// What is touched: a thing of the cell, or another part of the arm.
-        b: String,
+        b: Text,
         /// How deep, m.
         depth: f64,
         /// Line of the motion.

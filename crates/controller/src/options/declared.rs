@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use elite_runtime::SandboxRoots;
 use kinematics::{Calibration, CalibrationError};
-use messages::{Localized, LocalizedHelp};
+use messages::{Localized, LocalizedHelp, Text};
 use thiserror::Error;
 
 use super::slot::OptionSlot;
@@ -117,7 +117,7 @@ pub enum OptionsError {
         /// The model that it names.
         given: String,
         /// What is allowed.
-        allowed: String,
+        allowed: Text,
     },
 }
 
@@ -251,7 +251,7 @@ mod tests {
         fill("seed", &["7"]).unwrap();
         fill("seed", &["8"]).unwrap();
         let refused = fill("seed", &["-1"]).unwrap_err();
-        assert!(refused.allowed.contains("from 0"), "{refused:?}");
+        assert!(refused.allowed.english().contains("from 0"), "{refused:?}");
         assert!(fill("model", &["cs63", "cs66"]).is_err());
         let refused = fill("allow", &["fs", "all"]).unwrap_err();
         assert_eq!(refused.given, "all");

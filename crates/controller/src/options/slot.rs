@@ -4,6 +4,8 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use messages::{Text, text};
+
 use super::values::{
     ByteSize, ClockChoice, HomeJoints, ModelChoice, PayloadChoice, Permission, PlantChoice,
     RecordTarget, RotationLimit, StepMillis, Tcp,
@@ -15,7 +17,7 @@ pub struct RefusedValue {
     /// The text.
     pub given: String,
     /// What is allowed, as a sentence without its end.
-    pub allowed: String,
+    pub allowed: Text,
 }
 
 /// A value that is made of one text.
@@ -24,7 +26,7 @@ pub trait OptionValue: Sized {
     ///
     /// # Errors
     /// What is allowed, as a sentence without its end.
-    fn from_option(text: &str) -> Result<Self, String>;
+    fn from_option(text: &str) -> Result<Self, Text>;
 }
 
 /// Makes [`OptionValue`]s of types that read themselves, and whose error says what is allowed.
@@ -32,8 +34,8 @@ pub trait OptionValue: Sized {
 macro_rules! option_values {
     ($($value:ty),* $(,)?) => {
         $(impl $crate::options::OptionValue for $value {
-            fn from_option(text: &str) -> Result<Self, String> {
-                text.parse().map_err(|allowed| format!("{allowed}"))
+            fn from_option(text: &str) -> Result<Self, Text> {
+                text.parse()
             }
         })*
     };
@@ -44,7 +46,6 @@ option_values!(
     ClockChoice,
     HomeJoints,
     ModelChoice,
-    PathBuf,
     PayloadChoice,
     Permission,
     PlantChoice,
@@ -54,37 +55,58 @@ option_values!(
     Tcp
 );
 
-fn parsed<T: FromStr>(text: &str, allowed: &str) -> Result<T, String> {
-    text.parse().map_err(|_| allowed.to_owned())
+fn parsed<T: FromStr>(text: &str, allowed: Text) -> Result<T, Text> {
+    text.parse().map_err(|_| allowed)
+}
+
+impl OptionValue for PathBuf {
+    fn from_option(text: &str) -> Result<Self, Text> {
+        Ok(Self::from(text))
+    }
 }
 
 impl OptionValue for bool {
-    fn from_option(text: &str) -> Result<Self, String> {
-        parsed(text, "allowed are true and false")
+    fn from_option(text: &str) -> Result<Self, Text> {
+        parsed(
+            text,
+            text!("allowed are true and false", "允许 true 和 false"),
+        )
     }
 }
 
 impl OptionValue for u64 {
-    fn from_option(text: &str) -> Result<Self, String> {
-        parsed(text, "allowed are whole numbers from 0")
+    fn from_option(text: &str) -> Result<Self, Text> {
+        parsed(
+            text,
+            text!("allowed are whole numbers from 0", "允许不小于 0 的整数"),
+        )
     }
 }
 
 impl OptionValue for u32 {
-    fn from_option(text: &str) -> Result<Self, String> {
-        parsed(text, "allowed are whole numbers from 0")
+    fn from_option(text: &str) -> Result<Self, Text> {
+        parsed(
+            text,
+            text!("allowed are whole numbers from 0", "允许不小于 0 的整数"),
+        )
     }
 }
 
 impl OptionValue for u16 {
-    fn from_option(text: &str) -> Result<Self, String> {
-        parsed(text, "allowed are whole numbers from 0 to 65535")
+    fn from_option(text: &str) -> Result<Self, Text> {
+        parsed(
+            text,
+            text!(
+                "allowed are whole numbers from 0 to 65535",
+                "允许 0 到 65535 的整数"
+            ),
+        )
     }
 }
 
 impl OptionValue for IpAddr {
-    fn from_option(text: &str) -> Result<Self, String> {
-        parsed(text, "allowed is an IP address")
+    fn from_option(text: &str) -> Result<Self, Text> {
+        parsed(text, text!("allowed is an IP address", "允许 IP 地址"))
     }
 }
 
@@ -124,7 +146,7 @@ impl<T: OptionValue> OptionSlot for Option<T> {
         let [text] = texts else {
             return Err(RefusedValue {
                 given: texts.join(","),
-                allowed: "one value is needed".to_owned(),
+                allowed: text!("one value is needed", "需要一个值"),
             });
         };
         let value = value_of(text)?;

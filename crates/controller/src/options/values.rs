@@ -9,6 +9,7 @@ use core::str::FromStr;
 use std::path::PathBuf;
 
 use kinematics::{JointPositions, Payload, PayloadError, RpyPose};
+use messages::{Text, text};
 use motion_api::{CommandKind, SettingCommand};
 use recorder::RotationTrigger;
 
@@ -25,9 +26,9 @@ pub enum ModelChoice {
 }
 
 impl FromStr for ModelChoice {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         if let Some(name) = MODEL_NAMES.iter().find(|n| n.eq_ignore_ascii_case(text)) {
             return Ok(Self::BuiltIn(name));
         }
@@ -35,8 +36,9 @@ impl FromStr for ModelChoice {
         if looks_like_a_path {
             return Ok(Self::Urdf(PathBuf::from(text)));
         }
-        Err(format!(
+        Err(text!(
             "allowed are {} or the path of a URDF file (with a `/` in it, or ending in .urdf)",
+            "允许 {} 或 URDF 文件的路径（含有 `/`，或以 .urdf 结尾）",
             MODEL_NAMES.join(", ")
         ))
     }
@@ -61,13 +63,16 @@ pub enum ClockChoice {
 }
 
 impl FromStr for ClockChoice {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         match text {
             "realtime" => Ok(Self::Realtime),
             "virtual" => Ok(Self::Virtual),
-            _ => Err("allowed are realtime and virtual".to_owned()),
+            _ => Err(text!(
+                "allowed are realtime and virtual",
+                "允许 realtime 和 virtual"
+            )),
         }
     }
 }
@@ -84,14 +89,17 @@ pub enum PlantChoice {
 }
 
 impl FromStr for PlantChoice {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         match text {
             "rigid" => Ok(Self::Rigid),
             "rapier" => Ok(Self::Rapier),
             "ideal" => Ok(Self::Ideal),
-            _ => Err("allowed are rigid, rapier and ideal".to_owned()),
+            _ => Err(text!(
+                "allowed are rigid, rapier and ideal",
+                "允许 rigid、rapier 和 ideal"
+            )),
         }
     }
 }
@@ -111,12 +119,15 @@ impl StepMillis {
 }
 
 impl FromStr for StepMillis {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         match text.parse() {
             Ok(millis @ 1..=8) => Ok(Self(millis)),
-            _ => Err("allowed are whole milliseconds from 1 to 8".to_owned()),
+            _ => Err(text!(
+                "allowed are whole milliseconds from 1 to 8",
+                "允许 1 到 8 的整毫秒数"
+            )),
         }
     }
 }
@@ -133,11 +144,14 @@ pub enum RecordTarget {
 }
 
 impl FromStr for RecordTarget {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         match text {
-            "" => Err("allowed are off and the path of a file to write".to_owned()),
+            "" => Err(text!(
+                "allowed are off and the path of a file to write",
+                "允许 off 和要写的文件的路径"
+            )),
             "off" => Ok(Self::Off),
             path => Ok(Self::File(PathBuf::from(path))),
         }
@@ -149,9 +163,9 @@ impl FromStr for RecordTarget {
 pub struct RotationLimit(pub RotationTrigger);
 
 impl FromStr for RotationLimit {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         if let Ok(size) = text.parse::<ByteSize>() {
             return Ok(Self(RotationTrigger::Bytes(size.0)));
         }
@@ -159,9 +173,11 @@ impl FromStr for RotationLimit {
         let secs = with_unit(text, &units).filter(|secs| (1.0..=31_536_000.0).contains(secs));
         match secs {
             Some(secs) => Ok(Self(RotationTrigger::Secs(secs))),
-            None => Err("allowed are sizes from 1 MB and times from 1 s to a year, \
-                as in 500MB, 2GB, 90s, 30min or 8h"
-                .to_owned()),
+            None => Err(text!(
+                "allowed are sizes from 1 MB and times from 1 s to a year, \
+                as in 500MB, 2GB, 90s, 30min or 8h",
+                "允许 1 MB 以上的大小和 1 s 到一年的时间，如 500MB、2GB、90s、30min 或 8h"
+            )),
         }
     }
 }
@@ -171,9 +187,9 @@ impl FromStr for RotationLimit {
 pub struct ByteSize(pub u64);
 
 impl FromStr for ByteSize {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         let units = [
             ("MiB", 1024.0 * 1024.0),
             ("GiB", 1024.0 * 1024.0 * 1024.0),
@@ -183,7 +199,10 @@ impl FromStr for ByteSize {
         ];
         match with_unit(text, &units).filter(|bytes| (1e6..=1e18).contains(bytes)) {
             Some(bytes) => Ok(Self(bytes as u64)),
-            None => Err("allowed are sizes from 1 MB, as in 500MB, 20GB or 4GiB".to_owned()),
+            None => Err(text!(
+                "allowed are sizes from 1 MB, as in 500MB, 20GB or 4GiB",
+                "允许 1 MB 以上的大小，如 500MB、20GB 或 4GiB"
+            )),
         }
     }
 }
@@ -214,9 +233,9 @@ pub enum Permission {
 }
 
 impl FromStr for Permission {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         match text {
             "fs" => Ok(Self::Fs),
             "process" => Ok(Self::Process),
@@ -224,9 +243,15 @@ impl FromStr for Permission {
             "net" => Ok(Self::Net),
             "net=played" => Ok(Self::NetPlayed),
             _ => match text.strip_prefix("fs=") {
-                Some("") => Err("fs= needs a folder, fs=/data for instance".to_owned()),
+                Some("") => Err(text!(
+                    "fs= needs a folder, fs=/data for instance",
+                    "fs= 需要一个文件夹，例如 fs=/data"
+                )),
                 Some(folder) => Ok(Self::FsIn(folder.into())),
-                None => Err("allowed are fs, fs=DIR, process, env, net and net=played".to_owned()),
+                None => Err(text!(
+                    "allowed are fs, fs=DIR, process, env, net and net=played",
+                    "允许 fs、fs=DIR、process、env、net 和 net=played"
+                )),
             },
         }
     }
@@ -252,16 +277,15 @@ impl Default for HomeJoints {
 }
 
 impl FromStr for HomeJoints {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         six_numbers(text)
             .filter(|q| q.iter().all(|angle| angle.abs() <= ANGLE_MAX))
             .map(|q| Self(JointPositions(q)))
             .ok_or_else(|| {
-                "six joint positions in rad, up to 1000, are needed, separated by commas, \
-                 as in 0,-1.57,1.57,-1.57,-1.57,0"
-                    .to_owned()
+                text!("six joint positions in rad, up to 1000, are needed, separated by commas, \
+                 as in 0,-1.57,1.57,-1.57,-1.57,0", "需要六个不超过 1000 的关节位置（rad），以逗号分隔，如 0,-1.57,1.57,-1.57,-1.57,0")
             })
     }
 }
@@ -271,9 +295,9 @@ impl FromStr for HomeJoints {
 pub struct Tcp(pub RpyPose);
 
 impl FromStr for Tcp {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         let is_angle = |angle: &f64| angle.abs() <= ANGLE_MAX;
         // What `set_tcp` refuses no start may bring in: the collision check does not survive it.
         six_numbers(text)
@@ -282,9 +306,8 @@ impl FromStr for Tcp {
             .filter(|tcp| CommandKind::Setting(SettingCommand::SetTcp(*tcp)).validate().is_ok())
             .map(Self)
             .ok_or_else(|| {
-                "x, y, z in m, up to 10, and Rx, Ry, Rz in rad, up to 1000, are needed, separated by commas, \
-                 as in 0,0,0.1,0,0,0"
-                    .to_owned()
+                text!("x, y, z in m, up to 10, and Rx, Ry, Rz in rad, up to 1000, are needed, separated by commas, \
+                 as in 0,0,0.1,0,0,0", "需要以逗号分隔的 x、y、z（m，不超过 10）和 Rx、Ry、Rz（rad，不超过 1000），如 0,0,0.1,0,0,0")
             })
     }
 }
@@ -294,9 +317,9 @@ impl FromStr for Tcp {
 pub struct PayloadChoice(pub Payload);
 
 impl FromStr for PayloadChoice {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         let payload = match numbers(text).as_deref() {
             Some(&[mass]) => Some((mass, [0.0; 3], [0.0; 6])),
             Some(&[mass, x, y, z]) => Some((mass, [x, y, z], [0.0; 6])),
@@ -305,16 +328,19 @@ impl FromStr for PayloadChoice {
             }
             _ => None,
         };
-        let allowed = "a mass from 0 to 1000 kg is needed, then perhaps the centre of gravity in m, up to 10, \
-             as in 2.5 or 2.5,0,0,0.08, then perhaps six numbers of inertia in kg m²";
-        let (mass, cog, inertia) = payload.ok_or(allowed)?;
+        let allowed = text!(
+            "a mass from 0 to 1000 kg is needed, then perhaps the centre of gravity in m, up to 10, \
+             as in 2.5 or 2.5,0,0,0.08, then perhaps six numbers of inertia in kg m²",
+            "需要 0 到 1000 kg 的质量，之后可给出重心（m，不超过 10），如 2.5 或 2.5,0,0,0.08，再之后可给出六个惯量（kg m²）"
+        );
+        let (mass, cog, inertia) = payload.ok_or_else(|| allowed.clone())?;
         let payload = Payload::new(mass, cog, inertia).map_err(|error| match error {
-            PayloadError::ImpossibleInertia { .. } => error.to_string(),
-            _ => allowed.to_owned(),
+            PayloadError::ImpossibleInertia { .. } => Text::of(&error),
+            _ => allowed.clone(),
         })?;
         match CommandKind::Setting(SettingCommand::SetPayload(payload)).validate() {
             Ok(()) => Ok(Self(payload)),
-            Err(_) => Err(allowed.to_owned()),
+            Err(_) => Err(allowed),
         }
     }
 }
@@ -343,7 +369,10 @@ mod tests {
             Ok(ModelChoice::Urdf("./my.urdf".into()))
         );
         let error = "cs99".parse::<ModelChoice>().unwrap_err();
-        assert!(error.contains("cs612") && error.contains("URDF"), "{error}");
+        assert!(
+            error.english().contains("cs612") && error.english().contains("URDF"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -366,7 +395,7 @@ mod tests {
         let payload: PayloadChoice = "2,0,0,0.1,0.02,0.02,0.01,0,0,0.001".parse().unwrap();
         assert_eq!(payload.0.inertia, [0.02, 0.02, 0.01, 0.0, 0.0, 0.001]);
         let error = "2,0,0,0.1,1,0,0,0,0,0".parse::<PayloadChoice>();
-        assert!(error.unwrap_err().contains("no rigid body"));
+        assert!(error.unwrap_err().english().contains("no rigid body"));
         for wrong in [
             "-1",
             "1,2",
@@ -409,7 +438,7 @@ mod tests {
             "0,0,0,0,0",
         ] {
             let error = wrong.parse::<Tcp>().unwrap_err();
-            assert!(error.contains("up to 10"), "{wrong}: {error}");
+            assert!(error.english().contains("up to 10"), "{wrong}: {error}");
         }
     }
 

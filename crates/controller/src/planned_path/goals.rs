@@ -3,6 +3,7 @@
 use core::f64::consts::TAU;
 
 use kinematics::{JointPositions, Pose, RobotModel};
+use messages::Text;
 use path_planning::CollisionScene;
 
 /// Places of the approach that are computed: so many a metre, and at least so many.
@@ -83,14 +84,14 @@ pub(super) fn before_line(
 }
 
 /// Whether nothing touches on the way along these places.
-pub(super) fn touches_on_line<'a>(
-    scene: &'a CollisionScene,
+pub(super) fn touches_on_line(
+    scene: &CollisionScene,
     places: &[JointPositions],
-) -> Option<(&'a str, &'a str)> {
+) -> Option<(Text, Text)> {
     let mut tracker = path_planning::ClearanceTracker::default();
     for q in places {
         if let Some(found) = tracker.advance(scene, q, 0.0) {
-            return Some(scene.names(found.nearest.pair));
+            return Some(scene.texts(found.nearest.pair));
         }
     }
     None

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use elite_runtime::ProgramText;
 use kinematics::{JointPositions, Pose};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use path_planning::{CollisionScene, JointPath, ObstaclePlace, PathError, PathRequest};
 use thiserror::Error;
 
@@ -57,7 +57,7 @@ pub struct PlannedPath {
     /// How long it took to plan, time of the machine, s.
     pub planning_time: f64,
     /// What a person should know of it.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Text>,
 }
 
 /// A reason why there is no path.
@@ -70,11 +70,11 @@ pub enum PlanError {
         /// The kind of reason.
         reason: NoPathReason,
         /// The sentence.
-        detail: String,
+        detail: Text,
     },
     /// What was asked for makes no sense.
     #[error("{0}")]
-    Request(String),
+    Request(Text),
     /// No controller.
     #[error(transparent)]
     Start(#[from] StartError),
@@ -108,11 +108,8 @@ impl NoPathReason {
     }
 }
 
-fn no_path(reason: NoPathReason, detail: impl Into<String>) -> PlanError {
-    PlanError::NoPath {
-        reason,
-        detail: detail.into(),
-    }
+fn no_path(reason: NoPathReason, detail: Text) -> PlanError {
+    PlanError::NoPath { reason, detail }
 }
 
 /// Plans a path from the home position of `config`, and drives it.
@@ -171,7 +168,10 @@ pub fn plan_path(
     match (driven.into_iter().reduce(quicker), failed) {
         (Some(best), _) => Ok(best),
         (None, Some(error)) => Err(error),
-        (None, None) => Err(no_path(NoPathReason::NoPath, "no path was found")),
+        (None, None) => Err(no_path(
+            NoPathReason::NoPath,
+            text!("no path was found", "没有找到路径"),
+        )),
     }
 }
 
@@ -192,12 +192,13 @@ fn scene_with_held(
         }
         _ => {
             let names: Vec<&str> = scene.obstacle_names().collect();
-            Err(PlanError::Request(format!(
-                "there is nothing called {name:?} in the cell that could be held; there is {}",
-                match names.is_empty() {
-                    true => "nothing".to_owned(),
-                    false => names.join(", "),
-                }
+            let there = match names.is_empty() {
+                true => text!("there is nothing", "其中什么也没有"),
+                false => text!("there is {}", "有{}", names.join(", ")),
+            };
+            Err(PlanError::Request(text!(
+                "there is nothing called {name:?} in the cell that could be held; {there}",
+                "单元中没有名为 {name:?} 的可夹持物体；{there}"
             )))
         }
     }
@@ -214,15 +215,22 @@ impl PathPlanner<'_> {
     fn check_request(&self) -> Result<(), PlanError> {
         let limits = self.scene.model().limits();
         let target = match &self.options.target {
-            PathTarget::Joints(q) => Some(("the target", *q)),
+            PathTarget::Joints(q) => Some((text!("the target", "终点"), *q)),
             PathTarget::Pose(_) => None,
         };
-        let named = [("the start", self.config.home)].into_iter().chain(target);
-        let via = self.options.via.iter().map(|q| ("a via position", *q));
+        let named = [(text!("the start", "起点"), self.config.home)]
+            .into_iter()
+            .chain(target);
+        let via = self
+            .options
+            .via
+            .iter()
+            .map(|q| (text!("a via position", "中间位置"), *q));
         for (name, q) in named.chain(via) {
             if let Some((joint, value)) = limits.position_violation(&q) {
-                return Err(PlanError::Request(format!(
+                return Err(PlanError::Request(text!(
                     "{name} has joint {} at {value} rad, allowed is {:.4} to {:.4} rad",
+                    "{name}的关节 {} 为 {value} rad，允许 {:.4} 到 {:.4} rad",
                     joint + 1,
                     limits.position_min[joint],
                     limits.position_max[joint]
@@ -244,13 +252,15 @@ impl PathPlanner<'_> {
                 let all = goals::joint_positions_of(model, &pose, &tcp, near);
                 if all.is_empty() {
                     let detail = match model.inverse_all(&pose, &tcp).is_empty() {
-                        true => format!(
+                        true => text!(
                             "no joint positions bring the TCP to {}: it is out of the arm's reach; with another base \
                              pose or a longer tool (--tcp) it may not be",
+                            "没有关节位置能使 TCP 到达 {}：超出机械臂的到达范围；换一个基座位姿或更长的工具（--tcp）也许可以",
                             self.options.target
                         ),
-                        false => format!(
+                        false => text!(
                             "every way to bring the TCP to {} needs a joint beyond its range",
+                            "使 TCP 到达 {} 的每种方式都会有关节超出范围",
                             self.options.target
                         ),
                     };
@@ -287,14 +297,16 @@ impl PathPlanner<'_> {
         Err(match touching {
             Some((a, b)) => no_path(
                 NoPathReason::GoalInCollision,
-                format!(
-                    "{a} touches {b} on the last {millimetres:.0} mm, on every line to the target"
+                text!(
+                    "{a} touches {b} on the last {millimetres:.0} mm, on every line to the target",
+                    "在通往终点的每条直线上，{a}在最后 {millimetres:.0} mm 与{b}相碰"
                 ),
             ),
             None => no_path(
                 NoPathReason::OutOfReach,
-                format!(
-                    "the arm cannot follow the last {millimetres:.0} mm to the target on a line; --approach is shorter or 0"
+                text!(
+                    "the arm cannot follow the last {millimetres:.0} mm to the target on a line; --approach is shorter or 0",
+                    "机械臂无法沿直线走完到终点的最后 {millimetres:.0} mm；请缩短 --approach 或设为 0"
                 ),
             ),
         })
@@ -320,10 +332,11 @@ impl PathPlanner<'_> {
             if *left >= self.options.margin {
                 continue;
             }
-            let (a, b) = self.scene.names(*pair);
+            let (a, b) = self.scene.texts(*pair);
             least_allowed = least_allowed.min(*left - RESERVE);
-            warnings.push(format!(
-                "{a} and {b} are only {:.1} mm apart at an end of the path; there the margin of {:.1} mm is not kept",
+            warnings.push(text!(
+"{a} and {b} are only {:.1} mm apart at an end of the path; there the margin of {:.1} mm is not kept",
+"{a}与{b}在路径一端只相距 {:.1} mm；那里不能保持 {:.1} mm 的间隙",
                 left * 1e3,
                 self.options.margin * 1e3
             ));
@@ -345,32 +358,38 @@ impl PathPlanner<'_> {
     /// The search's reasons in sentences.
     fn explain(&self, error: PathError) -> PlanError {
         let named = |pair| {
-            let (a, b) = self.scene.names(pair);
-            format!("{a} touches {b}")
+            let (a, b) = self.scene.texts(pair);
+            text!("{a} touches {b}", "{a}与{b}相碰")
         };
         match error {
             PathError::StartInCollision { pair } => no_path(
                 NoPathReason::StartInCollision,
-                format!(
+                text!(
                     "{} at the start; what may touch is named by [[touch]] in the cell file",
+                    "{}，在起点；允许接触的物体在单元文件的 [[touch]] 中给出",
                     named(pair)
                 ),
             ),
             PathError::GoalInCollision { pairs } => {
-                let mut names: Vec<String> = pairs.into_iter().map(named).collect();
+                let mut names: Vec<Text> = pairs.into_iter().map(named).collect();
                 names.sort();
                 names.dedup();
                 no_path(
                     NoPathReason::GoalInCollision,
-                    format!(
+                    text!(
                         "{} at the goal; what may touch is named by [[touch]] in the cell file",
-                        names.join(", ")
+                        "{}，在终点；允许接触的物体在单元文件的 [[touch]] 中给出",
+                        Text::joined(names, ", ", "、")
                     ),
                 )
             }
             PathError::ViaInCollision { number, pair } => no_path(
                 NoPathReason::NoPath,
-                format!("{} at via position {number}", named(pair)),
+                text!(
+                    "{} at via position {number}",
+                    "{}，在中间位置 {number}",
+                    named(pair)
+                ),
             ),
             PathError::NotFound {
                 tries,
@@ -379,32 +398,37 @@ impl PathPlanner<'_> {
             } => {
                 let mut names = Vec::new();
                 for pair in in_the_way {
-                    let (a, b) = self.scene.names(pair);
-                    let name = format!("{a} and {b}");
+                    let (a, b) = self.scene.texts(pair);
+                    let name = text!("{a} and {b}", "{a}与{b}");
                     if names.len() < 3 && !names.contains(&name) {
                         names.push(name);
                     }
                 }
                 let ended = match out_of_time {
-                    true => format!(
+                    true => text!(
                         "after {} s and {tries} tries",
+                        "{} s、{tries} 次尝试后",
                         self.options.time.as_secs_f64()
                     ),
-                    false => format!("in {tries} tries"),
+                    false => text!("in {tries} tries", "{tries} 次尝试中"),
                 };
                 let advice = match out_of_time {
-                    true => "; --time gives it longer",
-                    false => "; a position in --via or a smaller --margin may help",
+                    true => text!("; --time gives it longer", "；--time 可给更长时间"),
+                    false => text!(
+                        "; a position in --via or a smaller --margin may help",
+                        "；在 --via 中给出一个位置或减小 --margin 也许有用"
+                    ),
                 };
                 no_path(
                     NoPathReason::NoPath,
-                    format!(
+                    text!(
                         "no path was found {ended}; most often in the way were {}{advice}",
-                        names.join("; ")
+                        "{ended}没有找到路径；最常挡路的是{}{advice}",
+                        Text::joined(names, "; ", "；")
                     ),
                 )
             }
-            other => PlanError::Request(other.to_string()),
+            other => PlanError::Request(Text::of(&other)),
         }
     }
 
@@ -472,8 +496,9 @@ impl PathPlanner<'_> {
             if run.end != MeasuredEnd::Finished {
                 return Err(no_path(
                     NoPathReason::NoPath,
-                    format!(
+                    text!(
                         "a path was found, but the controller does not drive it: {}",
+                        "找到了路径，但控制器不执行它：{}",
                         run.end
                     ),
                 ));
@@ -502,9 +527,10 @@ impl PathPlanner<'_> {
             }
             if !is_smaller {
                 let nearest = run.nearest().and_then(|row| row.least.clone());
-                let nearest = nearest.map_or_else(String::new, |least| {
-                    format!(
+                let nearest = nearest.map_or(Text::verbatim(""), |least| {
+                    text!(
                         ": {} comes within {:.1} mm of {}",
+                        "：{0}与{2}相距不到 {1:.1} mm",
                         least.a,
                         least.distance * 1e3,
                         least.b
@@ -512,15 +538,19 @@ impl PathPlanner<'_> {
                 });
                 return Err(no_path(
                     NoPathReason::NoPath,
-                    format!(
-                        "a path was found, but driven it does not keep the margin{nearest}; a smaller --margin may help"
+                    text!(
+                        "a path was found, but driven it does not keep the margin{nearest}; a smaller --margin may help",
+                        "找到了路径，但执行时不能保持间隙{nearest}；减小 --margin 也许有用"
                     ),
                 ));
             }
         }
         Err(no_path(
             NoPathReason::NoPath,
-            "a path was found, but driven it does not keep the margin",
+            text!(
+                "a path was found, but driven it does not keep the margin",
+                "找到了路径，但执行时不能保持间隙"
+            ),
         ))
     }
 }

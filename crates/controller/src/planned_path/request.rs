@@ -5,6 +5,7 @@ use core::str::FromStr;
 use std::time::Duration;
 
 use kinematics::{JointPositions, RpyPose};
+use messages::{Text, text};
 
 use crate::options::ANGLE_MAX;
 
@@ -18,9 +19,9 @@ pub enum PathTarget {
 }
 
 impl FromStr for PathTarget {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Text> {
         let text = text.trim();
         let pose = text
             .strip_prefix('p')
@@ -31,8 +32,8 @@ impl FromStr for PathTarget {
             .and_then(|rest| rest.strip_suffix(']'))
             .unwrap_or(text);
         let numbers = six_numbers(pose.unwrap_or(joints)).ok_or(
-            "six joint positions in rad are needed, as in 0,-1.57,1.57,-1.57,-1.57,0, or a pose of the TCP in m and \
-             rad, all of them up to 1000, as in 'p[0.4,0.1,0.3,3.14,0,0]'",
+            text!("six joint positions in rad are needed, as in 0,-1.57,1.57,-1.57,-1.57,0, or a pose of the TCP in m and \
+             rad, all of them up to 1000, as in 'p[0.4,0.1,0.3,3.14,0,0]'", "需要六个关节位置（rad），如 0,-1.57,1.57,-1.57,-1.57,0，或 TCP 的位姿（m 和 rad），如 'p[0.4,0.1,0.3,3.14,0,0]'；都不超过 1000"),
         )?;
         Ok(match pose {
             Some(_) => Self::Pose(RpyPose::from_array(numbers)),
@@ -127,7 +128,7 @@ mod tests {
             "1,2,3,4,5,1e300",
         ] {
             let error = wrong.parse::<PathTarget>().unwrap_err();
-            assert!(error.contains("p[0.4"), "{wrong}: {error}");
+            assert!(error.english().contains("p[0.4"), "{wrong}: {error}");
         }
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use editor::analysis::words::{Language, LanguageWords as _};
 use elite_runtime::builtins::all;
 use elite_runtime::builtins::declare::{
-    Builtin, Category, FROM_OUTPUT, Parameter, ParameterDefault, ParameterType, Range,
+    Builtin, Category, FROM_OUTPUT, Parameter, ParameterDefault, ParameterType,
 };
 
 use super::GROUPS;
@@ -47,7 +47,7 @@ pub fn index(language: Language) -> String {
                 "- [`{}`]({name}.md#{}): {}",
                 builtin.name,
                 anchor(builtin.name),
-                language.summary(builtin)
+                builtin.summary.in_language(language)
             );
         }
     }
@@ -100,7 +100,7 @@ fn function(out: &mut String, builtin: &Builtin, language: Language, examples: &
         "\n## {}\n\n`{}`\n\n{}\n",
         builtin.name,
         builtin.signature(),
-        language.summary(builtin)
+        builtin.summary.in_language(language)
     );
     if !builtin.params.is_empty() {
         out.push_str(language.pick(
@@ -113,9 +113,9 @@ fn function(out: &mut String, builtin: &Builtin, language: Language, examples: &
     }
     let returns = language.pick("Returns", "返回值");
     let nothing = language.pick("nothing", "无");
-    let given = match builtin.returns {
+    let given = match builtin.returns.english() {
         "nothing" => nothing,
-        given => language.phrase(given),
+        _ => builtin.returns.in_language(language),
     };
     let colon = language.pick(": ", "：");
     let _ = write!(out, "\n- {returns}{colon}{given}\n");
@@ -169,27 +169,14 @@ fn row(out: &mut String, parameter: &Parameter, language: Language) {
         cell(&parameter.kind.type_name()),
         language.unit(parameter.unit),
         cell(&allowed(parameter.kind, language)),
-        cell(language.phrase(parameter.meaning))
+        cell(parameter.meaning.in_language(language))
     );
 }
 
 /// The range in words.
 fn allowed(kind: ParameterType, language: Language) -> String {
-    let in_chinese = language == Language::Chinese;
-    match kind {
-        ParameterType::Number(Range::Between(min, max)) if in_chinese => format!("{min} 至 {max}"),
-        ParameterType::Integer(min, max) if in_chinese && min != i64::MIN && max != i64::MAX => {
-            format!("{min} 至 {max}")
-        }
-        ParameterType::Word(_) | ParameterType::OneOf(_) if in_chinese => kind
-            .range_text()
-            .unwrap_or_default()
-            .replace(", ", "、")
-            .replace(" or ", " 或 "),
-        ParameterType::Boolean if in_chinese => "True 或 False".to_owned(),
-        ParameterType::Booleans(Some(_)) if in_chinese => "每项为 0 或 1".to_owned(),
-        _ => kind.range_text().unwrap_or_default(),
-    }
+    let range = kind.range_text();
+    range.map_or_else(String::new, |range| range.in_language(language).to_owned())
 }
 
 /// Text in a cell of a table.

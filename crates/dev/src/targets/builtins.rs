@@ -291,7 +291,7 @@ fn judge(data: &[u8]) {
             if let Message::ScriptError { summary, .. } = message {
                 let ours = ["InternalError", "AssertionError", "SystemError"];
                 assert!(
-                    !ours.iter().any(|name| summary.starts_with(name)),
+                    !ours.iter().any(|name| summary.english().starts_with(name)),
                     "{summary}"
                 );
             }

@@ -9,6 +9,7 @@ use controller::recorded_run::RecordedRun;
 use elite_runtime::micro_line::{MicroLine, Space, Units};
 use elite_runtime::task_folder::TaskFolder;
 use kinematics::{Calibration, RobotModel};
+use messages::Language;
 use program_import::toolpath;
 use recorder::{Recording, Summary, Topic, TopicTable};
 use server::cli::{ControllerArgs, ServeArgs};
@@ -62,7 +63,7 @@ pub(super) const TARGETS: &[Target] = &[
                 Ok(translation) => {
                     let file = elite_syntax::SourceFile::new("fuzz.script", &*translation.text);
                     _ = elite_syntax::check(file, &elite_syntax::KnownNames::default());
-                    assert!(!translation.report("fuzz").is_empty());
+                    assert!(!translation.report("fuzz", Language::English).is_empty());
                 }
                 Err(error) => assert!(!error.to_string().is_empty()),
             }

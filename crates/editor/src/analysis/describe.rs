@@ -17,7 +17,7 @@ const PLACES_MAX: usize = 8;
 /// A function of the robot.
 pub fn robot(builtin: &Builtin, language: Language) -> String {
     let mut text = code(&builtin.signature());
-    text.push_str(language.summary(builtin));
+    text.push_str(builtin.summary.in_language(language));
     text.push('\n');
     if !builtin.params.is_empty() {
         let title = language.pick("Parameters", "参数");
@@ -33,7 +33,7 @@ pub fn robot(builtin: &Builtin, language: Language) -> String {
     let returns = language.pick("Returns", "返回值");
     text.push_str(&format!(
         "\n**{returns}**: {}\n",
-        language.phrase(builtin.returns)
+        builtin.returns.in_language(language)
     ));
     if builtin.waits {
         let waits = language.pick("May wait.", "可能阻塞等待。");
@@ -56,19 +56,15 @@ pub fn of_parameter(parameter: &Parameter, language: Language) -> String {
         parts.push(language.unit(parameter.unit));
     }
     if let Some(range) = parameter.kind.range_text() {
-        let range = range.replace(" to ", language.pick(" to ", " 到 "));
+        let range = range.in_language(language);
         parts.push(format!("{}: {range}", language.pick("range", "范围")));
     }
     if let Some((_, default)) = parameter.to_string().split_once('=') {
         parts.push(format!("{}: {default}", language.pick("default", "默认")));
     }
-    match parameter.meaning.is_empty() {
-        true => parts.join(", "),
-        false => format!(
-            "({}): {}",
-            parts.join(", "),
-            language.phrase(parameter.meaning)
-        ),
+    match parameter.meaning.in_language(language) {
+        "" => parts.join(", "),
+        meaning => format!("({}): {meaning}", parts.join(", ")),
     }
 }
 

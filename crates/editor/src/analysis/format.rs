@@ -6,7 +6,7 @@
 
 use elite_syntax::lexer::{Token, TokenKind as T};
 use elite_syntax::{SourceFile, Span};
-use messages::Localized;
+use messages::{Localized, Text};
 
 use super::Analysis;
 use super::fixes::Edit;
@@ -39,7 +39,7 @@ pub enum FormatError {
         /// Line of the first error, from 1.
         line: u32,
         /// What it is.
-        message: String,
+        message: Text,
     },
     /// Our own slip, found before anything was changed.
     #[error("the formatted text would mean something else; nothing was changed")]

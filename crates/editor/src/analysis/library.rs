@@ -10,7 +10,7 @@ use elite_runtime::builtins::declare::Builtin;
 use parking_lot::Mutex;
 
 use super::types::Type;
-use super::words::{Language, LanguageWords as _};
+use super::words::Language;
 
 /// Functions of the robot by name, in the order of their names.
 pub static ROBOT: LazyLock<BTreeMap<&'static str, &'static Builtin>> = LazyLock::new(|| {
@@ -153,13 +153,17 @@ pub fn searched_text(builtin: &Builtin) -> String {
         builtin.signature(),
         builtin.category.name(),
         builtin.section,
-        builtin.summary,
-        builtin.returns
+        builtin.summary.english(),
+        builtin.returns.english()
     );
     for parameter in builtin.params {
-        text.push_str(&format!(" {} {}", parameter.meaning, parameter.unit));
+        text.push_str(&format!(
+            " {} {}",
+            parameter.meaning.english(),
+            parameter.unit
+        ));
     }
     text.push(' ');
-    text.push_str(Language::Chinese.summary(builtin));
+    text.push_str(builtin.summary.in_language(Language::Chinese));
     text.to_lowercase()
 }

@@ -2,7 +2,7 @@
 
 use super::cursor::CursorContext;
 use super::types::{Type, attribute_of};
-use super::words::{Language, LanguageWords as _};
+use super::words::Language;
 use super::{Analysis, describe, library};
 
 /// A signature for people.
@@ -79,7 +79,7 @@ pub fn callable(analysis: &Analysis, function: &Type, language: Language) -> Opt
     match function {
         Type::Robot(builtin) => Some(Callable {
             name: builtin.name.to_owned(),
-            text: language.summary(builtin).to_owned(),
+            text: builtin.summary.in_language(language).to_owned(),
             parameters: builtin
                 .params
                 .iter()

@@ -196,7 +196,7 @@ impl Inference<'_> {
                     .find(|found| !matches!(found, Type::Unknown))
                     .unwrap_or(Type::Unknown)
             }
-            Type::Robot(builtin) => library::returned(builtin.returns),
+            Type::Robot(builtin) => library::returned(builtin.returns.english()),
             Type::Python(name) => library::result_of(name),
             Type::Method(owner, name) => library::result_of_method(owner, name),
             _ => Type::Unknown,

@@ -1,6 +1,7 @@
 //! What each request has to have: names and kinds of its arguments, and a sentence about the first one that is missing
 //! or of another kind. Everything behind it may rely on what is checked here.
 
+use messages::{Text, text};
 use serde_json::Value as Json;
 
 /// What an argument can be.
@@ -176,17 +177,18 @@ fn arguments(command: &str) -> &'static [Argument] {
 ///
 /// # Errors
 /// A sentence that names the argument, what was given and what is allowed.
-pub(super) fn check(command: &str, given: &Json) -> Result<(), String> {
+pub(super) fn check(command: &str, given: &Json) -> Result<(), Text> {
     if !given.is_object() {
-        return Err(format!(
+        return Err(text!(
             "{command}: arguments is {}; allowed is an object",
+            "{command}：arguments 为 {}；应为对象",
             shown(given)
         ));
     }
     fields(command, "", arguments(command), given)
 }
 
-fn fields(command: &str, within: &str, known: &[Argument], given: &Json) -> Result<(), String> {
+fn fields(command: &str, within: &str, known: &[Argument], given: &Json) -> Result<(), Text> {
     for Argument {
         name,
         kind,
@@ -198,8 +200,9 @@ fn fields(command: &str, within: &str, known: &[Argument], given: &Json) -> Resu
         match given.get(key).filter(|value| !value.is_null()) {
             Some(value) => of_kind(command, &name, kind, value)?,
             None if *is_needed => {
-                return Err(format!(
+                return Err(text!(
                     "{command}: {name} is missing; it is {}",
+                    "{command}：缺少 {name}；应为{}",
                     allowed(kind)
                 ));
             }
@@ -209,7 +212,7 @@ fn fields(command: &str, within: &str, known: &[Argument], given: &Json) -> Resu
     Ok(())
 }
 
-fn of_kind(command: &str, name: &str, kind: &Kind, given: &Json) -> Result<(), String> {
+fn of_kind(command: &str, name: &str, kind: &Kind, given: &Json) -> Result<(), Text> {
     let is_right = match kind {
         Kind::Whole(most) => given.as_u64().is_some_and(|number| number <= *most),
         Kind::Text => given.is_string(),
@@ -222,8 +225,9 @@ fn of_kind(command: &str, name: &str, kind: &Kind, given: &Json) -> Result<(), S
         Kind::Objects(_) => given.is_array(),
     };
     if !is_right {
-        return Err(format!(
+        return Err(text!(
             "{command}: {name} is {}; allowed is {}",
+            "{command}：{name} 为 {}；应为{}",
             shown(given),
             allowed(kind)
         ));
@@ -242,29 +246,29 @@ fn of_kind(command: &str, name: &str, kind: &Kind, given: &Json) -> Result<(), S
     }
 }
 
-fn allowed(kind: &Kind) -> String {
+fn allowed(kind: &Kind) -> Text {
     match kind {
-        Kind::Whole(u64::MAX) => "a whole number from 0".to_owned(),
-        Kind::Whole(most) => format!("a whole number from 0 to {most}"),
-        Kind::Text => "a text".to_owned(),
-        Kind::Flag => "true or false".to_owned(),
-        Kind::Texts => "a list of texts".to_owned(),
-        Kind::Any | Kind::Object(_) => "an object".to_owned(),
-        Kind::Objects(_) => "a list of objects".to_owned(),
+        Kind::Whole(u64::MAX) => text!("a whole number from 0", "从 0 起的整数"),
+        Kind::Whole(most) => text!("a whole number from 0 to {most}", "0 到 {most} 的整数"),
+        Kind::Text => text!("a text", "文本"),
+        Kind::Flag => text!("true or false", "true 或 false"),
+        Kind::Texts => text!("a list of texts", "文本的列表"),
+        Kind::Any | Kind::Object(_) => text!("an object", "对象"),
+        Kind::Objects(_) => text!("a list of objects", "对象的列表"),
     }
 }
 
 /// What was given, short enough for a sentence.
-fn shown(given: &Json) -> String {
+fn shown(given: &Json) -> Text {
     const SHOWN_MAX: usize = 60;
     let text = match given {
-        Json::Array(_) => return "a list".to_owned(),
-        Json::Object(_) => return "an object".to_owned(),
+        Json::Array(_) => return text!("a list", "列表"),
+        Json::Object(_) => return text!("an object", "对象"),
         other => other.to_string(),
     };
     match text.char_indices().nth(SHOWN_MAX) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
+        Some((end, _)) => Text::verbatim(format!("{}…", &text[..end])),
+        None => Text::verbatim(text),
     }
 }
 
@@ -318,7 +322,7 @@ mod tests {
                 "evaluate: arguments is a list; allowed is an object",
             ),
         ] {
-            assert_eq!(check(command, &given), Err(said.to_owned()));
+            assert_eq!(check(command, &given).unwrap_err(), said);
         }
         assert_eq!(
             check("evaluate", &json!({"expression": "x", "frameId": null})),

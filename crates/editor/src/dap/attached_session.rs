@@ -8,6 +8,7 @@ use std::sync::mpsc::{Receiver, SyncSender};
 use elite_runtime::ProgramText;
 use elite_syntax::SourceFile;
 use elite_syntax::breakpoint_locations;
+use messages::{Text, text};
 use serde_json::{Value as Json, json};
 
 use super::hub::{DebugHub, ProgramStarted};
@@ -55,7 +56,7 @@ impl SessionSender {
     }
 
     /// Something for people: what programs print, and the log.
-    pub fn output(&self, category: &'static str, text: String) {
+    pub fn output(&self, category: &'static str, text: Text) {
         // Who is behind misses some.
         let _ = self.0.try_send(SessionEvent::Said(category, text));
     }
@@ -91,7 +92,12 @@ impl AttachedSession {
 
     /// Serves the client until it leaves, on the calling thread.
     pub fn serve(self, out: &mut dyn MessageSink) {
-        let launch = |_: &Json| Err("this controller serves: attach to it".to_owned());
+        let launch = |_: &Json| {
+            Err(text!(
+                "this controller serves: attach to it",
+                "此控制器在提供服务：请连接到它"
+            ))
+        };
         let mut session = DapSession::new(out, &launch, self.sender);
         session.attachment = Some(Attachment {
             hub: self.hub,
@@ -118,7 +124,7 @@ impl DapSession<'_> {
         &mut self,
         request: &RequestId,
         arguments: &Json,
-    ) -> Option<Option<Result<Json, String>>> {
+    ) -> Option<Option<Result<Json, Text>>> {
         self.attachment.as_ref()?;
         let command = request.1.as_str();
         let drives_only = matches!(
@@ -142,18 +148,26 @@ impl DapSession<'_> {
             None => (0, false),
         };
         if drives_only && client > 0 && !drives {
-            let error = "this debugger only looks on; attach with \"drive\": true to drive";
-            return Some(Some(Err(error.to_owned())));
+            let error = text!(
+                "this debugger only looks on; attach with \"drive\": true to drive",
+                "此调试器只旁观；要控制请以 \"drive\": true 连接"
+            );
+            return Some(Some(Err(error)));
         }
         let nothing = |()| json!({});
         Some(Some(match command {
             "attach" => self.attach(arguments).map(nothing),
-            "launch" => Err("this controller serves: attach to it".to_owned()),
-            "stepBack" | "reverseContinue" | "gotoCycle" | "restartFrame" => Err(format!(
-                "{command}: a program on a running server goes forward only; open its recording to go back"
+            "launch" => Err(text!(
+                "this controller serves: attach to it",
+                "此控制器在提供服务：请连接到它"
             )),
-            "restart" | "terminate" => Err(format!(
-                "{command}: programs are started and stopped at the server's ports; disconnect leaves it running"
+            "stepBack" | "reverseContinue" | "gotoCycle" | "restartFrame" => Err(text!(
+                "{command}: a program on a running server goes forward only; open its recording to go back",
+                "{command}：运行中服务器上的程序只能前进；要后退请打开其记录"
+            )),
+            "restart" | "terminate" => Err(text!(
+                "{command}: programs are started and stopped at the server's ports; disconnect leaves it running",
+                "{command}：程序由服务器的端口启动和停止；disconnect 会让它继续运行"
             )),
             "configurationDone" => Ok(json!({})),
             "disconnect" => {
@@ -178,30 +192,35 @@ impl DapSession<'_> {
         }))
     }
 
-    fn not_watched(&self) -> String {
+    fn not_watched(&self) -> Text {
         match &self.launched {
-            None => "no program is running".to_owned(),
-            Some(_) => "this program had begun before anybody attached, so it has no places to be held at; \
-                start it again to debug it, pause it at the server's ports, \
-                or start the server with --attachable".to_owned(),
+            None => text!("no program is running", "没有程序在运行"),
+            Some(_) => text!(
+                "this program had begun before anybody attached, so it has no places to be held at; \
+                 start it again to debug it, pause it at the server's ports, \
+                 or start the server with --attachable",
+                "此程序在有人连接之前已开始，因此没有可停住的位置；请重新启动程序来调试，\
+                 在服务器的端口暂停它，或以 --attachable 启动服务器"
+            ),
         }
     }
 
-    fn attach(&mut self, arguments: &Json) -> Result<(), String> {
+    fn attach(&mut self, arguments: &Json) -> Result<(), Text> {
         let wants = arguments.get("drive").and_then(Json::as_bool);
         let events = self.events.clone();
         let attachment = self
             .attachment
             .as_mut()
-            .ok_or("there is nothing to attach to")?;
+            .ok_or(text!("there is nothing to attach to", "没有可连接的对象"))?;
         if attachment.client > 0 {
-            return Err("this debugger is attached already".to_owned());
+            return Err(text!("this debugger is attached already", "此调试器已连接"));
         }
         let drives = wants.unwrap_or(true);
         if drives && !attachment.is_trusted {
-            return Err("who drives has to show the token of the server; \
-                with \"drive\": false this debugger looks on"
-                .to_owned());
+            return Err(text!(
+                "who drives has to show the token of the server; with \"drive\": false this debugger looks on",
+                "要控制必须出示服务器的令牌；以 \"drive\": false 连接可旁观"
+            ));
         }
         let (client, begun) = attachment.hub.join(events, drives)?;
         (attachment.client, attachment.drives) = (client, drives);
@@ -228,7 +247,11 @@ impl DapSession<'_> {
             return;
         };
         for (_, request) in std::mem::take(&mut attachment.asks) {
-            let error = format!("{}: the program went on before it had answered", request.1);
+            let error = text!(
+                "{}: the program went on before it had answered",
+                "{}：程序在回答之前已继续运行",
+                request.1
+            );
             self.respond(&request, Err(error));
         }
     }
@@ -240,7 +263,11 @@ impl DapSession<'_> {
         self.launched = None;
         self.phase = ProgramPhase::Before;
         let Some(begun) = begun else {
-            self.output("console", "no program is running\n", 0);
+            self.output(
+                "console",
+                &text!("no program is running\n", "没有程序在运行\n"),
+                0,
+            );
             return;
         };
         let program = ProgramText {
@@ -260,7 +287,7 @@ impl DapSession<'_> {
             Some(watched) => self.run = Some(Run::attached(watched.link, watched.orders)),
             None => {
                 let text = self.not_watched();
-                self.output("important", &format!("{text}\n"), 0);
+                self.output("important", &text!("{text}\n", "{text}\n"), 0);
             }
         }
         // Those of the program before are no places of this one.
@@ -276,7 +303,7 @@ impl DapSession<'_> {
         }
     }
 
-    fn go_on(&mut self, command: &str, arguments: &Json) -> Result<(), String> {
+    fn go_on(&mut self, command: &str, arguments: &Json) -> Result<(), Text> {
         if self.run.is_none() {
             return Err(self.not_watched());
         }
@@ -285,7 +312,7 @@ impl DapSession<'_> {
         let attachment = self
             .attachment
             .as_ref()
-            .ok_or("there is nothing to attach to")?;
+            .ok_or(text!("there is nothing to attach to", "没有可连接的对象"))?;
         attachment.hub.go(attachment.client, go)?;
         self.phase = ProgramPhase::Running;
         Ok(())
@@ -306,7 +333,7 @@ impl DapSession<'_> {
         &mut self,
         request: &RequestId,
         arguments: &Json,
-    ) -> Option<Result<Json, String>> {
+    ) -> Option<Result<Json, Text>> {
         if self.run.is_none() {
             return Some(Err(self.not_watched()));
         }
@@ -314,11 +341,15 @@ impl DapSession<'_> {
             return Some(Err(error));
         }
         let Some(attachment) = &mut self.attachment else {
-            return Some(Err("there is nothing to attach to".to_owned()));
+            return Some(Err(text!(
+                "there is nothing to attach to",
+                "没有可连接的对象"
+            )));
         };
         if attachment.asks.len() >= ASKS_MAX {
-            return Some(Err(format!(
-                "{ASKS_MAX} questions wait for an answer already"
+            return Some(Err(text!(
+                "{ASKS_MAX} questions wait for an answer already",
+                "已有 {ASKS_MAX} 个问题在等待回答"
             )));
         }
         attachment.last_ask = (attachment.last_ask + 1) & 0x7fff_ffff;
@@ -331,13 +362,15 @@ impl DapSession<'_> {
             ),
             command: request.1.clone(),
             arguments: arguments.clone(),
+            language: self.language,
         };
         if self.run.as_ref().is_some_and(|run| run.order(order)) {
             return None;
         }
         attachment.asks.remove(&number);
-        Some(Err(format!(
+        Some(Err(text!(
             "{}: the program takes no questions just now",
+            "{}：程序此刻不接受提问",
             request.1
         )))
     }

@@ -98,8 +98,10 @@ impl Probe {
                     request,
                     command,
                     arguments,
+                    language,
                 } => {
-                    if let Some(result) = self.answer(halt, thread, &request, &command, &arguments)
+                    if let Some(result) =
+                        self.answer(halt, thread, &request, &command, &arguments, language)
                     {
                         self.link.tell(RunEvent::Answer { request, result });
                     }

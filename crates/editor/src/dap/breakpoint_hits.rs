@@ -6,10 +6,12 @@ use controller::CellWorld;
 use controller::condition::ProgramPosition;
 use elite_lang::debug::{EvalOutcome, PausedProgram, StatementEvent};
 use elite_lang::{ThreadId, Value};
+use messages::{Text, text};
 use motion_api::RobotState;
 use recorder::CycleMessage;
 
 use super::breakpoints::{HitCondition, SourceBreakpoint};
+use super::inspect::last_line;
 use super::probe::{CONDITION_SLICES, Probe};
 use super::run_channel::{RunEvent, SuspendReason};
 
@@ -35,8 +37,11 @@ impl Probe {
                         is_new
                     };
                     if is_new && !is_quiet {
-                        let last = report.lines().last().unwrap_or_default();
-                        let text = format!("the condition {condition:?} fails: {last}\n");
+                        let last = last_line(report);
+                        let text = text!(
+                            "the condition {condition:?} fails: {last}\n",
+                            "条件 {condition:?} 出错：{last}\n"
+                        );
                         self.say("stderr", text, at.site.line);
                     }
                 }
@@ -54,7 +59,7 @@ impl Probe {
             Some(_) if is_quiet => false,
             Some(message) => {
                 let text = self.format_log_message(halt, at.thread, message);
-                self.say("console", text + "\n", at.site.line);
+                self.say("console", Text::verbatim(text + "\n"), at.site.line);
                 false
             }
         }
@@ -88,7 +93,7 @@ impl Probe {
                     let value = value.unwrap_or_default();
                     value.as_str().map(str::to_owned).unwrap_or_default()
                 }
-                Err(report) => format!("<{}>", report.lines().last().unwrap_or_default()),
+                Err(report) => format!("<{}>", last_line(report)),
             };
             text.push_str(&shown);
             rest = after;
@@ -96,7 +101,7 @@ impl Probe {
         text + rest
     }
 
-    pub(super) fn say(&self, category: &'static str, text: String, line: u32) {
+    pub(super) fn say(&self, category: &'static str, text: Text, line: u32) {
         self.link.tell(RunEvent::Output {
             category,
             text,
@@ -111,17 +116,21 @@ impl Probe {
         thread: ThreadId,
         call: usize,
         text: &str,
-    ) -> Result<Option<Value>, String> {
+    ) -> Result<Option<Value>, Text> {
         let evaluated = self
             .task
             .without_motion(|| halt.evaluate(thread, call, text, CONDITION_SLICES));
         match evaluated {
             EvalOutcome::Done(value) => Ok(value),
             EvalOutcome::Failed(report) => Err(report),
-            EvalOutcome::TooLong => Err("it takes too long and was given up".to_owned()),
-            EvalOutcome::Waits(_) => {
-                Err("it waits, which only the debug console may do".to_owned())
-            }
+            EvalOutcome::TooLong => Err(text!(
+                "it takes too long and was given up",
+                "耗时过长，已放弃"
+            )),
+            EvalOutcome::Waits(_) => Err(text!(
+                "it waits, which only the debug console may do",
+                "它要等待，只有调试控制台可以等待"
+            )),
         }
     }
 
@@ -187,7 +196,7 @@ impl Probe {
                         watch.held_before = holds;
                     }
                     Err(error) => {
-                        failed.push(error.to_string());
+                        failed.push(Text::of(&error));
                         watch.condition = None;
                     }
                 }
@@ -195,7 +204,7 @@ impl Probe {
         });
         self.state.borrow_mut().watches = watches;
         for text in failed {
-            self.say("stderr", text + "\n", 0);
+            self.say("stderr", text!("{text}\n", "{text}\n"), 0);
         }
         let mut why: Option<SuspendReason> = None;
         for (id, text, hits) in met {
@@ -203,7 +212,8 @@ impl Probe {
             if hits.is_none_or(|condition| condition.holds(count)) {
                 let why = why.get_or_insert_with(|| SuspendReason::only("data breakpoint"));
                 why.ids.push(id);
-                why.description = Some(format!("{text} at {:.3} s", robot.time));
+                why.description =
+                    Some(text!("{text} at {:.3} s", "{text}，{:.3} s 处", robot.time));
             }
         }
         why

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use messages::{Text, text};
 use serde_json::{Value as Json, json};
 
 use super::bodies::{
@@ -21,14 +22,20 @@ impl DapSession<'_> {
         self.last_id
     }
 
-    fn list(&self, arguments: &Json, key: &str) -> Result<Vec<BreakpointRequest>, String> {
+    /// A breakpoint that is not in force, and why.
+    fn refused(&self, id: u64, why: &Text) -> BoundBreakpoint {
+        BoundBreakpoint::refused(Some(id), why.in_language(self.language))
+    }
+
+    fn list(&self, arguments: &Json, key: &str) -> Result<Vec<BreakpointRequest>, Text> {
         let list = arguments.get(key).cloned().unwrap_or(json!([]));
-        let wanted: Vec<BreakpointRequest> =
-            serde_json::from_value(list).map_err(|error| format!("{key}: {error}"))?;
+        let wanted: Vec<BreakpointRequest> = serde_json::from_value(list)
+            .map_err(|error| text!("{key}: {error}", "{key}：{error}"))?;
         if wanted.len() > BREAKPOINTS_MAX {
             let given = wanted.len();
-            return Err(format!(
-                "{given} breakpoints at once, {BREAKPOINTS_MAX} are allowed"
+            return Err(text!(
+                "{given} breakpoints at once, {BREAKPOINTS_MAX} are allowed",
+                "一次给出 {given} 个断点，最多允许 {BREAKPOINTS_MAX} 个"
             ));
         }
         Ok(wanted)
@@ -51,7 +58,7 @@ impl DapSession<'_> {
     }
 
     /// `setBreakpoints`: all those of one text.
-    pub(super) fn set_source_breakpoints(&mut self, arguments: &Json) -> Result<Json, String> {
+    pub(super) fn set_source_breakpoints(&mut self, arguments: &Json) -> Result<Json, Text> {
         let path = arguments.pointer("/source/path").and_then(Json::as_str);
         let path = path.map_or_else(Default::default, |path| same_path(path.as_ref()));
         let wanted = self.list(arguments, "breakpoints")?;
@@ -120,10 +127,11 @@ impl DapSession<'_> {
                     self.breakpoints.places.entry(key).or_default().push(made);
                     BoundBreakpoint::at(id, self.place_of_client(place.line, place.column))
                 }
-                (None, _) => {
-                    BoundBreakpoint::refused(Some(id), "no statement begins here or below")
-                }
-                (_, Err(error)) => BoundBreakpoint::refused(Some(id), error),
+                (None, _) => self.refused(
+                    id,
+                    &text!("no statement begins here or below", "该处及其后没有语句"),
+                ),
+                (_, Err(error)) => self.refused(id, &error),
             });
         }
         bound
@@ -157,7 +165,7 @@ impl DapSession<'_> {
     }
 
     /// `setFunctionBreakpoints`
-    pub(super) fn set_function_breakpoints(&mut self, arguments: &Json) -> Result<Json, String> {
+    pub(super) fn set_function_breakpoints(&mut self, arguments: &Json) -> Result<Json, Text> {
         let wanted = self.list(arguments, "breakpoints")?;
         self.breakpoints.functions.clear();
         let mut bound = Vec::new();
@@ -166,9 +174,11 @@ impl DapSession<'_> {
             let name = breakpoint.name.trim().to_owned();
             bound.push(match breakpoint.breakpoint(id) {
                 Ok(_) if name.is_empty() => {
-                    let allowed =
-                        "allowed is the name of a function, with or without that of its class";
-                    BoundBreakpoint::refused(Some(id), format!("name is empty; {allowed}"))
+                    let empty = text!(
+                        "name is empty; allowed is the name of a function, with or without that of its class",
+                        "name 为空；应为函数名，可带类名"
+                    );
+                    self.refused(id, &empty)
                 }
                 Ok(at) => {
                     self.breakpoints
@@ -176,7 +186,7 @@ impl DapSession<'_> {
                         .push(FunctionBreakpoint { name, at });
                     BoundBreakpoint::verified(id)
                 }
-                Err(error) => BoundBreakpoint::refused(Some(id), error),
+                Err(error) => self.refused(id, &error),
             });
         }
         self.changed();
@@ -184,7 +194,7 @@ impl DapSession<'_> {
     }
 
     /// `setExceptionBreakpoints`
-    pub(super) fn set_exception_breakpoints(&mut self, arguments: &Json) -> Result<Json, String> {
+    pub(super) fn set_exception_breakpoints(&mut self, arguments: &Json) -> Result<Json, Text> {
         let filters = arguments.get("filters").and_then(Json::as_array);
         let filters: Vec<&str> = filters
             .into_iter()
@@ -193,8 +203,9 @@ impl DapSession<'_> {
             .collect();
         let known = ["caught", "uncaught"];
         if let Some(other) = filters.iter().find(|filter| !known.contains(filter)) {
-            return Err(format!(
-                "there is no filter {other:?}; there are caught and uncaught"
+            return Err(text!(
+                "there is no filter {other:?}; there are caught and uncaught",
+                "没有过滤器 {other:?}；有 caught 和 uncaught"
             ));
         }
         self.breakpoints.caught = filters.contains(&"caught");
@@ -217,7 +228,7 @@ impl DapSession<'_> {
                 can_persist: Some(true),
             },
             Err(error) => DataBreakpointInfo {
-                description: error,
+                description: error.in_language(self.language).to_owned(),
                 ..DataBreakpointInfo::default()
             },
         };
@@ -225,7 +236,7 @@ impl DapSession<'_> {
     }
 
     /// `setDataBreakpoints`: the condition is that of the breakpoint, or what it is on.
-    pub(super) fn set_data_breakpoints(&mut self, arguments: &Json) -> Result<Json, String> {
+    pub(super) fn set_data_breakpoints(&mut self, arguments: &Json) -> Result<Json, Text> {
         let wanted = self.list(arguments, "breakpoints")?;
         self.breakpoints.data.clear();
         let mut bound = Vec::new();
@@ -247,7 +258,7 @@ impl DapSession<'_> {
                     });
                     BoundBreakpoint::verified(id)
                 }
-                (Err(error), _) | (_, Err(error)) => BoundBreakpoint::refused(Some(id), error),
+                (Err(error), _) | (_, Err(error)) => self.refused(id, &error),
             });
         }
         self.changed();
@@ -255,11 +266,17 @@ impl DapSession<'_> {
     }
 
     /// `breakpointLocations`
-    pub(super) fn breakpoint_locations(&self, arguments: &Json) -> Result<Json, String> {
-        let launched = self.launched.as_ref().ok_or("no program was launched")?;
+    pub(super) fn breakpoint_locations(&self, arguments: &Json) -> Result<Json, Text> {
+        let launched = self
+            .launched
+            .as_ref()
+            .ok_or(text!("no program was launched", "没有启动程序"))?;
         let path = arguments.pointer("/source/path").and_then(Json::as_str);
         if path.is_some_and(|path| !self.is_program(&same_path(path.as_ref()))) {
-            return Err("source is not the program that runs".to_owned());
+            return Err(text!(
+                "source is not the program that runs",
+                "source 不是正在运行的程序"
+            ));
         }
         let number = |key: &str| {
             let number = arguments.get(key).and_then(Json::as_i64)?;

@@ -10,6 +10,7 @@ use elite_syntax::ParsedDocument;
 use elite_syntax::ast::StmtKind;
 use elite_syntax::{KnownNames, Severity, SourceFile};
 use kinematics::JointPositions;
+use messages::{Text, text};
 use motion_api::RobotState;
 use recorder::CycleMessage;
 use serde::Deserialize;
@@ -52,7 +53,7 @@ impl HitCondition {
     ///
     /// # Errors
     /// A sentence.
-    pub fn parse(text: &str) -> Result<Option<Self>, String> {
+    pub fn parse(text: &str) -> Result<Option<Self>, Text> {
         let text = text.trim();
         if text.is_empty() {
             return Ok(None);
@@ -72,9 +73,10 @@ impl HitCondition {
             Some((number, make(number)))
         });
         match parsed {
-            Some((0, Self::Every(_))) | None => Err(format!(
+            Some((0, Self::Every(_))) | None => Err(text!(
                 "the hit condition {text:?} cannot be read; \
-                 allowed are a number, as in 3, and a comparison, as in >= 4, < 4 or % 2"
+                 allowed are a number, as in 3, and a comparison, as in >= 4, < 4 or % 2",
+                "无法读取命中条件 {text:?}；应为数（如 3）或比较（如 >= 4、< 4 或 % 2）"
             )),
             Some((_, condition)) => Ok(Some(condition)),
         }
@@ -166,14 +168,20 @@ impl BreakpointRequest {
     ///
     /// # Errors
     /// A sentence about its condition, its hit condition or its message.
-    pub fn breakpoint(&self, id: u64) -> Result<SourceBreakpoint, String> {
+    pub fn breakpoint(&self, id: u64) -> Result<SourceBreakpoint, Text> {
         let filled = |text: &Option<String>| text.clone().filter(|text| !text.trim().is_empty());
         let (condition, message) = (filled(&self.condition), filled(&self.log_message));
         if let Some(condition) = &condition {
-            expression("the condition", condition)?;
+            expression(&text!("the condition", "条件"), condition)?;
         }
         for inner in message.iter().flat_map(|message| parts(message)) {
-            expression("what the message shows in {…}", inner)?;
+            expression(
+                &text!(
+                    "what the message shows in {{…}}",
+                    "消息在 {{…}} 中显示的内容"
+                ),
+                inner,
+            )?;
         }
         Ok(SourceBreakpoint {
             id,
@@ -187,7 +195,7 @@ impl BreakpointRequest {
     ///
     /// # Errors
     /// A sentence.
-    pub fn hits(&self) -> Result<Option<HitCondition>, String> {
+    pub fn hits(&self) -> Result<Option<HitCondition>, Text> {
         HitCondition::parse(self.hit_condition.as_deref().unwrap_or(""))
     }
 }
@@ -202,33 +210,34 @@ fn parts(message: &str) -> impl Iterator<Item = &str> {
 ///
 /// # Errors
 /// A sentence.
-pub fn expression(what: &str, text: &str) -> Result<(), String> {
+pub fn expression(what: &Text, text: &str) -> Result<(), Text> {
     let Some(why) = unreadable(text.trim()) else {
         return Ok(());
     };
     let shown: String = text.chars().take(SHOWN_MAX).collect();
-    Err(format!(
-        "{what} is {shown:?}, which {why}; allowed is one expression of the program, as in n > 3"
+    Err(text!(
+        "{what} is {shown:?}, which {why}; allowed is one expression of the program, as in n > 3",
+        "{what}为 {shown:?}，{why}；应为程序的一个表达式，如 n > 3"
     ))
 }
 
 /// Most characters of a text that a sentence shows.
 const SHOWN_MAX: usize = 200;
 
-fn unreadable(text: &str) -> Option<String> {
+fn unreadable(text: &str) -> Option<Text> {
     if text.is_empty() {
-        return Some("says nothing".to_owned());
+        return Some(text!("says nothing", "是空的"));
     }
     let read = |text: String| {
         let none = KnownNames::new(std::iter::empty::<String>());
         let reading = ParsedDocument::of(SourceFile::new("text", text), &none);
         let mut findings = reading.findings().iter();
         if let Some(error) = findings.find(|finding| finding.severity == Severity::Error) {
-            return Some(format!("cannot be read: {}", error.message));
+            return Some(text!("cannot be read: {}", "无法读取：{}", error.message));
         }
         match &reading.module().body[..] {
             [one] if matches!(one.kind, StmtKind::Expr(_)) => None,
-            _ => Some("is a statement".to_owned()),
+            _ => Some(text!("is a statement", "是语句")),
         }
     };
     let why = read(format!("{text}\n"))?;
@@ -243,28 +252,32 @@ fn unreadable(text: &str) -> Option<String> {
 ///
 /// # Errors
 /// A sentence.
-pub fn condition_of_arm(text: &str) -> Result<(), String> {
-    let refused = |why: String| {
+pub fn condition_of_arm(text: &str) -> Result<(), Text> {
+    let refused = |why: &Text| {
         let shown: String = text.chars().take(SHOWN_MAX).collect();
-        format!("the data breakpoint is {shown:?}: {why}")
+        text!(
+            "the data breakpoint is {shown:?}: {why}",
+            "数据断点 {shown:?}：{why}"
+        )
     };
     let condition =
-        Condition::new("the data breakpoint", text).map_err(|error| refused(error.to_string()))?;
+        Condition::new("the data breakpoint", text).map_err(|error| refused(&Text::of(&error)))?;
     let at_rest = RobotState::at_start(JointPositions::ZERO, 0.002);
     match condition.holds(&CycleMessage::from(&at_rest), &ProgramPosition::default()) {
         Err(ConditionError::Raised { report, .. }) => {
             // Other exceptions, as of a division, may be of this one cycle only.
             let always = ["TypeError", "AttributeError", "IndexError", "NameError"];
             let is_so = |line: &&str| always.iter().any(|kind| line.starts_with(kind));
-            match report.lines().find(is_so) {
-                Some(line) => Err(refused(format!(
+            match report.english().lines().find(is_so) {
+                Some(line) => Err(refused(&text!(
                     "it has no answer in any cycle: {line}; \
-                     allowed is an expression that is true or false, as in actual_q[0] > 0.5"
+                     allowed is an expression that is true or false, as in actual_q[0] > 0.5",
+                    "它在任何周期都没有答案：{line}；应为真或假的表达式，如 actual_q[0] > 0.5"
                 ))),
                 None => Ok(()),
             }
         }
-        Err(error) => Err(refused(error.to_string())),
+        Err(error) => Err(refused(&Text::of(&error))),
         Ok(_) => Ok(()),
     }
 }
@@ -324,12 +337,18 @@ mod tests {
             "x >\n3",
             "n # more",
         ] {
-            assert_eq!(expression("the condition", right), Ok(()), "{right}");
+            assert_eq!(
+                expression(&text!("the condition", "条件"), right),
+                Ok(()),
+                "{right}"
+            );
         }
         for wrong in [
             "x >", "(", "x = 3", "del x", "1\n2", "", "  ", "x)", "return 3", "é é",
         ] {
-            let error = expression("the condition", wrong).unwrap_err();
+            let error = expression(&text!("the condition", "条件"), wrong)
+                .unwrap_err()
+                .to_string();
             assert!(
                 error.starts_with(&format!("the condition is {wrong:?}, which ")),
                 "{error}"
@@ -342,7 +361,10 @@ mod tests {
             ..BreakpointRequest::default()
         };
         assert!(wanted("x", "at {x} and {y[0]}, {").breakpoint(1).is_ok());
-        let error = wanted("", "at {x >}").breakpoint(1).unwrap_err();
+        let error = wanted("", "at {x >}")
+            .breakpoint(1)
+            .unwrap_err()
+            .to_string();
         assert!(
             error.contains("the message") && error.contains("\"x >\""),
             "{error}"
@@ -362,7 +384,7 @@ mod tests {
             ("actual_q[9] > 3", "IndexError"),
             ("sum([n for n in range(10 ** 9)])", "too long"),
         ] {
-            let error = condition_of_arm(wrong).unwrap_err();
+            let error = condition_of_arm(wrong).unwrap_err().to_string();
             assert!(
                 error.starts_with(&format!("the data breakpoint is {wrong:?}: ")),
                 "{error}"

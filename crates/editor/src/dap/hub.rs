@@ -12,6 +12,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use elite_runtime::debug::{DebuggedTask, DebuggerHost, TaskDebugger};
+use messages::{Text, text};
 use motion_api::ProgramId;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use serde_json::{Value as Json, json};
@@ -158,18 +159,19 @@ impl DebugHub {
         &self,
         notes: SyncSender<SessionEvent>,
         drives: bool,
-    ) -> Result<(u32, Option<ProgramStarted>), String> {
+    ) -> Result<(u32, Option<ProgramStarted>), Text> {
         let mut state = self.state.lock();
         if state.clients.len() >= CLIENTS_MAX {
-            return Err(format!(
-                "{CLIENTS_MAX} debuggers are attached already, more are not allowed"
+            return Err(text!(
+                "{CLIENTS_MAX} debuggers are attached already, more are not allowed",
+                "已连接 {CLIENTS_MAX} 个调试器，不能再多"
             ));
         }
         if drives && state.clients.values().any(|client| client.drives) {
-            return Err(
-                "another debugger drives already; with \"drive\": false this one looks on"
-                    .to_owned(),
-            );
+            return Err(text!(
+                "another debugger drives already; with \"drive\": false this one looks on",
+                "已有另一个调试器在控制；以 \"drive\": false 连接可旁观"
+            ));
         }
         state.last_client += 1;
         let number = state.last_client;
@@ -235,18 +237,20 @@ impl DebugHub {
     }
 
     /// The driver lets a held program go on.
-    pub(crate) fn go(&self, number: u32, go: ResumeMode) -> Result<(), String> {
+    pub(crate) fn go(&self, number: u32, go: ResumeMode) -> Result<(), Text> {
         let mut state = self.state.lock();
-        let watched = state.watched().ok_or("no program is held")?;
+        let watched = state
+            .watched()
+            .ok_or(text!("no program is held", "没有停住的程序"))?;
         let current = state
             .current
             .as_mut()
             .filter(|current| current.held.is_some());
-        let current = current.ok_or("the program is running")?;
+        let current = current.ok_or(text!("the program is running", "程序正在运行"))?;
         watched
             .orders
             .try_send(RunCommand::Go(go))
-            .map_err(|_| "the program takes no orders just now")?;
+            .map_err(|_| text!("the program takes no orders just now", "程序此刻不接受命令"))?;
         current.held = None;
         let note = SessionEvent::Run(state.generation, Box::new(RunEvent::Continued));
         state.notify_others(number, &note);

@@ -3,6 +3,7 @@
 use elite_lang::ThreadId;
 use elite_lang::Value;
 use elite_lang::debug::{ChildFilter, ChildValue, PausedProgram};
+use messages::{Language, Text, text};
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
 
@@ -101,10 +102,11 @@ impl Probe {
         request: &RequestId,
         command: &str,
         arguments: &Json,
-    ) -> Option<Result<Json, String>> {
+        language: Language,
+    ) -> Option<Result<Json, Text>> {
         let asked: InspectArguments = match serde_json::from_value(arguments.clone()) {
             Ok(asked) => asked,
-            Err(error) => return Some(Err(format!("{command}: {error}"))),
+            Err(error) => return Some(Err(text!("{command}: {error}", "{command}：{error}"))),
         };
         match command {
             "evaluate" | "setExpression" | "setVariable" => {
@@ -119,10 +121,13 @@ impl Probe {
             "stackTrace" => Some(self.stack_trace(halt, &asked)),
             "scopes" => Some(self.scopes(halt, &asked)),
             "variables" => Some(self.variables(halt, &asked)),
-            "exceptionInfo" => Some(self.exception_info(&asked)),
+            "exceptionInfo" => Some(self.exception_info(&asked, language)),
             "back" => Some(self.back(halt, &asked)),
             "frameStart" => Some(self.frame_start(halt, &asked)),
-            _ => Some(Err(format!("{command} is not known here"))),
+            _ => Some(Err(text!(
+                "{command} is not known here",
+                "此处没有 {command}"
+            ))),
         }
     }
 
@@ -144,7 +149,7 @@ impl Probe {
     }
 
     /// The thread that the client means; the held one where it names none.
-    fn number_of(&self, asked: &InspectArguments) -> Result<u32, String> {
+    fn number_of(&self, asked: &InspectArguments) -> Result<u32, Text> {
         let Some(id) = asked.thread_id else {
             return Ok(self.held.get());
         };
@@ -156,7 +161,7 @@ impl Probe {
         &self,
         halt: &PausedProgram<'_>,
         asked: &InspectArguments,
-    ) -> Result<Json, String> {
+    ) -> Result<Json, Text> {
         let number = self.number_of(asked)?;
         let Some(thread) = self.thread(number) else {
             return Ok(body_of(&StackTraceResponse::default()));
@@ -196,7 +201,7 @@ impl Probe {
         &self,
         halt: &PausedProgram<'_>,
         asked: &InspectArguments,
-    ) -> Result<(u32, usize), String> {
+    ) -> Result<(u32, usize), Text> {
         let held = self.held.get();
         // At the end of a program there is no call whose number could be given.
         let has_calls = || {
@@ -212,14 +217,15 @@ impl Probe {
         let index = id.checked_sub(1);
         let known = index.and_then(|index| table.calls.get(index).copied());
         known.ok_or_else(|| {
-            format!(
+            text!(
                 "frameId {id}: there is no such call; \
-                stackTrace gives the numbers of those that there are while the program is held"
+                 stackTrace gives the numbers of those that there are while the program is held",
+                "frameId {id}：没有这个调用；程序停住时 stackTrace 给出已有调用的编号"
             )
         })
     }
 
-    fn scopes(&self, halt: &PausedProgram<'_>, asked: &InspectArguments) -> Result<Json, String> {
+    fn scopes(&self, halt: &PausedProgram<'_>, asked: &InspectArguments) -> Result<Json, Text> {
         let (thread, call) = self.call_of(halt, asked)?;
         let id = self.thread(thread).unwrap_or(ThreadId(0));
         let mut scopes = Vec::new();
@@ -241,24 +247,21 @@ impl Probe {
         Ok(body_of(&ScopesResponse { scopes }))
     }
 
-    pub(super) fn referred(&self, reference: usize) -> Result<ReferenceTarget, String> {
+    pub(super) fn referred(&self, reference: usize) -> Result<ReferenceTarget, Text> {
         let table = self.table.borrow();
         let index = reference.checked_sub(1);
         let known = index.and_then(|index| table.referred.get(index).cloned());
         known.ok_or_else(|| {
-            format!(
+            text!(
                 "variablesReference {reference}: there are no such variables; \
-                scopes, variables and evaluate give the numbers \
-                of those that there are while the program is held"
+                 scopes, variables and evaluate give the numbers \
+                 of those that there are while the program is held",
+                "variablesReference {reference}：没有这些变量；程序停住时 scopes、variables 和 evaluate 给出已有变量的编号"
             )
         })
     }
 
-    fn variables(
-        &self,
-        halt: &PausedProgram<'_>,
-        asked: &InspectArguments,
-    ) -> Result<Json, String> {
+    fn variables(&self, halt: &PausedProgram<'_>, asked: &InspectArguments) -> Result<Json, Text> {
         let count = match asked.count {
             0 => PAGE_MAX,
             count => count.min(PAGE_MAX),
@@ -386,8 +389,8 @@ impl Probe {
     pub(super) fn shown(
         &self,
         halt: &PausedProgram<'_>,
-        ended: Result<Option<Value>, String>,
-    ) -> Result<Json, String> {
+        ended: Result<Option<Value>, Text>,
+    ) -> Result<Json, Text> {
         let value = ended.map_err(last_line)?;
         let shown = match value {
             None => ShownValue::default(),
@@ -402,7 +405,7 @@ impl Probe {
         holder: Option<ThreadId>,
         request: &RequestId,
         asked: &InspectArguments,
-    ) -> Result<Option<Json>, String> {
+    ) -> Result<Option<Json>, Text> {
         let (number, call) = self.call_of(halt, asked)?;
         let thread = self.thread(number).unwrap_or(ThreadId(0));
         let text = asked.expression.trim();
@@ -425,7 +428,10 @@ impl Probe {
         }
         let value = self.evaluate(halt, thread, call, text).map_err(last_line)?;
         let Some(value) = value else {
-            return Err("only the debug console takes statements".to_owned());
+            return Err(text!(
+                "only the debug console takes statements",
+                "只有调试控制台接受语句"
+            ));
         };
         if asked.context == "clipboard" {
             let text = self
@@ -438,18 +444,22 @@ impl Probe {
         Ok(Some(shown.evaluated()))
     }
 
-    fn exception_info(&self, asked: &InspectArguments) -> Result<Json, String> {
+    fn exception_info(&self, asked: &InspectArguments, language: Language) -> Result<Json, Text> {
         self.number_of(asked)?;
-        let why = self.exception().ok_or("no exception was raised")?;
+        let why = self
+            .exception()
+            .ok_or(text!("no exception was raised", "没有引发异常"))?;
         Ok(body_of(&ExceptionInfo {
-            exception_id: why.description,
-            description: why.text,
+            exception_id: why
+                .description
+                .map(|text| text.in_language(language).to_owned()),
+            description: why.text.map(|text| text.in_language(language).to_owned()),
             break_mode: "always",
         }))
     }
 
     /// The statement before the one at which a thread stands: of the same call, else the one that made the call.
-    fn back(&self, halt: &PausedProgram<'_>, asked: &InspectArguments) -> Result<Json, String> {
+    fn back(&self, halt: &PausedProgram<'_>, asked: &InspectArguments) -> Result<Json, Text> {
         let number = self.number_of(asked)?;
         let thread = self.thread(number);
         let calls = thread.map(|thread| halt.calls(thread)).unwrap_or_default();
@@ -469,19 +479,23 @@ impl Probe {
         &self,
         halt: &PausedProgram<'_>,
         asked: &InspectArguments,
-    ) -> Result<Json, String> {
+    ) -> Result<Json, Text> {
         let (number, call) = self.call_of(halt, asked)?;
         let thread = self.thread(number).unwrap_or(ThreadId(0));
         let calls = halt.calls(thread);
-        let call = calls.get(call).ok_or("there is no such call any more")?;
+        let call = calls
+            .get(call)
+            .ok_or(text!("there is no such call any more", "已没有这个调用"))?;
         Ok(json!({"tick": call.first}))
     }
 }
 
 /// The last line of a report, which says what was wrong.
-pub(super) fn last_line(report: String) -> String {
-    match report.trim_end().lines().last() {
-        Some(line) => line.to_owned(),
-        None => report,
-    }
+pub(super) fn last_line(report: Text) -> Text {
+    let [english, chinese] = [Language::English, Language::Chinese].map(|language| {
+        let report = report.in_language(language);
+        let last = report.trim_end().lines().last();
+        last.unwrap_or(report).to_owned()
+    });
+    Text::new(english, chinese)
 }

@@ -24,6 +24,7 @@ use super::run_channel::{
     Purpose, RequestId, ResumeMode, RunChannel, RunCommand, RunEvent, SuspendReason,
 };
 use super::run_position::{Intervention, Position, SeekTarget};
+use messages::{Text, text};
 
 /// Slices of work that a condition or a message may take.
 pub(super) const CONDITION_SLICES: u32 = 50;
@@ -334,7 +335,7 @@ impl Probe {
         holder: Option<ThreadId>,
         what: &Intervention,
         request: Option<RequestId>,
-    ) -> Result<Result<Option<Value>, String>, PendingEvaluation> {
+    ) -> Result<Result<Option<Value>, Text>, PendingEvaluation> {
         let thread = self.thread(what.thread).unwrap_or(ThreadId(0));
         let evaluate = || halt.evaluate(thread, what.call, &what.text, 10 * CONDITION_SLICES);
         let evaluated = match what.may_move {
@@ -344,10 +345,14 @@ impl Probe {
         Ok(match evaluated {
             EvalOutcome::Done(value) => Ok(value),
             EvalOutcome::Failed(report) => Err(report),
-            EvalOutcome::TooLong => Err("it takes too long and was given up".to_owned()),
-            EvalOutcome::Waits(_) if !what.may_move => {
-                Err("it waits, which only the debug console may do".to_owned())
-            }
+            EvalOutcome::TooLong => Err(text!(
+                "it takes too long and was given up",
+                "耗时过长，已放弃"
+            )),
+            EvalOutcome::Waits(_) if !what.may_move => Err(text!(
+                "it waits, which only the debug console may do",
+                "它要等待，只有调试控制台可以等待"
+            )),
             EvalOutcome::Waits(aside) => {
                 let pending = aside.outcome();
                 let mut state = self.state.borrow_mut();
@@ -370,7 +375,7 @@ impl Probe {
         holder: Option<ThreadId>,
         what: &Intervention,
         request: &RequestId,
-    ) -> Option<Result<Option<Value>, String>> {
+    ) -> Option<Result<Option<Value>, Text>> {
         self.task.mark_modified();
         match self.intervene(halt, holder, what, Some(request.clone())) {
             Ok(result) => {
@@ -488,8 +493,10 @@ impl Probe {
                     request,
                     command,
                     arguments,
+                    language,
                 }) => {
-                    let result = self.answer(halt, thread, &request, &command, &arguments);
+                    let result =
+                        self.answer(halt, thread, &request, &command, &arguments, language);
                     if let Some(result) = result {
                         self.link.tell(RunEvent::Answer { request, result });
                     }

@@ -5,6 +5,7 @@
 
 use std::sync::mpsc::SyncSender;
 
+use messages::{Text, text};
 use serde_json::{Value as Json, json};
 
 use super::run_channel::{RequestId, SessionEvent};
@@ -37,7 +38,7 @@ impl RemoteSender {
 pub type RemoteSink = Box<dyn Fn(&Json) -> bool>;
 
 /// Connects to a controller with the arguments of `attach`; a sentence where that fails.
-pub type ConnectFn<'l> = dyn Fn(&Json, RemoteSender) -> Result<RemoteSink, String> + 'l;
+pub type ConnectFn<'l> = dyn Fn(&Json, RemoteSender) -> Result<RemoteSink, Text> + 'l;
 
 impl DapSession<'_> {
     /// `attach`: everything goes there from now on. None: the answer comes from there.
@@ -45,12 +46,15 @@ impl DapSession<'_> {
         &mut self,
         request: &RequestId,
         arguments: &Json,
-    ) -> Option<Result<Json, String>> {
+    ) -> Option<Result<Json, Text>> {
         if self.launched.is_some() {
-            return Some(Err("a program was launched already".to_owned()));
+            return Some(Err(text!("a program was launched already", "已启动了程序")));
         }
         let Some(attach) = self.attach else {
-            return Some(Err("there is nothing to attach to here".to_owned()));
+            return Some(Err(text!(
+                "there is nothing to attach to here",
+                "此处没有可连接的对象"
+            )));
         };
         let outbox = match attach(arguments, RemoteSender::new(self.events.clone())) {
             Ok(outbox) => outbox,

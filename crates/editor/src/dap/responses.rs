@@ -1,13 +1,17 @@
 //! What a session says to its client: responses, events, output, and where the program's text is.
 
+use messages::{Text, text};
 use serde_json::{Value as Json, json};
 
 use super::bodies::{OutputEvent, body_of};
 use super::session::DapSession;
 
 impl DapSession<'_> {
-    pub(super) fn source(&self) -> Result<Json, String> {
-        let launched = self.launched.as_ref().ok_or("no program was launched")?;
+    pub(super) fn source(&self) -> Result<Json, Text> {
+        let launched = self
+            .launched
+            .as_ref()
+            .ok_or(text!("no program was launched", "没有启动程序"))?;
         Ok(json!({"content": launched.program.text}))
     }
 
@@ -41,19 +45,19 @@ impl DapSession<'_> {
         })
     }
 
-    pub(super) fn output(&mut self, category: &str, text: &str, line: u32) {
+    pub(super) fn output(&mut self, category: &str, text: &Text, line: u32) {
         let place = (line > 0).then(|| (self.source_body(), i64::from(line) - 1 + self.first_line));
         let (source, line) = place.unzip();
         let event = OutputEvent {
             category,
-            output: text,
+            output: text.in_language(self.language),
             source,
             line,
         };
         self.event("output", body_of(&event));
     }
 
-    pub(super) fn respond(&mut self, request: &(i64, String), result: Result<Json, String>) {
+    pub(super) fn respond(&mut self, request: &(i64, String), result: Result<Json, Text>) {
         let (number, command) = request;
         let mut message = json!({
             "type": "response",
@@ -67,6 +71,7 @@ impl DapSession<'_> {
                     fields.insert("body".to_owned(), body);
                 }
                 Err(text) => {
+                    let text = text.in_language(self.language);
                     fields.insert("message".to_owned(), json!(text));
                     let error = json!({"error": {"id": 1, "format": text, "showUser": true}});
                     fields.insert("body".to_owned(), error);

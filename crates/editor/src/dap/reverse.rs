@@ -1,6 +1,7 @@
 //! Going back: the run is given up, and the program run again, without a word, to a place before the one where it
 //! stood.
 
+use messages::{Text, text};
 use serde_json::{Value as Json, json};
 
 use super::run_channel::{Purpose, ResumeMode, RunCommand, RunEvent, SuspendReason};
@@ -21,7 +22,7 @@ impl DapSession<'_> {
         &mut self,
         request: &(i64, String),
         arguments: &Json,
-    ) -> Option<Result<Json, String>> {
+    ) -> Option<Result<Json, Text>> {
         if let Err(error) = self.must_be_held() {
             return Some(Err(error));
         }
@@ -41,7 +42,7 @@ impl DapSession<'_> {
     }
 
     /// The held program has said where to go back to.
-    pub(super) fn go_back(&mut self, request: &(i64, String), result: Result<Json, String>) {
+    pub(super) fn go_back(&mut self, request: &(i64, String), result: Result<Json, Text>) {
         self.backwards = None;
         let place = match result {
             Ok(place) => place,
@@ -56,7 +57,7 @@ impl DapSession<'_> {
         if tick == 0 {
             // Nothing lies before the first statement of a thread.
             let why = SuspendReason {
-                description: Some("the beginning".to_owned()),
+                description: Some(text!("the beginning", "程序开头")),
                 ..SuspendReason::only("entry")
             };
             return self.handle_run_event(
@@ -80,7 +81,7 @@ impl DapSession<'_> {
     }
 
     /// `reverseContinue`: to the last place before this one at which a breakpoint holds, or to the beginning.
-    pub(super) fn reverse_continue(&mut self, arguments: &Json) -> Result<Json, String> {
+    pub(super) fn reverse_continue(&mut self, arguments: &Json) -> Result<Json, Text> {
         self.must_be_held()?;
         self.thread_of(arguments)?;
         if let Some(last) = self.last_met.take() {
@@ -108,7 +109,7 @@ impl DapSession<'_> {
             None => self.seek(
                 SeekTarget::Tick(1),
                 SuspendReason {
-                    description: Some("the beginning".to_owned()),
+                    description: Some(text!("the beginning", "程序开头")),
                     ..SuspendReason::only("entry")
                 },
             ),
@@ -121,10 +122,13 @@ impl DapSession<'_> {
     }
 
     /// `gotoCycle`: forwards in this run, backwards in a repeated one.
-    pub(super) fn go_to_cycle(&mut self, arguments: &Json) -> Result<Json, String> {
+    pub(super) fn go_to_cycle(&mut self, arguments: &Json) -> Result<Json, Text> {
         self.must_be_held()?;
         let cycle = arguments.get("cycle").and_then(Json::as_u64);
-        let cycle = cycle.ok_or("gotoCycle needs cycle, a whole number from 0")?;
+        let cycle = cycle.ok_or(text!(
+            "gotoCycle needs cycle, a whole number from 0",
+            "gotoCycle 需要 cycle，从 0 起的整数"
+        ))?;
         match (cycle > self.position.cycle, &self.run) {
             (true, Some(run)) => {
                 run.order(RunCommand::Go(ResumeMode::ToCycle(cycle)));

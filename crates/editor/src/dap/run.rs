@@ -11,6 +11,7 @@ use controller::rerun::RerunController;
 use controller::{Controller, ControllerConfig, PreparedController, StartOptions};
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::{Instrumentation, Preset, ProgramText};
+use messages::{Language, Text, text};
 use motion_api::ProgramId;
 use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 
@@ -111,7 +112,10 @@ impl Run {
             if let Err(error) = run(&shared, what) {
                 shared.tell(RunEvent::Output {
                     category: "stderr",
-                    text: format!("the program cannot be started: {error}\n"),
+                    text: text!(
+                        "the program cannot be started: {error}\n",
+                        "无法启动程序：{error}\n"
+                    ),
                     line: 0,
                 });
                 shared.tell(RunEvent::Ended(None));
@@ -200,7 +204,10 @@ fn run(link: &Arc<RunChannel>, what: RunTarget) -> Result<(), Box<dyn std::error
     if let Some(fault) = fault {
         link.tell(RunEvent::Output {
             category: "stderr",
-            text: format!("the controller met a fault of its own: {fault}\n"),
+            text: text!(
+                "the controller met a fault of its own: {fault}\n",
+                "控制器遇到自身缺陷：{fault}\n"
+            ),
             line: 0,
         });
     }
@@ -232,13 +239,19 @@ fn repeat(
     let repeating = RerunController::start(&recorded.run, teller, extras, look)?;
     show_world(link, repeating.controller());
     let end = repeating.run(&recorded.run, Some(recorded.program));
-    let departure = repeating.repeat().departure().map(|d| d.to_string());
-    let trouble = departure.or_else(|| repeating.trouble());
+    let departure = repeating
+        .repeat()
+        .departure()
+        .map(|departure| Text::of(&departure));
+    let trouble = departure.or_else(|| repeating.trouble().map(Text::verbatim));
     repeating.shut_down();
     if let Some(trouble) = trouble.filter(|_| !link.is_over.load(Ordering::Acquire)) {
         link.tell(RunEvent::Output {
             category: "stderr",
-            text: format!("the program has left the recording: {trouble}\n"),
+            text: text!(
+                "the program has left the recording: {trouble}\n",
+                "程序偏离了记录：{trouble}\n"
+            ),
             line: 0,
         });
     }
@@ -250,7 +263,7 @@ fn repeat(
 struct OutputObserver(Arc<RunChannel>);
 
 impl OutputObserver {
-    fn say(&self, category: &'static str, text: String, line: u32) {
+    fn say(&self, category: &'static str, text: Text, line: u32) {
         let link = &self.0;
         let number = link.said.fetch_add(1, Ordering::AcqRel) + 1;
         let is_known = number <= link.seen.load(Ordering::Acquire);
@@ -281,7 +294,9 @@ impl Observer for OutputObserver {
             return;
         }
         match message {
-            Message::Print { origin, text } => self.say("stdout", text.clone(), origin.line),
+            Message::Print { origin, text } => {
+                self.say("stdout", Text::verbatim(text.clone()), origin.line)
+            }
             Message::Log {
                 severity,
                 origin,
@@ -291,12 +306,14 @@ impl Observer for OutputObserver {
                     Severity::Info => "console",
                     Severity::Warning | Severity::Error => "stderr",
                 };
-                self.say(category, format!("{text}\n"), origin.line);
+                self.say(category, text!("{text}\n", "{text}\n"), origin.line);
             }
             Message::ScriptError { line, report, .. } => {
-                self.say("stderr", format!("{}\n", report.trim_end()), *line);
+                let [english, chinese] = [Language::English, Language::Chinese]
+                    .map(|language| format!("{}\n", report.in_language(language).trim_end()));
+                self.say("stderr", Text::new(english, chinese), *line);
             }
-            Message::Robot { text, .. } => self.say("stderr", format!("{text}\n"), 0),
+            Message::Robot { text, .. } => self.say("stderr", text!("{text}\n", "{text}\n"), 0),
         }
     }
 }

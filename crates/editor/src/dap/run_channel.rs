@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use controller::CellWorld;
 use elite_runtime::TaskEnd;
+use messages::{Language, Text};
 use motion_api::ProgramId;
 use parking_lot::Mutex;
 use serde_json::Value as Json;
@@ -42,6 +43,8 @@ pub(crate) enum RunCommand {
         command: String,
         /// Arguments of the request.
         arguments: Json,
+        /// Language of the client.
+        language: Language,
     },
     /// Go on.
     Go(ResumeMode),
@@ -58,9 +61,9 @@ pub(crate) struct SuspendReason {
     /// The protocol's word for the reason.
     pub reason: &'static str,
     /// The reason in words, for people.
-    pub description: Option<String>,
+    pub description: Option<Text>,
     /// More about the reason, for instance the message of an exception.
-    pub text: Option<String>,
+    pub text: Option<Text>,
     /// Numbers of the breakpoints that hold it.
     pub ids: Vec<u64>,
 }
@@ -115,7 +118,7 @@ pub(crate) enum RunEvent {
         /// Request that is answered.
         request: RequestId,
         /// The body, or a sentence.
-        result: Result<Json, String>,
+        result: Result<Json, Text>,
     },
     /// Something was changed while the program is held.
     Changed(Intervention),
@@ -124,12 +127,12 @@ pub(crate) enum RunEvent {
         /// The protocol's word for what it is.
         category: &'static str,
         /// The text.
-        text: String,
+        text: Text,
         /// The line it comes from, 0 unknown.
         line: u32,
     },
     /// What the program itself has said; its number counts in the run.
-    Said(u64, &'static str, String, u32),
+    Said(u64, &'static str, Text, u32),
     /// A script thread is there, or is gone.
     Thread {
         /// Number of the thread.
@@ -162,7 +165,7 @@ pub(crate) enum SessionEvent {
     /// A message from a controller elsewhere.
     Remote(Json),
     /// Something for people, and what it is.
-    Said(&'static str, String),
+    Said(&'static str, Text),
     /// An event of the run with this number.
     Run(u64, Box<RunEvent>),
 }

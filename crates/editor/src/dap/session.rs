@@ -12,6 +12,7 @@ use std::time::Duration;
 use elite_runtime::{ProgramText, TaskEnd};
 use elite_syntax::SourceFile;
 use elite_syntax::{BreakpointLocation, breakpoint_locations};
+use messages::{Language, Text, text};
 use serde_json::{Value as Json, json};
 use supervision::ThreadSupervisor;
 
@@ -42,7 +43,7 @@ pub(super) struct WantedSource {
 }
 
 /// Makes a robot and a program from the arguments of `launch`; a sentence where they are no good.
-pub type Launch<'l> = dyn Fn(&Json) -> Result<RunTarget, String> + 'l;
+pub type Launch<'l> = dyn Fn(&Json) -> Result<RunTarget, Text> + 'l;
 
 /// The program that was launched.
 pub(super) struct LaunchedProgram {
@@ -129,6 +130,8 @@ pub(crate) struct DapSession<'s> {
     /// `initialize` has come, with these arguments.
     is_greeted: bool,
     pub(super) greeting: Json,
+    /// The language of the client: that of its locale.
+    pub(super) language: Language,
     /// The threads of the held program.
     pub(super) threads: Vec<u32>,
     /// Requests that the held program has not answered yet.
@@ -179,6 +182,7 @@ impl<'s> DapSession<'s> {
             outbox: None,
             is_greeted: false,
             greeting: json!({}),
+            language: Language::English,
             threads: Vec::new(),
             asked: Vec::new(),
             attachment: None,
@@ -200,12 +204,17 @@ impl<'s> DapSession<'s> {
                 self.is_done = true;
             }
             SessionEvent::Client(DapInput::Garbage(why)) => {
-                self.output("important", &format!("a message is no JSON: {why}\n"), 0);
+                let text = text!("a message is no JSON: {why}\n", "消息不是 JSON：{why}\n");
+                self.output("important", &text, 0);
             }
             SessionEvent::Client(DapInput::Message(message)) => match &self.outbox {
                 Some(outbox) => {
                     if !outbox(&message) {
-                        self.output("important", "the controller takes nothing any more\n", 0);
+                        let text = text!(
+                            "the controller takes nothing any more\n",
+                            "控制器不再接收任何内容\n"
+                        );
+                        self.output("important", &text, 0);
                         self.is_done = true;
                     }
                 }
@@ -222,14 +231,15 @@ impl<'s> DapSession<'s> {
             Some("response" | "event") => return,
             _ => {
                 let command = message.get("command").and_then(Json::as_str);
-                let result = Err(
-                    "a message that is no request; allowed is \"type\": \"request\"".to_owned(),
-                );
+                let result = Err(text!(
+                    "a message that is no request; allowed is \"type\": \"request\"",
+                    "消息不是请求；应为 \"type\": \"request\""
+                ));
                 return self.respond(&(seq, command.unwrap_or_default().to_owned()), result);
             }
         }
         let Some(command) = message.get("command").and_then(Json::as_str) else {
-            let result = Err("a request without a command".to_owned());
+            let result = Err(text!("a request without a command", "没有 command 的请求"));
             return self.respond(&(seq, String::new()), result);
         };
         let arguments = match message.get("arguments") {
@@ -253,10 +263,11 @@ impl<'s> DapSession<'s> {
     }
 
     /// Whether a request can be one of this session at all, now.
-    fn may_be_asked(&self, command: &str, arguments: &Json) -> Result<(), String> {
+    fn may_be_asked(&self, command: &str, arguments: &Json) -> Result<(), Text> {
         if !self.is_greeted && !matches!(command, "initialize" | "disconnect") {
-            return Err(format!(
-                "{command} came before initialize, which begins a session"
+            return Err(text!(
+                "{command} came before initialize, which begins a session",
+                "{command} 早于 initialize，而会话由后者开始"
             ));
         }
         super::arguments::check(command, arguments)?;
@@ -268,23 +279,26 @@ impl<'s> DapSession<'s> {
         };
         // Only the console takes statements, which change the program.
         match command {
-            "evaluate" if text("context") != "repl" => expression("expression", text("expression"))
-                .map_err(|error| {
-                    format!("evaluate: {error}; only the debug console takes statements")
-                }),
+            "evaluate" if text("context") != "repl" => expression(
+                &Text::fixed("expression", "expression "),
+                text("expression"),
+            )
+            .map_err(|error| {
+                text!(
+                    "evaluate: {error}; only the debug console takes statements",
+                    "evaluate：{error}；只有调试控制台接受语句"
+                )
+            }),
             "setVariable" | "setExpression" => {
-                expression("value", text("value")).map_err(|error| format!("{command}: {error}"))
+                expression(&Text::fixed("value", "value "), text("value"))
+                    .map_err(|error| text!("{command}: {error}", "{command}：{error}"))
             }
             _ => Ok(()),
         }
     }
 
     /// The body of the response; None where it comes later.
-    fn request(
-        &mut self,
-        request: &(i64, String),
-        arguments: &Json,
-    ) -> Option<Result<Json, String>> {
+    fn request(&mut self, request: &(i64, String), arguments: &Json) -> Option<Result<Json, Text>> {
         if let Err(error) = self.may_be_asked(&request.1, arguments) {
             return Some(Err(error));
         }
@@ -338,7 +352,9 @@ impl<'s> DapSession<'s> {
             "reverseContinue" => self.reverse_continue(arguments),
             "gotoCycle" => self.go_to_cycle(arguments),
             "restart" => self.restart(arguments),
-            "terminate" if self.launched.is_none() => Err("no program was launched".to_owned()),
+            "terminate" if self.launched.is_none() => {
+                Err(text!("no program was launched", "没有启动程序"))
+            }
             "terminate"
                 if let (Some(run), ProgramPhase::Running | ProgramPhase::Suspended) =
                     (&self.run, self.phase) =>
@@ -360,7 +376,10 @@ impl<'s> DapSession<'s> {
             }
             "threads" | "stackTrace" | "scopes" | "variables" | "evaluate" | "setVariable"
             | "setExpression" | "exceptionInfo" => return self.ask(request, arguments),
-            other => Err(format!("the request {other:?} is not known here")),
+            other => Err(text!(
+                "the request {other:?} is not known here",
+                "此处没有请求 {other:?}"
+            )),
         })
     }
 
@@ -368,14 +387,19 @@ impl<'s> DapSession<'s> {
         let is_zero = |key: &str| arguments.get(key).and_then(Json::as_bool) == Some(false);
         self.first_line = i64::from(!is_zero("linesStartAt1"));
         self.first_column = i64::from(!is_zero("columnsStartAt1"));
+        let locale = arguments.get("locale").and_then(Json::as_str);
+        self.language = locale.map_or(Language::English, Language::of_locale);
         self.greeting = arguments.clone();
         self.is_greeted = true;
         super::capabilities::capabilities()
     }
 
-    fn launch_program(&mut self, arguments: &Json) -> Result<(), String> {
+    fn launch_program(&mut self, arguments: &Json) -> Result<(), Text> {
         if self.launched.is_some() {
-            return Err("a program was launched already; restart runs it again".to_owned());
+            return Err(text!(
+                "a program was launched already; restart runs it again",
+                "已启动了程序；restart 重新运行它"
+            ));
         }
         let what = (self.launch)(arguments)?;
         let flag = |key: &str| arguments.get(key).and_then(Json::as_bool) == Some(true);
@@ -435,7 +459,11 @@ impl<'s> DapSession<'s> {
         match Run::start(&self.faults, what, start) {
             Ok(run) => self.run = Some(run),
             Err(error) => {
-                self.output("stderr", &format!("cannot start a thread: {error}\n"), 0);
+                let text = text!(
+                    "cannot start a thread: {error}\n",
+                    "无法启动线程：{error}\n"
+                );
+                self.output("stderr", &text, 0);
                 self.tell_end(None);
             }
         }
@@ -444,7 +472,11 @@ impl<'s> DapSession<'s> {
     /// Lets the present run end by itself. What it was asked and has not answered is refused.
     fn drop_run(&mut self) {
         for request in std::mem::take(&mut self.asked) {
-            let error = format!("{}: the program went on before it had answered", request.1);
+            let error = text!(
+                "{}: the program went on before it had answered",
+                "{}：程序在回答之前已继续运行",
+                request.1
+            );
             self.respond(&request, Err(error));
         }
         if let Some(run) = self.run.take() {
@@ -456,8 +488,11 @@ impl<'s> DapSession<'s> {
 
     fn end_run(&mut self) {
         if let Some(request) = self.launch_request.take() {
-            let error = "launch: the session ended before configurationDone";
-            self.respond(&request, Err(error.to_owned()));
+            let error = text!(
+                "launch: the session ended before configurationDone",
+                "launch：会话在 configurationDone 之前结束"
+            );
+            self.respond(&request, Err(error));
         }
         self.drop_run();
         self.generation += 1;
@@ -479,7 +514,7 @@ impl<'s> DapSession<'s> {
     }
 
     /// Lets a held program go on.
-    fn go(&mut self, command: &str, arguments: &Json) -> Result<Json, String> {
+    fn go(&mut self, command: &str, arguments: &Json) -> Result<Json, Text> {
         self.must_be_held()?;
         let go = self.resume_mode_of(command, arguments)?;
         if let Some(run) = &self.run {
@@ -498,7 +533,7 @@ impl<'s> DapSession<'s> {
         &self,
         command: &str,
         arguments: &Json,
-    ) -> Result<ResumeMode, String> {
+    ) -> Result<ResumeMode, Text> {
         let thread = self.thread_of(arguments)?;
         Ok(match command {
             "next" => ResumeMode::Next(thread),
@@ -510,37 +545,37 @@ impl<'s> DapSession<'s> {
     }
 
     /// The thread that a request names; the one that is held where it names none.
-    pub(super) fn thread_of(&self, arguments: &Json) -> Result<u32, String> {
+    pub(super) fn thread_of(&self, arguments: &Json) -> Result<u32, Text> {
         match arguments.get("threadId").and_then(Json::as_u64) {
             None => Ok(self.thread),
             Some(id) => thread_of(id, &self.threads),
         }
     }
 
-    pub(super) fn must_be_held(&self) -> Result<(), String> {
+    pub(super) fn must_be_held(&self) -> Result<(), Text> {
         match self.phase {
             ProgramPhase::Suspended => Ok(()),
-            ProgramPhase::Before => Err("no program was launched".to_owned()),
+            ProgramPhase::Before => Err(text!("no program was launched", "没有启动程序")),
             ProgramPhase::Running | ProgramPhase::Repeating => {
-                Err("the program is running".to_owned())
+                Err(text!("the program is running", "程序正在运行"))
             }
-            ProgramPhase::Over => Err("the program has ended".to_owned()),
+            ProgramPhase::Over => Err(text!("the program has ended", "程序已结束")),
         }
     }
 
-    fn pause(&mut self) -> Result<Json, String> {
+    fn pause(&mut self) -> Result<Json, Text> {
         match (self.phase, &self.run) {
             (ProgramPhase::Running, Some(run)) => {
                 run.pause();
                 Ok(json!({}))
             }
             (ProgramPhase::Repeating | ProgramPhase::Suspended, _) => Ok(json!({})),
-            _ => Err("no program is running".to_owned()),
+            _ => Err(text!("no program is running", "没有程序在运行")),
         }
     }
 
     /// Hands a question on to the held program.
-    fn ask(&mut self, request: &(i64, String), arguments: &Json) -> Option<Result<Json, String>> {
+    fn ask(&mut self, request: &(i64, String), arguments: &Json) -> Option<Result<Json, Text>> {
         if let Err(error) = self.must_be_held() {
             return Some(Err(error));
         }
@@ -553,19 +588,21 @@ impl<'s> DapSession<'s> {
         request: &RequestId,
         command: String,
         arguments: &Json,
-    ) -> Option<Result<Json, String>> {
+    ) -> Option<Result<Json, Text>> {
         let order = RunCommand::Ask {
             request: request.clone(),
             command,
             arguments: arguments.clone(),
+            language: self.language,
         };
         match &self.run {
             Some(run) if run.order(order) => {
                 self.asked.push(request.clone());
                 None
             }
-            _ => Some(Err(format!(
+            _ => Some(Err(text!(
                 "{}: the program takes no questions just now",
+                "{}：程序此刻不接受提问",
                 request.1
             ))),
         }
@@ -636,8 +673,12 @@ impl<'s> DapSession<'s> {
             hit_breakpoint_ids: why.ids,
             cycle: position.cycle,
             statement: position.tick,
-            description: why.description,
-            text: why.text,
+            description: why
+                .description
+                .map(|text| text.in_language(self.language).to_owned()),
+            text: why
+                .text
+                .map(|text| text.in_language(self.language).to_owned()),
         };
         self.event("stopped", body_of(&event));
     }
@@ -648,7 +689,7 @@ impl<'s> DapSession<'s> {
         Some(self.asked.remove(index))
     }
 
-    fn answered(&mut self, request: &(i64, String), result: Result<Json, String>) {
+    fn answered(&mut self, request: &(i64, String), result: Result<Json, Text>) {
         if self.is_own_question(request) {
             return self.go_back(request, result);
         }
@@ -701,9 +742,9 @@ impl<'s> DapSession<'s> {
     }
 
     /// Runs the program anew, from its beginning.
-    fn restart(&mut self, arguments: &Json) -> Result<Json, String> {
+    fn restart(&mut self, arguments: &Json) -> Result<Json, Text> {
         if self.launched.is_none() {
-            return Err("no program was launched".to_owned());
+            return Err(text!("no program was launched", "没有启动程序"));
         }
         // The text may have changed on the disk meanwhile.
         let again = arguments.get("arguments").filter(|given| given.is_object());
@@ -726,7 +767,7 @@ impl<'s> DapSession<'s> {
 
 /// The thread with this number of the protocol, among those that there are; a program at its end still has its main
 /// one.
-pub(super) fn thread_of(id: u64, threads: &[u32]) -> Result<u32, String> {
+pub(super) fn thread_of(id: u64, threads: &[u32]) -> Result<u32, Text> {
     let number = id
         .checked_sub(1)
         .and_then(|number| u32::try_from(number).ok());
@@ -739,8 +780,9 @@ pub(super) fn thread_of(id: u64, threads: &[u32]) -> Result<u32, String> {
                 .iter()
                 .map(|n| (u64::from(*n) + 1).to_string())
                 .collect();
-            Err(format!(
+            Err(text!(
                 "threadId {id}: there is no such thread; the program has {}",
+                "threadId {id}：没有这个线程；程序有 {}",
                 known.join(", ")
             ))
         }

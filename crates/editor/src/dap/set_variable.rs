@@ -3,6 +3,7 @@
 
 use elite_lang::ThreadId;
 use elite_lang::debug::{ChildFilter, PausedProgram};
+use messages::{Text, text};
 use serde_json::Value as Json;
 
 use super::inspect::{GLOBALS, InspectArguments, ReferenceTarget, last_line};
@@ -17,14 +18,15 @@ impl Probe {
         holder: Option<ThreadId>,
         request: &RequestId,
         asked: &InspectArguments,
-    ) -> Result<Option<Json>, String> {
-        let not_set = |name: &str| format!("{name} cannot be set");
+    ) -> Result<Option<Json>, Text> {
+        let not_set = |name: &str| text!("{name} cannot be set", "{name} 不能设置");
         let (path, thread, call) = match self.referred(asked.variables_reference)? {
             ReferenceTarget::Locals { thread, call } => (asked.name.clone(), thread, call),
             ReferenceTarget::Globals => (asked.name.clone(), self.held.get(), GLOBALS),
             ReferenceTarget::Arm | ReferenceTarget::Parts(_) => {
-                return Err(format!(
+                return Err(text!(
                     "{} is the arm's: only motions and outputs change it",
+                    "{} 属于机械臂：只有运动和输出能改变它",
                     asked.name
                 ));
             }
@@ -51,7 +53,7 @@ impl Probe {
         holder: Option<ThreadId>,
         request: &RequestId,
         asked: &InspectArguments,
-    ) -> Result<Option<Json>, String> {
+    ) -> Result<Option<Json>, Text> {
         let place = self.call_of(halt, asked)?;
         self.assign(
             halt,
@@ -71,7 +73,7 @@ impl Probe {
         (number, call): (u32, usize),
         path: &str,
         value: &str,
-    ) -> Result<Option<Json>, String> {
+    ) -> Result<Option<Json>, Text> {
         let what = Intervention {
             moment: self.position(halt).moment,
             thread: number,

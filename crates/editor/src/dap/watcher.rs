@@ -6,6 +6,7 @@ use elite_lang::debug::{DebugAction, DebugHook, PausedProgram, StatementEvent};
 use elite_lang::{ThreadId, Value};
 use elite_runtime::TaskEnd;
 use elite_runtime::debug::{CONSOLE_THREAD, SuspendState, TaskDebugger};
+use messages::{Text, text};
 use motion_api::ThreadNumber;
 
 use super::probe::{Probe, StepState};
@@ -74,8 +75,8 @@ impl DebugHook for Probe {
             .without_motion(|| halt.whole_text(exception, 2000));
         let why = SuspendReason {
             reason: "exception",
-            description: Some(exception.type_name().to_string()),
-            text: Some(text),
+            description: Some(Text::verbatim(exception.type_name().to_string())),
+            text: Some(exception.text_of(text)),
             ids: Vec::new(),
         };
         let moment = self.state.borrow().moment;
@@ -152,17 +153,20 @@ impl TaskDebugger for Probe {
         }
         let uncaught = self.state.borrow().breakpoints.uncaught;
         let raised = self.exception_moment();
-        let lost = "the run was not repeated the same way: it ended before it came there";
+        let lost = text!(
+            "the run was not repeated the same way: it ended before it came there",
+            "运行没有以同样方式重复：在到达该处之前就已结束"
+        );
         match (end, raised) {
             _ if is_seeking => {
                 let lost = match &self.state.borrow().mode {
                     StepState::Seek(SeekTarget::Cycle(_), _) => {
-                        "the program ends before that cycle"
+                        text!("the program ends before that cycle", "程序在该周期之前结束")
                     }
                     _ => lost,
                 };
                 let why = SuspendReason {
-                    description: Some(lost.to_owned()),
+                    description: Some(lost),
                     ..SuspendReason::only("pause")
                 };
                 self.suspend_program(halt, None, why);
@@ -173,15 +177,15 @@ impl TaskDebugger for Probe {
             (TaskEnd::ProtectiveStop(reason), _) => {
                 let why = SuspendReason {
                     reason: "exception",
-                    description: Some("protective stop".to_owned()),
-                    text: Some(reason.to_string()),
+                    description: Some(text!("protective stop", "保护性停止")),
+                    text: Some(Text::of(reason)),
                     ids: Vec::new(),
                 };
                 self.suspend_program(halt, None, why);
             }
             _ if self.link.stop_at_end => {
                 let why = SuspendReason {
-                    description: Some("the end of the program".to_owned()),
+                    description: Some(text!("the end of the program", "程序的结尾")),
                     ..SuspendReason::only("pause")
                 };
                 self.suspend_program(halt, None, why);

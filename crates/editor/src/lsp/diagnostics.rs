@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::documents::Document;
 use super::positions::Encoding;
-use crate::analysis::words::{Language, LanguageWords as _};
+use crate::analysis::words::Language;
 
 /// The parameters of `textDocument/publishDiagnostics`.
 pub fn of(document: &mut Document, encoding: Encoding, language: Language) -> Value {
@@ -24,14 +24,13 @@ pub fn diagnostic(
     encoding: Encoding,
     language: Language,
 ) -> Value {
-    let finding = &*language.finding(finding);
     let severity = match finding.severity {
         Severity::Error => 1,
         Severity::Warning => 2,
     };
-    let mut message = finding.message.clone();
+    let mut message = finding.message.in_language(language).to_owned();
     if let Some(help) = &finding.help {
-        message = format!("{message}\n{help}");
+        message = format!("{message}\n{}", help.in_language(language));
     }
     let related: Vec<Value> = finding
         .labels
@@ -40,7 +39,7 @@ pub fn diagnostic(
             let range = document.range(label.span, encoding);
             json!({
                 "location": { "uri": document.uri, "range": range },
-                "message": label.text,
+                "message": label.text.in_language(language),
             })
         })
         .collect();

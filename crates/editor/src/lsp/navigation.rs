@@ -84,11 +84,11 @@ pub(super) fn prepare_rename(
     server: &mut LanguageServer,
     params: TextDocumentPositionParams,
 ) -> Result<Value, RequestError> {
-    let encoding = server.documents.encoding;
+    let (encoding, language) = (server.documents.encoding, server.language);
     let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);
     let span = rename::renamable(&analysis, offset)
-        .map_err(|error| RequestError::failed(error.to_string()))?;
+        .map_err(|error| RequestError::failed(&error, language))?;
     Ok(json!({
         "range": document.range(span, encoding),
         "placeholder": analysis.file.slice(span),
@@ -99,12 +99,12 @@ pub(super) fn rename(
     server: &mut LanguageServer,
     params: RenameParams,
 ) -> Result<Value, RequestError> {
-    let encoding = server.documents.encoding;
+    let (encoding, language) = (server.documents.encoding, server.language);
     let at = params.text_document_position;
     let (document, analysis) = document_and_analysis(server, &at.text_document.uri)?;
     let offset = document.offset(at.position, encoding);
     let places = rename::rename(&analysis, offset, &params.new_name)
-        .map_err(|error| RequestError::failed(error.to_string()))?;
+        .map_err(|error| RequestError::failed(&error, language))?;
     let edits = places.into_iter().map(|span| TextEdit {
         range: document.range(span, encoding),
         new_text: params.new_name.clone(),

@@ -119,14 +119,14 @@ pub(super) fn formatting(
     server: &mut LanguageServer,
     params: DocumentFormattingParams,
 ) -> Result<Value, RequestError> {
-    let encoding = server.documents.encoding;
+    let (encoding, language) = (server.documents.encoding, server.language);
     let (document, analysis) = document_and_analysis(server, &params.text_document.uri)?;
     let indent = Indent {
         blanks: params.options.tab_size,
         tabs: !params.options.insert_spaces,
     };
     let edits =
-        format(&analysis, indent).map_err(|error| RequestError::failed(error.to_string()))?;
+        format(&analysis, indent).map_err(|error| RequestError::failed(&error, language))?;
     to_response(text_edits(document, edits, encoding))
 }
 

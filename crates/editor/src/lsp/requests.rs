@@ -57,10 +57,11 @@ pub(super) fn document_and_analysis<'s>(
     server: &'s mut LanguageServer,
     uri: &Uri,
 ) -> Result<(&'s mut Document, Arc<Analysis>), RequestError> {
+    let language = server.language;
     let document = server
         .documents
         .get(uri)
-        .map_err(|error| RequestError::failed(error.to_string()))?;
+        .map_err(|error| RequestError::failed(&error, language))?;
     let analysis = document.analysis();
     Ok((document, analysis))
 }

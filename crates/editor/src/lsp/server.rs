@@ -9,6 +9,7 @@ use ls_types::{
     InitializeParams, PositionEncodingKind,
 };
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId};
+use messages::Localized;
 use platform::machine;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
@@ -34,10 +35,10 @@ pub struct RequestError {
 
 impl RequestError {
     /// The request cannot be carried out.
-    pub fn failed(message: impl Into<String>) -> Self {
+    pub fn failed(error: &impl Localized, language: Language) -> Self {
         RequestError {
             code: ErrorCode::RequestFailed,
-            message: message.into(),
+            message: error.in_language(language).to_string(),
         }
     }
 }

@@ -13,6 +13,7 @@ use controller::ControllerConfig;
 use controller::options::PlantChoice;
 use editor::dap::{RunTarget, serve, stream};
 use elite_runtime::ProgramText;
+use messages::Text;
 use serde_json::{Value as Json, json};
 
 /// Nothing in these tests takes that long, on any machine.
@@ -45,9 +46,11 @@ pub struct Suspension {
     pub frame: i64,
 }
 
-fn launch(arguments: &Json) -> Result<RunTarget, String> {
-    let program = arguments["program"].as_str().ok_or("no program")?;
-    let text = std::fs::read_to_string(program).map_err(|error| error.to_string())?;
+fn launch(arguments: &Json) -> Result<RunTarget, Text> {
+    let program = arguments["program"]
+        .as_str()
+        .ok_or(Text::verbatim("no program"))?;
+    let text = std::fs::read_to_string(program).map_err(|error| Text::of(&error))?;
     let plant = match arguments["plant"].as_str() {
         Some("rigid") => PlantChoice::Rigid,
         _ => PlantChoice::Ideal,

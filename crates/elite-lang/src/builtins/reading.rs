@@ -146,7 +146,7 @@ fn syntax_error(
         .iter()
         .find(|diagnostic| diagnostic.severity == Severity::Error)?;
     if error.code == "too-large" {
-        return Some(ev.memory_error(error.message.clone()));
+        return Some(ev.memory_error(error.message.to_string()));
     }
     let line = file.position(error.span.start).line;
     let kind = if error.code == "indentation" {
@@ -159,7 +159,7 @@ fn syntax_error(
     if let Unwind::Exception(exception) = &raised {
         let symbols = &ev.core.symbols;
         let set = |name: &str, value: Value| exception.set(symbols.intern(name), value, symbols);
-        set("msg", Value::str(error.message.as_str()));
+        set("msg", Value::str(error.message.english()));
         set("filename", Value::str(file.name()));
         set("lineno", Value::Int(i64::from(line)));
         let column = file.position(error.span.start).column;

@@ -3,6 +3,8 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use messages::{Text, text};
+
 use super::{PausedProgram, SetVariableError};
 use crate::builtins::evaluate::run_in;
 use crate::errors::render_script_error;
@@ -20,7 +22,7 @@ pub enum EvalOutcome {
     /// A value; None for statements.
     Done(Option<Value>),
     /// An exception, as people read it.
-    Failed(String),
+    Failed(Text),
     /// The text computed for too long and was given up.
     TooLong,
     /// The text waits: who drives the program has to drive this as well.
@@ -39,7 +41,7 @@ pub struct PendingEval {
 }
 
 /// How an evaluation ended: the value, and the variables as they were left.
-type EvaluationOutcome = Result<(Option<Value>, Vec<(Symbol, Value)>), String>;
+type EvaluationOutcome = Result<(Option<Value>, Vec<(Symbol, Value)>), Text>;
 
 impl PendingEval {
     /// A look at how it ended, once it has, however it is driven.
@@ -53,13 +55,13 @@ pub struct EvalHandle(Rc<RefCell<Option<EvaluationOutcome>>>);
 
 impl EvalHandle {
     /// A handle of an evaluation that has ended already.
-    pub fn ready(result: Result<Option<Value>, String>) -> Self {
+    pub fn ready(result: Result<Option<Value>, Text>) -> Self {
         let outcome = result.map(|value| (value, Vec::new()));
         Self(Rc::new(RefCell::new(Some(outcome))))
     }
 
     /// How the evaluation ended; None while it has not.
-    pub fn take(&self) -> Option<Result<Option<Value>, String>> {
+    pub fn take(&self) -> Option<Result<Option<Value>, Text>> {
         let outcome = self.0.borrow_mut().take()?;
         Some(outcome.map(|(value, _)| value))
     }
@@ -106,11 +108,11 @@ impl PausedProgram<'_> {
                     Some(Ok((value, variables))) => {
                         match self.write_back(thread, index, before, variables) {
                             Ok(()) => EvalOutcome::Done(value),
-                            Err(error) => EvalOutcome::Failed(error.to_string()),
+                            Err(error) => EvalOutcome::Failed(Text::of(&error)),
                         }
                     }
                     Some(Err(report)) => EvalOutcome::Failed(report),
-                    None => EvalOutcome::Failed("it was stopped".to_owned()),
+                    None => EvalOutcome::Failed(text!("it was stopped", "已被停止")),
                 };
             }
             None => return EvalOutcome::TooLong,

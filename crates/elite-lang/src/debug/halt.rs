@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use messages::Localized;
+
 use super::{CallRecord, Debugger, StatementSite};
 use crate::eval::InterpreterState;
 use crate::host::ThreadId;
@@ -39,29 +41,21 @@ pub struct StackFrame {
 }
 
 /// The reason for which a variable was not set.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, Localized)]
 #[non_exhaustive]
 pub enum SetVariableError {
     /// There is no variable of this name.
+    #[error("there is no variable {0}")]
+    #[zh("没有变量 {0}")]
     Unknown(String),
     /// The variable belongs to a call that waits for another one.
+    #[error(
+        "{0} is a local variable of a call that waits for another one: \
+         it can be set once the program is back in that call"
+    )]
+    #[zh("{0} 是等待另一个调用的调用中的局部变量：程序回到该调用后才能设置")]
     OfCaller(String),
 }
-
-impl std::fmt::Display for SetVariableError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Unknown(name) => write!(f, "there is no variable {name}"),
-            Self::OfCaller(name) => write!(
-                f,
-                "{name} is a local variable of a call that waits for another one: \
-                 it can be set once the program is back in that call"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for SetVariableError {}
 
 impl<'h> PausedProgram<'h> {
     /// A program of which no thread runs.

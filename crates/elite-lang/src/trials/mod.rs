@@ -20,6 +20,7 @@ use std::process::{Command, Stdio};
 use std::rc::Rc;
 
 use elite_syntax::{KnownNames, SourceFile, compile, render_human};
+use messages::Language;
 
 use crate::{
     Host, Interpreter, Limits, Resume, ResumeOutcome, ScriptThread, ThreadId, render_script_error,
@@ -102,7 +103,10 @@ fn begin(interpreter: &Interpreter, text: &str) -> ScriptThread {
     let file = SourceFile::new("trial", text);
     match compile(file.clone(), &KnownNames::default()) {
         Ok(program) => interpreter.spawn_program(&program),
-        Err(found) => panic!("{}", render_human(&found[0], &file, false)),
+        Err(found) => panic!(
+            "{}",
+            render_human(&found[0], &file, Language::English, false)
+        ),
     }
 }
 
@@ -122,7 +126,7 @@ fn drive(stage: &TestHost, main: ScriptThread) -> String {
             match thread.resume(Resume::Continue, 10_000) {
                 ResumeOutcome::OutOfFuel | ResumeOutcome::Waiting(_) => {}
                 ResumeOutcome::Parked { until } => *parked = Some(until),
-                ResumeOutcome::Failed(error) => return render_script_error(&error),
+                ResumeOutcome::Failed(error) => return render_script_error(&error).to_string(),
                 ResumeOutcome::Done(_) | ResumeOutcome::Stopped if index == 1 => {
                     return String::new();
                 }

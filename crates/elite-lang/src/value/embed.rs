@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use messages::Text;
+
 use super::int::Int;
 use super::{Dict, Value};
 
@@ -91,6 +93,17 @@ impl Value {
             | Value::Class(_) => true,
             _ => false,
         }
+    }
+
+    /// The text of an exception that shows as `shown`, in each language where it is one of ours.
+    pub fn text_of(&self, shown: String) -> Text {
+        let text = match self {
+            Value::Instance(instance) => {
+                instance.exception().and_then(|state| state.text_of(&shown))
+            }
+            _ => None,
+        };
+        text.unwrap_or_else(|| Text::verbatim(shown))
     }
 
     /// The name of the value's type, as scripts see it.

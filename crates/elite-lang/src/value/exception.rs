@@ -4,6 +4,7 @@ use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 
 use elite_syntax::Span;
+use messages::Text;
 
 use super::{Instance, ScriptCell, Value};
 use crate::eval::code::Code;
@@ -22,8 +23,10 @@ pub struct ExceptionState {
     pub suppress_context: Cell<bool>,
     /// How the function is to be called whose call raised it.
     pub signature: RefCell<Option<Box<str>>>,
-    /// What the embedder advises.
-    pub help: RefCell<Option<Box<str>>>,
+    /// What is advised.
+    pub help: RefCell<Option<Box<Text>>>,
+    /// The message in each language, where it is a text of ours.
+    text: Option<Box<Text>>,
     traceback: RefCell<Vec<TracebackEntry>>,
     /// What an exception group consists of.
     pub group: OnceCell<Group>,
@@ -56,6 +59,21 @@ impl ExceptionState {
             message: RefCell::new(Some(message.into())),
             ..ExceptionState::default()
         }
+    }
+
+    /// State of an exception with a text of ours, whose English form is its message.
+    pub fn with_text(text: Text) -> Self {
+        ExceptionState {
+            message: RefCell::new(Some(text.english().into())),
+            text: Some(Box::new(text)),
+            ..ExceptionState::default()
+        }
+    }
+
+    /// The text whose English form is `shown`; none if the exception was raised with other words, or tells others now.
+    pub fn text_of(&self, shown: &str) -> Option<Text> {
+        let text = self.text.as_deref()?;
+        (text == shown).then(|| text.clone())
     }
 
     /// State of an exception made with these arguments.

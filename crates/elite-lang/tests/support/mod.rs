@@ -10,6 +10,7 @@ use elite_lang::{
     render_script_error,
 };
 use elite_syntax::{KnownNames, SourceFile, compile, render_human};
+use messages::Language;
 
 /// Collects output; time stands still unless a test moves it; random numbers are a counter.
 #[derive(Default)]
@@ -84,7 +85,7 @@ impl Task {
             Err(diagnostics) => {
                 let shown: Vec<String> = diagnostics
                     .iter()
-                    .map(|d| render_human(d, &file, false))
+                    .map(|d| render_human(d, &file, Language::English, false))
                     .collect();
                 panic!("does not compile:\n{}", shown.join("\n"))
             }
@@ -97,7 +98,7 @@ impl Task {
         let end = drive(&mut thread, &self.host);
         let mut output = self.host.output.take();
         if let ResumeOutcome::Failed(error) = end {
-            output.push_str(&render_script_error(&error));
+            output.push_str(render_script_error(&error).english());
         }
         output
     }

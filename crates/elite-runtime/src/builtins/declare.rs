@@ -4,11 +4,36 @@
 use std::fmt;
 
 use elite_lang::{Unwind, Value};
+use messages::{Language, Localized, Text, text};
 
 use super::call::Call;
 
 /// The section of what the vendor's controller understands and its manual does not describe.
 pub const FROM_OUTPUT: &str = "from controller output, not from the manual";
+
+/// Words of a declaration, in both languages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Phrase {
+    english: &'static str,
+    chinese: &'static str,
+}
+
+/// Words of a declaration.
+pub const fn phrase(english: &'static str, chinese: &'static str) -> Phrase {
+    Phrase { english, chinese }
+}
+
+impl Phrase {
+    /// The English form, which the manual of the functions and programs read.
+    pub const fn english(self) -> &'static str {
+        self.english
+    }
+
+    /// The form in a language.
+    pub fn in_language(self, language: Language) -> &'static str {
+        language.pick(self.english, self.chinese)
+    }
+}
 
 /// One builtin function.
 pub struct Builtin {
@@ -19,11 +44,11 @@ pub struct Builtin {
     /// Group of the manual.
     pub category: Category,
     /// One sentence.
-    pub summary: &'static str,
+    pub summary: Phrase,
     /// Parameters in order.
     pub params: &'static [Parameter],
     /// What the builtin returns, in words with units.
-    pub returns: &'static str,
+    pub returns: Phrase,
     /// True when the call may wait for time or motion; such calls are refused in secondary programs.
     pub waits: bool,
     /// The function; `None` where the language itself provides it and only the listing needs it.
@@ -104,7 +129,7 @@ pub struct Parameter {
     /// Unit, empty when there is none.
     pub unit: &'static str,
     /// A phrase that says what the parameter is.
-    pub meaning: &'static str,
+    pub meaning: Phrase,
 }
 
 impl Parameter {
@@ -113,7 +138,7 @@ impl Parameter {
         name: &'static str,
         kind: ParameterType,
         unit: &'static str,
-        meaning: &'static str,
+        meaning: Phrase,
     ) -> Self {
         Self {
             name,
@@ -174,17 +199,17 @@ pub enum ParameterType {
 }
 
 /// `0, 12 or 24`.
-pub(super) fn alternatives<T: fmt::Debug>(items: &[T]) -> String {
-    let mut text = String::new();
-    for (k, item) in items.iter().enumerate() {
-        let joint = match items.len() - k {
-            _ if k == 0 => "",
-            1 => " or ",
-            _ => ", ",
-        };
-        text.push_str(&format!("{joint}{item:?}"));
+pub(super) fn alternatives<T: fmt::Debug>(items: &[T]) -> Text {
+    let shown = |items: &[T]| {
+        let words = items.iter().map(|item| Text::verbatim(format!("{item:?}")));
+        Text::joined(words, ", ", "、")
+    };
+    match items.split_last() {
+        Some((last, before @ [_, ..])) => {
+            text!("{} or {last:?}", "{} 或 {last:?}", shown(before))
+        }
+        _ => shown(items),
     }
-    text
 }
 
 /// A range of numbers.
@@ -214,12 +239,21 @@ impl Range {
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Any => "any finite number",
-            Self::Positive => "a number > 0",
-            Self::NotNegative => "a number >= 0",
-            Self::Between(min, max) => return write!(f, "a number from {min} to {max}"),
-        })
+        self.fmt_in(Language::English, f)
+    }
+}
+
+impl Localized for Range {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words = match self {
+            Self::Any => text!("any finite number", "有限的数"),
+            Self::Positive => text!("a number > 0", "大于 0 的数"),
+            Self::NotNegative => text!("a number >= 0", "不小于 0 的数"),
+            Self::Between(min, max) => {
+                text!("a number from {min} to {max}", "{min} 到 {max} 的数")
+            }
+        };
+        f.write_str(words.in_language(language))
     }
 }
 
@@ -277,18 +311,20 @@ impl ParameterType {
     }
 
     /// The range as listings show it, when there is one.
-    pub fn range_text(self) -> Option<String> {
+    pub fn range_text(self) -> Option<Text> {
         match self {
-            Self::Number(Range::Positive) => Some("> 0".into()),
-            Self::Number(Range::NotNegative) => Some(">= 0".into()),
+            Self::Number(Range::Positive) => Some(Text::verbatim("> 0")),
+            Self::Number(Range::NotNegative) => Some(Text::verbatim(">= 0")),
             Self::Integer(i64::MIN, i64::MAX) => None,
-            Self::Booleans(Some(_)) => Some("each 0 or 1".into()),
-            Self::Integer(min, i64::MAX) => Some(format!(">= {min}")),
-            Self::Number(Range::Between(min, max)) => Some(format!("{min} to {max}")),
-            Self::Integer(min, max) => Some(format!("{min} to {max}")),
+            Self::Booleans(Some(_)) => Some(text!("each 0 or 1", "每项为 0 或 1")),
+            Self::Integer(min, i64::MAX) => Some(Text::verbatim(format!(">= {min}"))),
+            Self::Number(Range::Between(min, max)) => {
+                Some(text!("{min} to {max}", "{min} 至 {max}"))
+            }
+            Self::Integer(min, max) => Some(text!("{min} to {max}", "{min} 至 {max}")),
             Self::OneOf(numbers) => Some(alternatives(numbers)),
             Self::Word(words) => Some(alternatives(words)),
-            Self::Boolean => Some("True or False".into()),
+            Self::Boolean => Some(text!("True or False", "True 或 False")),
             _ => None,
         }
     }
@@ -296,7 +332,7 @@ impl ParameterType {
 
 impl Parameter {
     /// A parameter that must be given.
-    pub const fn required(name: &'static str, kind: ParameterType, meaning: &'static str) -> Self {
+    pub const fn required(name: &'static str, kind: ParameterType, meaning: Phrase) -> Self {
         Self {
             name,
             aliases: &[],
@@ -369,8 +405,8 @@ impl Builtin {
         section: &'static str,
         name: &'static str,
         params: &'static [Parameter],
-        returns: &'static str,
-        summary: &'static str,
+        returns: Phrase,
+        summary: Phrase,
         run: Body,
     ) -> Self {
         Self {

@@ -4,10 +4,13 @@
 //! are none. The queue, and what ports see of it, is `crate::interpreter`'s.
 
 use elite_lang::{ExceptionKind, Unwind, Value};
+use messages::text;
 use motion_api::ThreadNumber;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
+use super::declare::{
+    Builtin, Category, Parameter, ParameterDefault, ParameterType, Phrase, phrase,
+};
 use crate::external::ExternalInputKind;
 use crate::interpreter::NextAction;
 use crate::message::Message;
@@ -25,19 +28,33 @@ pub const BUILTINS: &[Builtin] = &[
         name: "interpreter_mode",
         section: "2.3",
         category: Category::Interpreter,
-        summary: "Executes statements from port 30020, in the caller's scope, until end_interpreter(). Main \
-                  thread only.",
+        summary: phrase(
+            "Executes statements from port 30020, in the caller's scope, until \
+             end_interpreter(). Main thread only.",
+            "在调用者的作用域中执行来自端口 30020 的语句，直到 \
+             end_interpreter()。只能在主线程中调用。",
+        ),
         params: &[
             switch(
                 "clearQueueOnEnter",
-                "True: throw away what was queued before; False: execute it",
+                phrase(
+                    "True: throw away what was queued before; False: execute it",
+                    "True：丢弃此前排队的语句；False：继续执行它们",
+                ),
             ),
             switch(
                 "clearOnEnd",
-                "True: injected functions are removed at the end; False: they stay until the program ends",
+                phrase(
+                    "True: injected functions are removed at the end; False: they stay until the \
+                     program ends",
+                    "True：退出时删除注入的函数；False：保留到程序结束",
+                ),
             ),
         ],
-        returns: "nothing; returns after end_interpreter()",
+        returns: phrase(
+            "nothing; returns after end_interpreter()",
+            "无返回值；end_interpreter() 之后返回",
+        ),
         waits: true,
         run: Some(interpreter_mode),
     },
@@ -45,9 +62,12 @@ pub const BUILTINS: &[Builtin] = &[
         name: "end_interpreter",
         section: "2.4",
         category: Category::Interpreter,
-        summary: "Leaves interpreter mode once the running statement has ended.",
+        summary: phrase(
+            "Leaves interpreter mode once the running statement has ended.",
+            "正在执行的语句结束后退出解释器模式。",
+        ),
         params: &[],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(end_interpreter),
     },
@@ -55,15 +75,15 @@ pub const BUILTINS: &[Builtin] = &[
         name: "clear_interpreter",
         section: "2.5",
         category: Category::Interpreter,
-        summary: "Removes the injected functions.",
+        summary: phrase("Removes the injected functions.", "删除注入的函数。"),
         params: &[],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(clear_interpreter),
     },
 ];
 
-const fn switch(name: &'static str, meaning: &'static str) -> Parameter {
+const fn switch(name: &'static str, meaning: Phrase) -> Parameter {
     Parameter {
         name,
         aliases: &[],
@@ -78,18 +98,27 @@ fn interpreter_mode(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (clear_queue, clear_on_end) = (call.boolean(0)?, call.boolean(1)?);
     let interpreter = call.context().interpreter();
     if call.origin().thread != ThreadNumber(0) {
-        let text = "interpreter_mode() can only be called in the main thread";
+        let text = text!(
+            "interpreter_mode() can only be called in the main thread",
+            "interpreter_mode() 只能在主线程中调用"
+        );
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
     // A thread of the program's own may end the mode; without one the program would wait for ever.
     let is_left_alone = !call.context().has_other_threads();
     if call.context().panel().operator() == Operator::Absent && is_left_alone {
-        let text = "interpreter_mode(): nobody can send statements here, there is no port 30020; run the program on a \
-                    server (eliteserver serve)";
+        let text = text!(
+            "interpreter_mode(): nobody can send statements here, there is no port 30020; run the program on a \
+                    server (eliteserver serve)",
+            "interpreter_mode()：这里无法接收语句，没有 30020 端口；请在服务器上运行程序（eliteserver serve）"
+        );
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
     if !interpreter.enter(clear_queue) {
-        let text = "interpreter_mode() cannot be called inside interpreter mode";
+        let text = text!(
+            "interpreter_mode() cannot be called inside interpreter mode",
+            "interpreter_mode() 不能在解释器模式中调用"
+        );
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
     let observer = call.context().observer();
@@ -115,7 +144,10 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Unwind> {
             NextAction::Nothing => call.wait(Wait::Statement)?,
             NextAction::Statement(id, statement) => {
                 let text = statement.file().text();
-                let lost = "it was given statements at the interpreter port".to_owned();
+                let lost = text!(
+                    "it was given statements at the interpreter port",
+                    "它在解释器端口收到了语句"
+                );
                 call.context().note(ExternalInputKind::Unrecorded(lost));
                 observer.interpreter(&InterpreterEvent::Executing { id: id.0, text });
                 let result = call.native().run_statement(&statement);
@@ -137,7 +169,10 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Unwind> {
 fn end_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     if !call.context().interpreter().request_end() {
         let origin = call.origin();
-        let text = "end_interpreter(): interpreter mode is not active, nothing ends";
+        let text = text!(
+            "end_interpreter(): interpreter mode is not active, nothing ends",
+            "end_interpreter()：解释器模式未启用，没有可结束的"
+        );
         let message = Message::log(Severity::Warning, origin, text);
         call.context().observer().message(&message);
     }

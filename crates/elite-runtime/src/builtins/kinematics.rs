@@ -5,10 +5,11 @@
 use ::kinematics::safety::CI_PAIRS;
 use ::kinematics::{JointPositions, PlaneSwitches, Pose};
 use elite_lang::{ExceptionKind, Unwind, Value};
+use messages::text;
 use motion_api::{RobotState, SafetyMode};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, phrase};
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -16,9 +17,12 @@ pub const BUILTINS: &[Builtin] = &[
         name: "get_inverse_kin",
         section: "3.2.1",
         category: Category::Math,
-        summary: "Joint positions that reach a TCP pose: the solution nearest to qnear.",
+        summary: phrase(
+            "Joint positions that reach a TCP pose: the solution nearest to qnear.",
+            "到达 TCP 位姿的关节位置：取最接近 qnear 的解。",
+        ),
         params: &[TARGET, QNEAR, TCP],
-        returns: "list[6] float, rad",
+        returns: phrase("list[6] float, rad", "list[6] float，rad"),
         waits: false,
         run: Some(get_inverse_kin),
     },
@@ -26,9 +30,12 @@ pub const BUILTINS: &[Builtin] = &[
         name: "get_inverse_kin_has_solution",
         section: "3.2.2",
         category: Category::Math,
-        summary: "Whether get_inverse_kin finds joint positions.",
+        summary: phrase(
+            "Whether get_inverse_kin finds joint positions.",
+            "get_inverse_kin 能否找到关节位置。",
+        ),
         params: &[TARGET, QNEAR, TCP],
-        returns: "bool",
+        returns: phrase("bool", "bool"),
         waits: false,
         run: Some(get_inverse_kin_has_solution),
     },
@@ -36,9 +43,15 @@ pub const BUILTINS: &[Builtin] = &[
         name: "get_all_inverse_kin",
         section: "3.2.3",
         category: Category::Math,
-        summary: "Every joint position that reaches a TCP pose: by shoulder, then wrist, then elbow.",
+        summary: phrase(
+            "Every joint position that reaches a TCP pose: by shoulder, then wrist, then elbow.",
+            "到达 TCP 位姿的全部关节位置：依次按肩、腕、肘排列。",
+        ),
         params: &[TARGET, TCP],
-        returns: "list of list[6] float, rad, each in [-pi, pi); empty when the pose is out of reach",
+        returns: phrase(
+            "list of list[6] float, rad, each in [-pi, pi); empty when the pose is out of reach",
+            "list[6] float 的列表，rad，各在 [-pi, pi) 内；位姿不可达时为空",
+        ),
         waits: false,
         run: Some(get_all_inverse_kin),
     },
@@ -46,7 +59,7 @@ pub const BUILTINS: &[Builtin] = &[
         name: "get_forward_kin",
         section: "3.2.4",
         category: Category::Math,
-        summary: "TCP pose for joint positions.",
+        summary: phrase("TCP pose for joint positions.", "关节位置对应的 TCP 位姿。"),
         params: &[
             Parameter {
                 name: "q",
@@ -54,11 +67,14 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::Joints,
                 default: ParameterDefault::Symbolic(""),
                 unit: "rad",
-                meaning: "joint positions; default: the current ones",
+                meaning: phrase(
+                    "joint positions; default: the current ones",
+                    "关节位置；默认为当前位置",
+                ),
             },
             TCP,
         ],
-        returns: "list[6] float, m and rad",
+        returns: phrase("list[6] float, m and rad", "list[6] float，m 和 rad"),
         waits: false,
         run: Some(get_forward_kin),
     },
@@ -66,12 +82,18 @@ pub const BUILTINS: &[Builtin] = &[
         name: "is_within_safety_limits",
         section: "3.1.35",
         category: Category::Motion,
-        summary: "Whether a TCP pose, or joint positions given as q, can be reached inside joint ranges and \
-                  safety planes.",
+        summary: phrase(
+            "Whether a TCP pose, or joint positions given as q, can be reached inside joint \
+             ranges and safety planes.",
+            "TCP 位姿（或以 q 给出的关节位置）能否在关节范围和安全平面内到达。",
+        ),
         params: &[
             Parameter {
                 default: ParameterDefault::Symbolic(""),
-                meaning: "TCP pose in the base frame; either this or q",
+                meaning: phrase(
+                    "TCP pose in the base frame; either this or q",
+                    "基坐标系下的 TCP 位姿；与 q 二选一",
+                ),
                 ..TARGET
             },
             Parameter {
@@ -85,17 +107,23 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::Booleans(Some(CI_PAIRS)),
                 default: ParameterDefault::Symbolic(""),
                 unit: "",
-                meaning: "which pairs of configurable inputs (CI0/1, CI2/3, CI4/5, CI6/7) count as set; \
+                meaning: phrase(
+                    "which pairs of configurable inputs (CI0/1, CI2/3, CI4/5, CI6/7) count as set; \
                           default: as they are",
+                    "哪些可配置输入对（CI0/1、CI2/3、CI4/5、CI6/7）视为有效；默认为其实际状态",
+                ),
             },
             Parameter {
                 name: "q",
                 aliases: &[],
-                meaning: "joint positions instead of p, by name",
+                meaning: phrase(
+                    "joint positions instead of p, by name",
+                    "按名称给出，代替 p 的关节位置",
+                ),
                 ..QNEAR
             },
         ],
-        returns: "bool",
+        returns: phrase("bool", "bool"),
         waits: false,
         run: Some(is_within_safety_limits),
     },
@@ -107,7 +135,7 @@ const TARGET: Parameter = Parameter {
     kind: ParameterType::Pose,
     default: ParameterDefault::Required,
     unit: "m, rad",
-    meaning: "TCP pose in the base frame",
+    meaning: phrase("TCP pose in the base frame", "基坐标系下的 TCP 位姿"),
 };
 
 const QNEAR: Parameter = Parameter {
@@ -116,7 +144,10 @@ const QNEAR: Parameter = Parameter {
     kind: ParameterType::Joints,
     default: ParameterDefault::Symbolic(""),
     unit: "rad",
-    meaning: "the solution closest to this is taken; default: the current joint positions",
+    meaning: phrase(
+        "the solution closest to this is taken; default: the current joint positions",
+        "取最接近它的解；默认为当前关节位置",
+    ),
 };
 
 const TCP: Parameter = Parameter {
@@ -125,7 +156,10 @@ const TCP: Parameter = Parameter {
     kind: ParameterType::Pose,
     default: ParameterDefault::Symbolic("active tcp"),
     unit: "m, rad",
-    meaning: "TCP in the flange frame; default: the active one",
+    meaning: phrase(
+        "TCP in the flange frame; default: the active one",
+        "法兰坐标系下的 TCP；默认为当前生效的 TCP",
+    ),
 };
 
 fn get_forward_kin(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
@@ -154,8 +188,9 @@ fn get_inverse_kin(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     match nearest(call)? {
         Some(q) => Ok(Value::list_of_f64(&q.0)),
         None => {
-            let text = format!(
+            let text = text!(
                 "get_inverse_kin(): no joint positions of {} reach p = {:?} with this TCP",
+                "get_inverse_kin()：{} 没有关节位置能以此 TCP 到达 p = {:?}",
                 call.context().robot().model().name(),
                 call.pose(0)?.to_array()
             );
@@ -192,7 +227,10 @@ fn is_within_safety_limits(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (no_pose, no_joints) = (call.is_symbolic_default(0), call.is_symbolic_default(3));
     if no_pose == no_joints {
         let what = if no_pose { "neither is" } else { "both are" };
-        let text = format!("is_within_safety_limits(): either p or q must be given, {what}");
+        let text = text!(
+            "is_within_safety_limits(): either p or q must be given, {what}",
+            "is_within_safety_limits()：必须给出 p 或 q，{what}"
+        );
         return Err(call.error(ExceptionKind::ValueError, text));
     }
     let robot = call.context().robot();

@@ -9,10 +9,13 @@ use std::sync::Arc;
 
 use elite_lang::{ExceptionKind, Unwind, Value};
 use kinematics::{JointPositions, Pose, RobotModel};
+use messages::text;
 use motion_api::{MotionCommand, PointList};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
+use super::declare::{
+    Builtin, Category, Parameter, ParameterDefault, ParameterType, Phrase, phrase,
+};
 use crate::external::call_external;
 use crate::micro_line::{MicroLine, MicroLineError, Space, Units};
 
@@ -34,19 +37,25 @@ pub const BUILTINS: &[Builtin] = &[
         name: "load_micro_line_file",
         section: "3.1.37",
         category: Category::Motion,
-        summary: "Loads a file of points out of the task folder.",
+        summary: phrase(
+            "Loads a file of points out of the task folder.",
+            "从任务目录加载点位文件。",
+        ),
         params: &[
             Parameter::new(
                 "file_name",
                 ParameterType::Text,
                 "",
-                "name in the task folder, with or without .txt or .csv; six numbers a line",
+                phrase(
+                    "name in the task folder, with or without .txt or .csv; six numbers a line",
+                    "任务文件夹中的文件名，可省略 .txt 或 .csv；每行六个数",
+                ),
             ),
             Parameter::new(
                 "interval_time",
                 ParameterType::Integer(1, INTERVAL_MAX),
                 "ms",
-                "time from point to point",
+                phrase("time from point to point", "相邻两点之间的时间"),
             ),
             Parameter {
                 name: "pos_type",
@@ -54,7 +63,10 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::OneOf(&[0, 1]),
                 default: ParameterDefault::Integer(0),
                 unit: "",
-                meaning: "0: joint positions; 1: TCP poses",
+                meaning: phrase(
+                    "0: joint positions; 1: TCP poses",
+                    "0：关节位置；1：TCP 位姿",
+                ),
             },
             Parameter {
                 name: "unit_type",
@@ -62,10 +74,16 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::OneOf(&[0, 1]),
                 default: ParameterDefault::Integer(0),
                 unit: "",
-                meaning: "0: rad, or m and rad; 1: degrees, or mm and rad",
+                meaning: phrase(
+                    "0: rad, or m and rad; 1: degrees, or mm and rad",
+                    "0：rad，或 m 和 rad；1：度，或 mm 和 rad",
+                ),
             },
         ],
-        returns: "int, index of the loaded file; the same content and settings keep their index",
+        returns: phrase(
+            "int, index of the loaded file; the same content and settings keep their index",
+            "int，已加载文件的编号；内容和设置相同则编号不变",
+        ),
         waits: false,
         run: Some(load_micro_line_file),
     },
@@ -73,17 +91,23 @@ pub const BUILTINS: &[Builtin] = &[
         name: "micro_line_set_pcs",
         section: "3.1.38",
         category: Category::Motion,
-        summary: "Sets the frame in which the poses of a loaded file are given.",
+        summary: phrase(
+            "Sets the frame in which the poses of a loaded file are given.",
+            "设置已加载文件中各位姿所在的坐标系。",
+        ),
         params: &[
             INDEX,
             Parameter::new(
                 "part_coordinate_system",
                 ParameterType::Pose,
                 "m, rad",
-                "the part's frame in the base frame",
+                phrase(
+                    "the part's frame in the base frame",
+                    "工件坐标系在基坐标系下的位姿",
+                ),
             ),
         ],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(micro_line_set_pcs),
     },
@@ -91,23 +115,32 @@ pub const BUILTINS: &[Builtin] = &[
         name: "get_micro_line_values_by_index",
         section: "3.1.39",
         category: Category::Motion,
-        summary: "One point of a loaded file, as joint positions or as a TCP pose in the part's frame.",
+        summary: phrase(
+            "One point of a loaded file, as joint positions or as a TCP pose in the part's frame.",
+            "已加载文件中的一个点，以关节位置或工件坐标系下的 TCP 位姿表示。",
+        ),
         params: &[
             INDEX,
             Parameter::new(
                 "pos_type",
                 ParameterType::OneOf(&[0, 1]),
                 "",
-                "0: joint positions; 1: TCP pose",
+                phrase(
+                    "0: joint positions; 1: TCP pose",
+                    "0：关节位置；1：TCP 位姿",
+                ),
             ),
             Parameter::new(
                 "line_index",
                 ParameterType::Integer(i64::MIN, i64::MAX),
                 "",
-                "number of the point, from 1",
+                phrase("number of the point, from 1", "点的序号，从 1 开始"),
             ),
         ],
-        returns: "list[6] float, rad, or m and rad",
+        returns: phrase(
+            "list[6] float, rad, or m and rad",
+            "list[6] float，rad，或 m 和 rad",
+        ),
         waits: false,
         run: Some(get_micro_line_values_by_index),
     },
@@ -115,26 +148,39 @@ pub const BUILTINS: &[Builtin] = &[
         name: "moveml",
         section: "3.1.40",
         category: Category::Motion,
-        summary: "Moves through the points of a loaded file at its times, slower where the joints cannot keep up.",
+        summary: phrase(
+            "Moves through the points of a loaded file at its times, slower where the joints \
+             cannot keep up.",
+            "按文件给出的时间经过各点，关节跟不上处放慢。",
+        ),
         params: &[
             INDEX,
             line(
                 "start_line",
-                "number of the first point; 0 is the first of the file",
+                phrase(
+                    "number of the first point; 0 is the first of the file",
+                    "起始点的序号；0 为文件的第一点",
+                ),
             ),
             line(
                 "end_line",
-                "number of the last point; 0 is the last of the file",
+                phrase(
+                    "number of the last point; 0 is the last of the file",
+                    "结束点的序号；0 为文件的最后一点",
+                ),
             ),
         ],
-        returns: "nothing; returns when the last point is reached",
+        returns: phrase(
+            "nothing; returns when the last point is reached",
+            "无返回值；到达最后一点时返回",
+        ),
         waits: true,
         run: Some(moveml),
     },
 ];
 
 /// One end of the part of a file that is run.
-const fn line(name: &'static str, meaning: &'static str) -> Parameter {
+const fn line(name: &'static str, meaning: Phrase) -> Parameter {
     Parameter {
         name,
         aliases: &[],
@@ -149,7 +195,10 @@ const INDEX: Parameter = Parameter::new(
     "micro_line_index",
     ParameterType::Integer(i64::MIN, i64::MAX),
     "",
-    "index from load_micro_line_file",
+    phrase(
+        "index from load_micro_line_file",
+        "load_micro_line_file 返回的编号",
+    ),
 );
 
 fn space(number: i64) -> Space {
@@ -190,7 +239,10 @@ fn text_of(call: &mut Call<'_, '_>, name: &str) -> Result<String, Unwind> {
             let whole = match file.take() {
                 Some(whole) => whole,
                 None => context.task_folder().points(name).map_err(|error| {
-                    native.raise(ExceptionKind::ValueError, format!("{function}(): {error}"))
+                    native.raise(
+                        ExceptionKind::ValueError,
+                        text!("{function}(): {error}", "{function}()：{error}"),
+                    )
                 })?,
             };
             let rest = whole.get(text.len()..).unwrap_or_default();
@@ -235,9 +287,12 @@ fn get_micro_line_values_by_index(call: &mut Call<'_, '_>) -> Result<Value, Unwi
     })?;
     match values {
         Ok(Some(values)) => Ok(Value::list_of_f64(&values)),
-        Ok(None) => Err(call.not_allowed(2, &format!("1 to {count}"), number)),
+        Ok(None) => Err(call.not_allowed(2, &text!("1 to {count}", "1 到 {count}"), number)),
         Err(error) => {
-            let text = format!("get_micro_line_values_by_index(): {error}");
+            let text = text!(
+                "get_micro_line_values_by_index(): {error}",
+                "get_micro_line_values_by_index()：{error}"
+            );
             Err(call.error(ExceptionKind::RuntimeError, text))
         }
     }
@@ -255,10 +310,14 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         _ => None,
     };
     let Some(begin) = place(first, 1) else {
-        return Err(call.not_allowed(1, &format!("0 to {count}"), first));
+        return Err(call.not_allowed(1, &text!("0 to {count}", "0 到 {count}"), first));
     };
     let Some(end) = place(last, count).filter(|end| *end > begin) else {
-        let allowed = format!("0 or {} to {count}, after start_line", begin + 1);
+        let allowed = text!(
+            "0 or {} to {count}, after start_line",
+            "0 或 {} 到 {count}，在 start_line 之后",
+            begin + 1
+        );
         return Err(call.not_allowed(2, &allowed, last));
     };
     let (points, space, start) =
@@ -272,7 +331,7 @@ fn moveml(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         Ok(start) => start,
         Err(error) => {
             task_memory::uncounted(|| drop(points));
-            let text = format!("moveml(): {error}");
+            let text = text!("moveml(): {error}", "moveml()：{error}");
             return Err(call.error(ExceptionKind::RuntimeError, text));
         }
     };
@@ -313,14 +372,24 @@ fn with_micro_line<T>(
 
 fn unknown(call: &mut Call<'_, '_>, index: i64) -> Unwind {
     let loaded = match call.context().micro_lines().borrow().count() {
-        0 => "the index of a loaded file, and none is loaded".to_owned(),
-        1 => "0, the only file loaded".to_owned(),
-        count => format!("0 to {}, the files loaded", count - 1),
+        0 => text!(
+            "the index of a loaded file, and none is loaded",
+            "已载入文件的序号，而没有载入文件"
+        ),
+        1 => text!("0, the only file loaded", "0，唯一载入的文件"),
+        count => text!(
+            "0 to {}, the files loaded",
+            "0 到 {}，已载入的文件",
+            count - 1
+        ),
     };
     call.not_allowed(0, &loaded, index)
 }
 
 fn in_file(call: &mut Call<'_, '_>, name: &str, error: &MicroLineError) -> Unwind {
-    let text = format!("load_micro_line_file(): {name}: {error}");
+    let text = text!(
+        "load_micro_line_file(): {name}: {error}",
+        "load_micro_line_file()：{name}：{error}"
+    );
     call.error(ExceptionKind::ValueError, text)
 }

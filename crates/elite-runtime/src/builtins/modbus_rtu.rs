@@ -8,26 +8,49 @@ use std::sync::Arc;
 
 use elite_lang::{Unwind, Value};
 use io_bus::modbus::pdu::{Reply, Request, Table};
+use messages::{Text, text};
 
 use super::call::Call;
 use super::declare::{
-    Builtin, Category::ModbusRtu, Parameter, ParameterDefault, ParameterType, Range,
+    Builtin, Category::ModbusRtu, Parameter, ParameterDefault, ParameterType, Phrase, Range, phrase,
 };
 use super::serial::{OLD_PORT, Port, check_not_daemon, on_line_thread};
 
-const SLAVE: Parameter = Parameter::required("slave", ParameterType::Integer(1, 247), "the device");
-const ADDR: Parameter =
-    Parameter::required("addr", ParameterType::Integer(0, 65535), "first address")
-        .also(&["address"]);
-const ADDRESS: Parameter =
-    Parameter::required("address", ParameterType::Integer(0, 65535), "first address")
-        .also(&["addr"]);
-const LEN: Parameter =
-    Parameter::required("len", ParameterType::Integer(1, 125), "how many").also(&["read_count"]);
-const OLD_LEN: Parameter = Parameter::required("len", ParameterType::Integer(1, 125), "how many");
-const READ_COUNT: Parameter =
-    Parameter::required("read_count", ParameterType::Integer(1, 125), "how many").also(&["len"]);
-const PATIENCE: &str = "0 or less waits for ever";
+const SLAVE: Parameter = Parameter::required(
+    "slave",
+    ParameterType::Integer(1, 247),
+    phrase("the device", "设备"),
+);
+const ADDR: Parameter = Parameter::required(
+    "addr",
+    ParameterType::Integer(0, 65535),
+    phrase("first address", "起始地址"),
+)
+.also(&["address"]);
+const ADDRESS: Parameter = Parameter::required(
+    "address",
+    ParameterType::Integer(0, 65535),
+    phrase("first address", "起始地址"),
+)
+.also(&["addr"]);
+const LEN: Parameter = Parameter::required(
+    "len",
+    ParameterType::Integer(1, 125),
+    phrase("how many", "数量"),
+)
+.also(&["read_count"]);
+const OLD_LEN: Parameter = Parameter::required(
+    "len",
+    ParameterType::Integer(1, 125),
+    phrase("how many", "数量"),
+);
+const READ_COUNT: Parameter = Parameter::required(
+    "read_count",
+    ParameterType::Integer(1, 125),
+    phrase("how many", "数量"),
+)
+.also(&["len"]);
+const PATIENCE: Phrase = phrase("0 or less waits for ever", "不大于 0 时一直等待");
 const TIME_OUT_5: Parameter =
     Parameter::required("time_out", ParameterType::Number(Range::Any), PATIENCE)
         .also(&["timeout"])
@@ -42,22 +65,28 @@ const TIMEOUT_3: Parameter = TIMEOUT_5.or(ParameterDefault::Number(3.0));
 const BIT: Parameter = Parameter::required(
     "data",
     ParameterType::Custom("bool or int, alone or as a list of one"),
-    "0 low, otherwise high",
+    phrase("0 low, otherwise high", "0 为低电平，其余为高电平"),
 );
 const BITS_TO_WRITE: Parameter = Parameter::required(
     "data",
     ParameterType::Custom("bool, int or list"),
-    "levels: 0 low, otherwise high; at most 1968",
+    phrase(
+        "levels: 0 low, otherwise high; at most 1968",
+        "电平：0 为低，其余为高；最多 1968 个",
+    ),
 );
 const REGISTER: Parameter = Parameter::required(
     "data",
     ParameterType::Custom("int, alone or as a list of one"),
-    "0 to 65535",
+    phrase("0 to 65535", "0 到 65535"),
 );
 const REGISTERS_TO_WRITE: Parameter = Parameter::required(
     "data",
     ParameterType::Custom("int or list[int]"),
-    "0 to 65535 each; at most 123",
+    phrase(
+        "0 to 65535 each; at most 123",
+        "每个为 0 到 65535；最多 123 个",
+    ),
 );
 
 /// The builtins of this chapter.
@@ -67,8 +96,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.1",
         "tool_modbus_read_bits",
         &[SLAVE, ADDR, LEN, TIME_OUT_5],
-        "list[int], empty when it fails",
-        "Reads bits of a Modbus RTU device at the tool (function 1).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads bits of a Modbus RTU device at the tool (function 1).",
+            "读取工具侧 Modbus RTU 设备的线圈（功能码 1）。",
+        ),
         |call| read(call, Port::Tool, Table::Coils),
     )
     .waiting(),
@@ -77,8 +109,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.2",
         "tool_modbus_read_input_bits",
         &[SLAVE, ADDR, LEN, TIMEOUT_5],
-        "list[int], empty when it fails",
-        "Reads inputs of a Modbus RTU device at the tool (function 2).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads inputs of a Modbus RTU device at the tool (function 2).",
+            "读取工具侧 Modbus RTU 设备的离散输入（功能码 2）。",
+        ),
         |call| read(call, Port::Tool, Table::DiscreteInputs),
     )
     .waiting(),
@@ -87,8 +122,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.3",
         "tool_modbus_read_registers",
         &[SLAVE, ADDR, LEN, TIME_OUT_5],
-        "list[int], empty when it fails",
-        "Reads registers of a Modbus RTU device at the tool (function 3).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads registers of a Modbus RTU device at the tool (function 3).",
+            "读取工具侧 Modbus RTU 设备的保持寄存器（功能码 3）。",
+        ),
         |call| read(call, Port::Tool, Table::HoldingRegisters),
     )
     .waiting(),
@@ -97,8 +135,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.4",
         "tool_modbus_read_input_registers",
         &[SLAVE, ADDR, LEN, TIMEOUT_5],
-        "list[int], empty when it fails",
-        "Reads input registers of a Modbus RTU device at the tool (function 4).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads input registers of a Modbus RTU device at the tool (function 4).",
+            "读取工具侧 Modbus RTU 设备的输入寄存器（功能码 4）。",
+        ),
         |call| read(call, Port::Tool, Table::InputRegisters),
     )
     .waiting(),
@@ -107,8 +148,14 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.5",
         "tool_modbus_write_single_bit",
         &[SLAVE, ADDR, BIT, TIMEOUT_5],
-        "int, 1 when written, 0 when it fails",
-        "Writes one bit of a Modbus RTU device at the tool (function 5).",
+        phrase(
+            "int, 1 when written, 0 when it fails",
+            "int，已写入为 1，失败为 0",
+        ),
+        phrase(
+            "Writes one bit of a Modbus RTU device at the tool (function 5).",
+            "写工具侧 Modbus RTU 设备的一个线圈（功能码 5）。",
+        ),
         |call| write_coil(call, Port::Tool, WriteResult::Count),
     )
     .waiting(),
@@ -117,8 +164,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.6",
         "tool_modbus_write_bits",
         &[SLAVE, ADDR, BITS_TO_WRITE, TIMEOUT_5],
-        "bool, True when written",
-        "Writes bits of a Modbus RTU device at the tool (function 15).",
+        phrase("bool, True when written", "bool，已写入为 True"),
+        phrase(
+            "Writes bits of a Modbus RTU device at the tool (function 15).",
+            "写工具侧 Modbus RTU 设备的多个线圈（功能码 15）。",
+        ),
         |call| write_coils(call, Port::Tool, WriteResult::Bool),
     )
     .waiting(),
@@ -127,8 +177,14 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.7",
         "tool_modbus_write_single_register",
         &[SLAVE, ADDR, REGISTER, TIMEOUT_5],
-        "int, 1 when written, 0 when it fails",
-        "Writes one register of a Modbus RTU device at the tool (function 6).",
+        phrase(
+            "int, 1 when written, 0 when it fails",
+            "int，已写入为 1，失败为 0",
+        ),
+        phrase(
+            "Writes one register of a Modbus RTU device at the tool (function 6).",
+            "写工具侧 Modbus RTU 设备的一个寄存器（功能码 6）。",
+        ),
         |call| write_register(call, Port::Tool, WriteResult::Count),
     )
     .waiting(),
@@ -137,8 +193,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.8",
         "tool_modbus_write_registers",
         &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_5],
-        "bool, True when written",
-        "Writes registers of a Modbus RTU device at the tool (function 16).",
+        phrase("bool, True when written", "bool，已写入为 True"),
+        phrase(
+            "Writes registers of a Modbus RTU device at the tool (function 16).",
+            "写工具侧 Modbus RTU 设备的多个寄存器（功能码 16）。",
+        ),
         |call| write_registers(call, Port::Tool, WriteResult::Bool),
     )
     .waiting(),
@@ -147,8 +206,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.9",
         "masterboard_modbus_rtu_read_bits",
         &[SLAVE, ADDRESS, READ_COUNT, TIMEOUT_3],
-        "list[int], empty when it fails",
-        "Reads bits of a Modbus RTU device at the control box (function 1).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads bits of a Modbus RTU device at the control box (function 1).",
+            "读取控制柜侧 Modbus RTU 设备的线圈（功能码 1）。",
+        ),
         |call| read(call, Port::Masterboard, Table::Coils),
     )
     .waiting(),
@@ -157,8 +219,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.10",
         "masterboard_modbus_rtu_read_input_bits",
         &[SLAVE, ADDRESS, READ_COUNT, TIMEOUT_3],
-        "list[int], empty when it fails",
-        "Reads inputs of a Modbus RTU device at the control box (function 2).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads inputs of a Modbus RTU device at the control box (function 2).",
+            "读取控制柜侧 Modbus RTU 设备的离散输入（功能码 2）。",
+        ),
         |call| read(call, Port::Masterboard, Table::DiscreteInputs),
     )
     .waiting(),
@@ -167,8 +232,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.11",
         "masterboard_modbus_rtu_read_registers",
         &[SLAVE, ADDRESS, READ_COUNT, TIMEOUT_3],
-        "list[int], empty when it fails",
-        "Reads registers of a Modbus RTU device at the control box (function 3).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads registers of a Modbus RTU device at the control box (function 3).",
+            "读取控制柜侧 Modbus RTU 设备的保持寄存器（功能码 3）。",
+        ),
         |call| read(call, Port::Masterboard, Table::HoldingRegisters),
     )
     .waiting(),
@@ -177,8 +245,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.12",
         "masterboard_modbus_rtu_read_input_registers",
         &[SLAVE, ADDRESS, READ_COUNT, TIMEOUT_3],
-        "list[int], empty when it fails",
-        "Reads input registers of a Modbus RTU device at the control box (function 4).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads input registers of a Modbus RTU device at the control box (function 4).",
+            "读取控制柜侧 Modbus RTU 设备的输入寄存器（功能码 4）。",
+        ),
         |call| read(call, Port::Masterboard, Table::InputRegisters),
     )
     .waiting(),
@@ -187,8 +258,14 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.13",
         "masterboard_modbus_rtu_write_single_bit",
         &[SLAVE, ADDRESS, BIT, TIMEOUT_3],
-        "int, 1 when written, 0 when it fails",
-        "Writes one bit of a Modbus RTU device at the control box (function 5).",
+        phrase(
+            "int, 1 when written, 0 when it fails",
+            "int，已写入为 1，失败为 0",
+        ),
+        phrase(
+            "Writes one bit of a Modbus RTU device at the control box (function 5).",
+            "写控制柜侧 Modbus RTU 设备的一个线圈（功能码 5）。",
+        ),
         |call| write_coil(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
@@ -197,8 +274,14 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.14",
         "masterboard_modbus_rtu_write_bits",
         &[SLAVE, ADDRESS, BITS_TO_WRITE, TIMEOUT_3],
-        "int, how many were written, 0 when it fails",
-        "Writes bits of a Modbus RTU device at the control box (function 15).",
+        phrase(
+            "int, how many were written, 0 when it fails",
+            "int，写入的数量，失败时为 0",
+        ),
+        phrase(
+            "Writes bits of a Modbus RTU device at the control box (function 15).",
+            "写控制柜侧 Modbus RTU 设备的多个线圈（功能码 15）。",
+        ),
         |call| write_coils(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
@@ -207,8 +290,14 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.15",
         "masterboard_modbus_rtu_write_single_register",
         &[SLAVE, ADDRESS, REGISTER, TIMEOUT_3],
-        "int, 1 when written, 0 when it fails",
-        "Writes one register of a Modbus RTU device at the control box (function 6).",
+        phrase(
+            "int, 1 when written, 0 when it fails",
+            "int，已写入为 1，失败为 0",
+        ),
+        phrase(
+            "Writes one register of a Modbus RTU device at the control box (function 6).",
+            "写控制柜侧 Modbus RTU 设备的一个寄存器（功能码 6）。",
+        ),
         |call| write_register(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
@@ -217,8 +306,14 @@ pub const BUILTINS: &[Builtin] = &[
         "8.2.16",
         "masterboard_modbus_rtu_write_registers",
         &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_3],
-        "int, how many were written, 0 when it fails",
-        "Writes registers of a Modbus RTU device at the control box (function 16).",
+        phrase(
+            "int, how many were written, 0 when it fails",
+            "int，写入的数量，失败时为 0",
+        ),
+        phrase(
+            "Writes registers of a Modbus RTU device at the control box (function 16).",
+            "写控制柜侧 Modbus RTU 设备的多个寄存器（功能码 16）。",
+        ),
         |call| write_registers(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
@@ -227,8 +322,11 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_read_bits",
         &[SLAVE, ADDRESS, OLD_LEN, TIMEOUT_5, OLD_PORT],
-        "list[int], empty when it fails",
-        "Reads bits of a Modbus RTU device at the control box (function 1).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads bits of a Modbus RTU device at the control box (function 1).",
+            "读取控制柜侧 Modbus RTU 设备的线圈（功能码 1）。",
+        ),
         |call| read(call, Port::Masterboard, Table::Coils),
     )
     .waiting(),
@@ -237,8 +335,11 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_read_input_bits",
         &[SLAVE, ADDRESS, OLD_LEN, TIMEOUT_5, OLD_PORT],
-        "list[int], empty when it fails",
-        "Reads inputs of a Modbus RTU device at the control box (function 2).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads inputs of a Modbus RTU device at the control box (function 2).",
+            "读取控制柜侧 Modbus RTU 设备的离散输入（功能码 2）。",
+        ),
         |call| read(call, Port::Masterboard, Table::DiscreteInputs),
     )
     .waiting(),
@@ -247,8 +348,11 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_read_registers",
         &[SLAVE, ADDRESS, OLD_LEN, TIMEOUT_5, OLD_PORT],
-        "list[int], empty when it fails",
-        "Reads registers of a Modbus RTU device at the control box (function 3).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads registers of a Modbus RTU device at the control box (function 3).",
+            "读取控制柜侧 Modbus RTU 设备的保持寄存器（功能码 3）。",
+        ),
         |call| read(call, Port::Masterboard, Table::HoldingRegisters),
     )
     .waiting(),
@@ -257,8 +361,11 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_read_input_registers",
         &[SLAVE, ADDRESS, OLD_LEN, TIMEOUT_5, OLD_PORT],
-        "list[int], empty when it fails",
-        "Reads input registers of a Modbus RTU device at the control box (function 4).",
+        phrase("list[int], empty when it fails", "list[int]，失败时为空"),
+        phrase(
+            "Reads input registers of a Modbus RTU device at the control box (function 4).",
+            "读取控制柜侧 Modbus RTU 设备的输入寄存器（功能码 4）。",
+        ),
         |call| read(call, Port::Masterboard, Table::InputRegisters),
     )
     .waiting(),
@@ -267,8 +374,14 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_write_single_bit",
         &[SLAVE, ADDRESS, BIT, TIMEOUT_5, OLD_PORT],
-        "int, 1 when written, 0 when it fails",
-        "Writes one bit of a Modbus RTU device at the control box (function 5).",
+        phrase(
+            "int, 1 when written, 0 when it fails",
+            "int，已写入为 1，失败为 0",
+        ),
+        phrase(
+            "Writes one bit of a Modbus RTU device at the control box (function 5).",
+            "写控制柜侧 Modbus RTU 设备的一个线圈（功能码 5）。",
+        ),
         |call| write_coil(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
@@ -277,8 +390,14 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_write_bits",
         &[SLAVE, ADDRESS, BITS_TO_WRITE, TIMEOUT_5, OLD_PORT],
-        "int, how many were written, 0 when it fails",
-        "Writes bits of a Modbus RTU device at the control box (function 15).",
+        phrase(
+            "int, how many were written, 0 when it fails",
+            "int，写入的数量，失败时为 0",
+        ),
+        phrase(
+            "Writes bits of a Modbus RTU device at the control box (function 15).",
+            "写控制柜侧 Modbus RTU 设备的多个线圈（功能码 15）。",
+        ),
         |call| write_coils(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
@@ -287,8 +406,14 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_write_single_register",
         &[SLAVE, ADDRESS, REGISTER, TIMEOUT_5, OLD_PORT],
-        "int, 1 when written, 0 when it fails",
-        "Writes one register of a Modbus RTU device at the control box (function 6).",
+        phrase(
+            "int, 1 when written, 0 when it fails",
+            "int，已写入为 1，失败为 0",
+        ),
+        phrase(
+            "Writes one register of a Modbus RTU device at the control box (function 6).",
+            "写控制柜侧 Modbus RTU 设备的一个寄存器（功能码 6）。",
+        ),
         |call| write_register(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
@@ -297,8 +422,14 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_modbus_write_registers",
         &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_5, OLD_PORT],
-        "int, how many were written, 0 when it fails",
-        "Writes registers of a Modbus RTU device at the control box (function 16).",
+        phrase(
+            "int, how many were written, 0 when it fails",
+            "int，写入的数量，失败时为 0",
+        ),
+        phrase(
+            "Writes registers of a Modbus RTU device at the control box (function 16).",
+            "写控制柜侧 Modbus RTU 设备的多个寄存器（功能码 16）。",
+        ),
         |call| write_registers(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
@@ -328,7 +459,7 @@ fn ask(call: &mut Call<'_, '_>, port: Port, request: Request) -> Result<Option<R
     match done {
         Ok(reply) => Ok(Some(reply)),
         Err(error) => {
-            call.warn(error);
+            call.warn(&error);
             Ok(None)
         }
     }
@@ -378,7 +509,7 @@ fn write(
 fn data<T>(
     call: &mut Call<'_, '_>,
     most: usize,
-    what: &str,
+    what: &Text,
     convert: impl Fn(&Value) -> Option<T>,
 ) -> Result<Vec<T>, Unwind> {
     let value = call.required(2);
@@ -393,8 +524,8 @@ fn data<T>(
     };
     if items.is_empty() || items.len() > most {
         let allowed = match most {
-            1 => "one value".to_owned(),
-            _ => format!("1 to {most} values"),
+            1 => text!("one value", "一个值"),
+            _ => text!("1 to {most} values", "1 到 {most} 个值"),
         };
         return Err(call.not_allowed(2, &allowed, items.len()));
     }
@@ -408,8 +539,8 @@ fn data<T>(
     Ok(converted)
 }
 
-const LEVELS: &str = "True, False or an integer";
-const WORDS: &str = "an integer from 0 to 65535";
+const LEVELS: Text = text!("True, False or an integer", "True、False 或整数");
+const WORDS: Text = text!("an integer from 0 to 65535", "0 到 65535 的整数");
 
 fn level(value: &Value) -> Option<bool> {
     value.as_i64().map(|number| number != 0)
@@ -420,13 +551,13 @@ fn word(value: &Value) -> Option<u16> {
 }
 
 fn write_coil(call: &mut Call<'_, '_>, port: Port, result: WriteResult) -> Result<Value, Unwind> {
-    let levels = data(call, 1, LEVELS, level)?;
+    let levels = data(call, 1, &LEVELS, level)?;
     let request = Request::WriteCoil(address(call)?, levels == [true]);
     write(call, port, request, 1, result)
 }
 
 fn write_coils(call: &mut Call<'_, '_>, port: Port, result: WriteResult) -> Result<Value, Unwind> {
-    let levels = data(call, 1968, LEVELS, level)?;
+    let levels = data(call, 1968, &LEVELS, level)?;
     let count = levels.len();
     let request = Request::WriteCoils(address(call)?, levels);
     write(call, port, request, count, result)
@@ -437,7 +568,7 @@ fn write_register(
     port: Port,
     result: WriteResult,
 ) -> Result<Value, Unwind> {
-    let words = data(call, 1, WORDS, word)?;
+    let words = data(call, 1, &WORDS, word)?;
     let request =
         Request::WriteRegister(address(call)?, words.first().copied().unwrap_or_default());
     write(call, port, request, 1, result)
@@ -448,7 +579,7 @@ fn write_registers(
     port: Port,
     result: WriteResult,
 ) -> Result<Value, Unwind> {
-    let words = data(call, 123, WORDS, word)?;
+    let words = data(call, 123, &WORDS, word)?;
     let count = words.len();
     let request = Request::WriteRegisters(address(call)?, words);
     write(call, port, request, count, result)

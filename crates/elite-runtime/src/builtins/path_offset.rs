@@ -2,11 +2,12 @@
 //! them.
 
 use elite_lang::{ExceptionKind, Unwind, Value};
+use messages::text;
 use motion_api::{CommandKind, MotionCommand, OffsetAxes, OverlayCommand};
 
 use super::call::Call;
 use super::declare::{
-    Builtin, Category, FROM_OUTPUT, Parameter, ParameterDefault, ParameterType, Range,
+    Builtin, Category, FROM_OUTPUT, Parameter, ParameterDefault, ParameterType, Range, phrase,
 };
 
 /// The builtins of this kind.
@@ -15,32 +16,50 @@ pub const BUILTINS: &[Builtin] = &[
         name: "movep",
         section: FROM_OUTPUT,
         category: Category::Motion,
-        summary: "Moves the TCP along a straight line, and through blends at the same speed.",
+        summary: phrase(
+            "Moves the TCP along a straight line, and through blends at the same speed.",
+            "TCP 沿直线运动，并以相同速度通过过渡段。",
+        ),
         params: &[
             Parameter::new(
                 "pose",
                 ParameterType::Pose,
                 "m, rad",
-                "target TCP pose in the base frame",
+                phrase(
+                    "target TCP pose in the base frame",
+                    "基坐标系下的目标 TCP 位姿",
+                ),
             ),
             Parameter::new(
                 "a",
                 ParameterType::Number(Range::Positive),
                 "m/s^2",
-                "TCP acceleration",
+                phrase("TCP acceleration", "TCP 加速度"),
             )
             .or(ParameterDefault::Number(1.2)),
-            Parameter::new("v", ParameterType::Number(Range::Positive), "m/s", "TCP speed")
-                .or(ParameterDefault::Number(0.25)),
+            Parameter::new(
+                "v",
+                ParameterType::Number(Range::Positive),
+                "m/s",
+                phrase("TCP speed", "TCP 速度"),
+            )
+            .or(ParameterDefault::Number(0.25)),
             Parameter::new(
                 "r",
                 ParameterType::Number(Range::NotNegative),
                 "m",
-                "the blend is the arc that touches both lines at this distance from the target; 0 stops there",
+                phrase(
+                    "the blend is the arc that touches both lines at this distance from the \
+                     target; 0 stops there",
+                    "交融段是在距目标点该距离处与两条直线相切的圆弧；0 表示在目标点停下",
+                ),
             )
             .or(ParameterDefault::Number(0.0)),
         ],
-        returns: "nothing; returns when the target is reached or, with r > 0, its blend zone is entered",
+        returns: phrase(
+            "nothing; returns when the target is reached or, with r > 0, its blend zone is entered",
+            "无返回值；到达目标点时返回，r > 0 时进入交融区即返回",
+        ),
         waits: true,
         run: Some(movep),
     },
@@ -48,9 +67,12 @@ pub const BUILTINS: &[Builtin] = &[
         name: "path_offset_enable",
         section: FROM_OUTPUT,
         category: Category::Motion,
-        summary: "Offsets of the path count from now on, one set before as well.",
+        summary: phrase(
+            "Offsets of the path count from now on, one set before as well.",
+            "从现在起路径偏移生效，包括之前设置的偏移。",
+        ),
         params: &[],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(path_offset_enable),
     },
@@ -58,15 +80,22 @@ pub const BUILTINS: &[Builtin] = &[
         name: "path_offset_disable",
         section: FROM_OUTPUT,
         category: Category::Motion,
-        summary: "Ends offsets of the path: the joints brake, the next motion starts where the arm stands.",
+        summary: phrase(
+            "Ends offsets of the path: the joints brake, the next motion starts where the arm \
+             stands.",
+            "结束路径偏移：关节制动，下一运动从手臂停处开始。",
+        ),
         params: &[Parameter::new(
             "a",
             ParameterType::Number(Range::Positive),
             "rad/s^2",
-            "deceleration of the fastest joint",
+            phrase("deceleration of the fastest joint", "最快关节的减速度"),
         )
         .or(ParameterDefault::Number(20.0))],
-        returns: "nothing; returns when the arm stands",
+        returns: phrase(
+            "nothing; returns when the arm stands",
+            "无返回值；手臂停稳后返回",
+        ),
         waits: true,
         run: Some(path_offset_disable),
     },
@@ -74,17 +103,23 @@ pub const BUILTINS: &[Builtin] = &[
         name: "path_offset_set",
         section: FROM_OUTPUT,
         category: Category::Motion,
-        summary: "Lays an offset over the TCP's path; it is moved to within the limits of the arm.",
+        summary: phrase(
+            "Lays an offset over the TCP's path; it is moved to within the limits of the arm.",
+            "在 TCP 路径上叠加偏移；在手臂限制内逐渐移到该偏移。",
+        ),
         params: &[
             Parameter::new(
                 "offset",
                 ParameterType::Pose,
                 "m, rad",
-                "translation and rotation from the path",
+                phrase(
+                    "translation and rotation from the path",
+                    "相对路径的平移和旋转",
+                ),
             ),
             AXES,
         ],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(path_offset_set),
     },
@@ -92,9 +127,9 @@ pub const BUILTINS: &[Builtin] = &[
         name: "path_offset_get",
         section: FROM_OUTPUT,
         category: Category::Motion,
-        summary: "The offset that is in force.",
+        summary: phrase("The offset that is in force.", "当前生效的偏移。"),
         params: &[AXES],
-        returns: "list[6] float, m and rad",
+        returns: phrase("list[6] float, m and rad", "list[6] float，m 和 rad"),
         waits: false,
         run: Some(path_offset_get),
     },
@@ -102,14 +137,18 @@ pub const BUILTINS: &[Builtin] = &[
         name: "path_offset_set_alpha_filter",
         section: FROM_OUTPUT,
         category: Category::Motion,
-        summary: "Sets the filter of new offsets.",
+        summary: phrase("Sets the filter of new offsets.", "设置新偏移的滤波。"),
         params: &[Parameter::new(
             "alpha",
             ParameterType::Number(Range::Between(0.0, 1.0)),
             "",
-            "share of a new offset that is taken over in each cycle; 1, as at the start of a program, does not filter",
+            phrase(
+                "share of a new offset that is taken over in each cycle; 1, as at the start of a \
+                 program, does not filter",
+                "每个周期接受新偏移的比例；1（程序开始时的值）表示不滤波",
+            ),
         )],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(path_offset_set_alpha_filter),
     },
@@ -117,22 +156,31 @@ pub const BUILTINS: &[Builtin] = &[
         name: "path_offset_set_max_offset",
         section: FROM_OUTPUT,
         category: Category::Motion,
-        summary: "Sets how large offsets may be; beyond that is a protective stop.",
+        summary: phrase(
+            "Sets how large offsets may be; beyond that is a protective stop.",
+            "设置偏移的上限；超出时保护性停止。",
+        ),
         params: &[
             Parameter::new(
                 "translation",
                 ParameterType::Number(Range::NotNegative),
                 "m",
-                "largest translation, 0.1 at the start of a program",
+                phrase(
+                    "largest translation, 0.1 at the start of a program",
+                    "最大平移，程序开始时为 0.1",
+                ),
             ),
             Parameter::new(
                 "rotation",
                 ParameterType::Number(Range::NotNegative),
                 "rad",
-                "largest rotation, 0.5 at the start of a program",
+                phrase(
+                    "largest rotation, 0.5 at the start of a program",
+                    "最大旋转，程序开始时为 0.5",
+                ),
             ),
         ],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(path_offset_set_max_offset),
     },
@@ -140,9 +188,12 @@ pub const BUILTINS: &[Builtin] = &[
         name: "get_target_tcp_pose_along_path",
         section: FROM_OUTPUT,
         category: Category::Motion,
-        summary: "The TCP pose that the planned path asks for now, without offsets.",
+        summary: phrase(
+            "The TCP pose that the planned path asks for now, without offsets.",
+            "规划路径当前要求的 TCP 位姿，不含偏移。",
+        ),
         params: &[],
-        returns: "list[6] float, m and rad",
+        returns: phrase("list[6] float, m and rad", "list[6] float，m 和 rad"),
         waits: false,
         run: Some(|call| {
             let pose = call.context().robot().state().path_pose;
@@ -155,7 +206,11 @@ const AXES: Parameter = Parameter::new(
     "type",
     ParameterType::OneOf(&[1, 2, 3]),
     "",
-    "axes of the offset: 1 base, 2 TCP, 3 motion (X along the path, Y = X × the tool's Z, Z = X × Y)",
+    phrase(
+        "axes of the offset: 1 base, 2 TCP, 3 motion (X along the path, Y = X × the tool's Z, Z \
+         = X × Y)",
+        "偏移所用的轴：1 基座，2 TCP，3 运动（X 沿路径，Y = X × 工具的 Z，Z = X × Y）",
+    ),
 );
 
 fn movep(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
@@ -189,8 +244,9 @@ fn path_offset_set(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let offset = call.pose(0)?;
     let axes = axes(call, 1)?;
     if let Some(far) = offset.to_array().into_iter().find(|x| x.abs() > FARTHEST) {
-        let text = format!(
-            "path_offset_set(): offset must have components of at most {FARTHEST}, got {far}"
+        let text = text!(
+            "path_offset_set(): offset must have components of at most {FARTHEST}, got {far}",
+            "path_offset_set()：offset 的分量不能超过 {FARTHEST}，给出的是 {far}"
         );
         return Err(call.error(ExceptionKind::ValueError, text));
     }

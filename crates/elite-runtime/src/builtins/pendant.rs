@@ -3,10 +3,11 @@
 
 use ::kinematics::script_math;
 use elite_lang::{ExceptionKind, Unwind, Value};
+use messages::Text;
 use motion_api::IoChange;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, FROM_OUTPUT, Parameter, ParameterType};
+use super::declare::{Builtin, Category, FROM_OUTPUT, Parameter, ParameterType, Phrase, phrase};
 
 /// The builtins.
 pub const BUILTINS: &[Builtin] = &[
@@ -17,10 +18,13 @@ pub const BUILTINS: &[Builtin] = &[
         &[Parameter::required(
             "type",
             ParameterType::Integer(0, 1),
-            "0 hard, 1 soft",
+            phrase("0 hard, 1 soft", "0 硬，1 软"),
         )],
-        "nothing",
-        "How the arm brakes when it passes into reduced mode.",
+        phrase("nothing", "无返回值"),
+        phrase(
+            "How the arm brakes when it passes into reduced mode.",
+            "进入缩减模式时手臂的制动方式。",
+        ),
         |call| {
             let kind = call.byte(0)?;
             set(call, IoChange::SafetyHardness(kind))
@@ -33,10 +37,13 @@ pub const BUILTINS: &[Builtin] = &[
         &[Parameter::required(
             "mode",
             ParameterType::Integer(0, 3),
-            "kept with the tool's configuration",
+            phrase("kept with the tool's configuration", "随工具配置保存"),
         )],
-        "nothing",
-        "What the digital pins of the tool are used for.",
+        phrase("nothing", "无返回值"),
+        phrase(
+            "What the digital pins of the tool are used for.",
+            "工具数字引脚的用途。",
+        ),
         |call| {
             let mode = call.byte(0)?;
             set(call, IoChange::ToolDigitalMode(mode))
@@ -51,48 +58,61 @@ pub const BUILTINS: &[Builtin] = &[
                 "origin",
                 ParameterType::Numbers(3),
                 "m",
-                "where the frame lies",
+                phrase("where the frame lies", "坐标系的原点"),
             ),
             Parameter::required(
                 "x_direction",
                 ParameterType::Numbers(3),
-                "direction of its X axis",
+                phrase("direction of its X axis", "X 轴的方向"),
             ),
             Parameter::required(
                 "y_direction",
                 ParameterType::Numbers(3),
-                "its Y axis is on this side of X, at a right angle to it",
+                phrase(
+                    "its Y axis is on this side of X, at a right angle to it",
+                    "Y 轴位于 X 轴的这一侧并与之垂直",
+                ),
             ),
         ],
-        "list[6] float, m and rad",
-        "A frame as a pose, from an origin and two directions.",
+        phrase("list[6] float, m and rad", "list[6] float，m 和 rad"),
+        phrase(
+            "A frame as a pose, from an origin and two directions.",
+            "由原点和两个方向得到坐标系位姿。",
+        ),
         cal_rpy_frame,
     ),
     copying(
         "elicopy.copy",
-        "A copy of a value, as copy.copy of Python; there without import.",
+        phrase(
+            "A copy of a value, as copy.copy of Python; there without import.",
+            "值的浅拷贝，同 Python 的 copy.copy；无需导入。",
+        ),
     ),
     copying(
         "elicopy.deepcopy",
-        "A copy of a value and of all it holds, as copy.deepcopy of Python; there without import.",
+        phrase(
+            "A copy of a value and of all it holds, as copy.deepcopy of Python; there without \
+             import.",
+            "值及其内容的深拷贝，同 Python 的 copy.deepcopy；无需导入。",
+        ),
     ),
 ];
 
 const COPIED: &[Parameter] = &[Parameter::required(
     "x",
     ParameterType::Custom("any"),
-    "what is copied",
+    phrase("what is copied", "要拷贝的对象"),
 )];
 
 /// Functions of the language, named here for the listing.
-const fn copying(name: &'static str, summary: &'static str) -> Builtin {
+const fn copying(name: &'static str, summary: Phrase) -> Builtin {
     Builtin {
         name,
         section: FROM_OUTPUT,
         category: Category::Other,
         summary,
         params: COPIED,
-        returns: "the copy",
+        returns: phrase("the copy", "拷贝"),
         waits: false,
         run: None,
     }
@@ -107,6 +127,6 @@ fn cal_rpy_frame(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (origin, x, y) = (call.numbers(0)?, call.numbers(1)?, call.numbers(2)?);
     match script_math::cal_rpy_frame(origin, x, y) {
         Ok(frame) => Ok(Value::list_of_f64(&frame.to_array())),
-        Err(error) => Err(call.error(ExceptionKind::ValueError, error.to_string())),
+        Err(error) => Err(call.error(ExceptionKind::ValueError, Text::of(&error))),
     }
 }

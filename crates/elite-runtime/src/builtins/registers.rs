@@ -4,26 +4,33 @@ use elite_lang::{Unwind, Value};
 use motion_api::IoChange;
 
 use super::call::Call;
-use super::declare::{Builtin, Category::Register, Parameter, ParameterType, Range};
+use super::declare::{Builtin, Category::Register, Parameter, ParameterType, Range, phrase};
 
 const BIT: Parameter = Parameter::required(
     "address",
     ParameterType::Integer(0, 127),
-    "number of the register",
+    phrase("number of the register", "寄存器编号"),
 );
 const NUMBER: Parameter = Parameter::required(
     "address",
     ParameterType::Integer(0, 47),
-    "number of the register",
+    phrase("number of the register", "寄存器编号"),
 );
-const LEVEL: Parameter = Parameter::required("value", ParameterType::Boolean, "what to store");
+const LEVEL: Parameter = Parameter::required(
+    "value",
+    ParameterType::Boolean,
+    phrase("what to store", "要存入的值"),
+);
 const INTEGER: Parameter = Parameter::required(
     "value",
     ParameterType::Integer(i32::MIN as i64, i32::MAX as i64),
-    "what to store",
+    phrase("what to store", "要存入的值"),
 );
-const FLOAT: Parameter =
-    Parameter::required("value", ParameterType::Number(Range::Any), "what to store");
+const FLOAT: Parameter = Parameter::required(
+    "value",
+    ParameterType::Number(Range::Any),
+    phrase("what to store", "要存入的值"),
+);
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -32,8 +39,8 @@ pub const BUILTINS: &[Builtin] = &[
         "5.37",
         "read_input_boolean_register",
         &[BIT],
-        "bool",
-        "Value of a boolean input register.",
+        phrase("bool", "bool"),
+        phrase("Value of a boolean input register.", "布尔输入寄存器的值。"),
         |call| {
             let n = call.byte(0)?;
             Ok(Value::Bool(
@@ -46,8 +53,8 @@ pub const BUILTINS: &[Builtin] = &[
         "5.38",
         "read_input_float_register",
         &[NUMBER],
-        "float",
-        "Value of a float input register.",
+        phrase("float", "float"),
+        phrase("Value of a float input register.", "浮点输入寄存器的值。"),
         |call| {
             let n = call.byte(0)?;
             Ok(Value::Float(
@@ -60,8 +67,11 @@ pub const BUILTINS: &[Builtin] = &[
         "5.39",
         "read_input_integer_register",
         &[NUMBER],
-        "int",
-        "Value of an integer input register.",
+        phrase("int", "int"),
+        phrase(
+            "Value of an integer input register.",
+            "整数输入寄存器的值。",
+        ),
         |call| {
             let n = call.byte(0)?;
             Ok(integer(call.context().robot().registers().input.integer(n)))
@@ -72,8 +82,11 @@ pub const BUILTINS: &[Builtin] = &[
         "5.40",
         "read_output_boolean_register",
         &[BIT],
-        "bool",
-        "Value of a boolean output register.",
+        phrase("bool", "bool"),
+        phrase(
+            "Value of a boolean output register.",
+            "布尔输出寄存器的值。",
+        ),
         |call| {
             let n = call.byte(0)?;
             call.await_register_changes()?;
@@ -87,8 +100,8 @@ pub const BUILTINS: &[Builtin] = &[
         "5.41",
         "read_output_float_register",
         &[NUMBER],
-        "float",
-        "Value of a float output register.",
+        phrase("float", "float"),
+        phrase("Value of a float output register.", "浮点输出寄存器的值。"),
         |call| {
             let n = call.byte(0)?;
             call.await_register_changes()?;
@@ -102,8 +115,11 @@ pub const BUILTINS: &[Builtin] = &[
         "5.42",
         "read_output_integer_register",
         &[NUMBER],
-        "int",
-        "Value of an integer output register.",
+        phrase("int", "int"),
+        phrase(
+            "Value of an integer output register.",
+            "整数输出寄存器的值。",
+        ),
         |call| {
             let n = call.byte(0)?;
             call.await_register_changes()?;
@@ -117,8 +133,11 @@ pub const BUILTINS: &[Builtin] = &[
         "5.43",
         "write_output_boolean_register",
         &[BIT, LEVEL],
-        "nothing",
-        "Stores a truth value in an output register.",
+        phrase("nothing", "无返回值"),
+        phrase(
+            "Stores a truth value in an output register.",
+            "把真值写入输出寄存器。",
+        ),
         write_boolean,
     ),
     Builtin::new(
@@ -126,8 +145,11 @@ pub const BUILTINS: &[Builtin] = &[
         "5.44",
         "write_output_float_register",
         &[NUMBER, FLOAT],
-        "nothing",
-        "Stores a number in an output register.",
+        phrase("nothing", "无返回值"),
+        phrase(
+            "Stores a number in an output register.",
+            "把数写入输出寄存器。",
+        ),
         write_float,
     ),
     Builtin::new(
@@ -135,8 +157,11 @@ pub const BUILTINS: &[Builtin] = &[
         "5.45",
         "write_output_integer_register",
         &[NUMBER, INTEGER],
-        "nothing",
-        "Stores a 32-bit integer in an output register.",
+        phrase("nothing", "无返回值"),
+        phrase(
+            "Stores a 32-bit integer in an output register.",
+            "把 32 位整数写入输出寄存器。",
+        ),
         write_integer,
     ),
 ];

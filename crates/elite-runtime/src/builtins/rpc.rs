@@ -5,17 +5,25 @@ use std::rc::Rc;
 use elite_lang::{ExceptionKind, MethodHandler, NativeCall, NativeContext, Unwind, Value};
 use io_bus::xmlrpc::codec::DEPTH_MAX;
 use io_bus::xmlrpc::{RpcClient, RpcUrl, RpcValue};
+use messages::text;
 
 use super::call::Call;
-use super::declare::{Builtin, Category::Rpc, Parameter, ParameterType};
+use super::declare::{Builtin, Category::Rpc, Parameter, ParameterType, phrase};
 use crate::external::call_external;
 use crate::task::TaskContext;
 
-const TYPE: Parameter = Parameter::required("type", ParameterType::Word(&["xmlrpc"]), "protocol");
+const TYPE: Parameter = Parameter::required(
+    "type",
+    ParameterType::Word(&["xmlrpc"]),
+    phrase("protocol", "协议"),
+);
 const URL: Parameter = Parameter::required(
     "url",
     ParameterType::Text,
-    "\"ip:port\", which means the path /RPC2, or \"http://ip:port/path\"",
+    phrase(
+        "\"ip:port\", which means the path /RPC2, or \"http://ip:port/path\"",
+        "\"ip:port\"（路径为 /RPC2）或 \"http://ip:port/path\"",
+    ),
 );
 
 /// The builtins of this chapter.
@@ -24,8 +32,14 @@ pub const BUILTINS: &[Builtin] = &[Builtin::new(
     "7.2.1",
     "rpc_factory",
     &[TYPE, URL],
-    "a handle; calling any of its methods calls the server's",
-    "Makes a handle for remote calls; connects at the first call.",
+    phrase(
+        "a handle; calling any of its methods calls the server's",
+        "句柄；调用其任何方法即调用服务器的同名方法",
+    ),
+    phrase(
+        "Makes a handle for remote calls; connects at the first call.",
+        "创建远程调用句柄；首次调用时连接。",
+    ),
     rpc_factory,
 )];
 
@@ -37,7 +51,7 @@ fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         Err(error) => {
             return Err(call.error(
                 ExceptionKind::ValueError,
-                format!("rpc_factory(): url {error}"),
+                text!("rpc_factory(): url {error}", "rpc_factory()：url {error}"),
             ));
         }
     };
@@ -73,9 +87,10 @@ impl Remote {
             let job = async move { client.call(&name, &arguments).await };
             match super::call::wait_for_future(&self.context, native, method, job)? {
                 Ok(value) => native.recurse(|_| Ok(from_rpc(value))),
-                Err(error) => {
-                    Err(native.raise(ExceptionKind::RuntimeError, format!("{method}(): {error}")))
-                }
+                Err(error) => Err(native.raise(
+                    ExceptionKind::RuntimeError,
+                    text!("{method}(): {error}", "{method}()：{error}"),
+                )),
             }
         })
     }
@@ -92,7 +107,10 @@ pub fn to_rpc(
     depth: usize,
 ) -> Result<RpcValue, Unwind> {
     if depth > DEPTH_MAX {
-        let text = format!("{method}(): an argument is nested deeper than {DEPTH_MAX}");
+        let text = text!(
+            "{method}(): an argument is nested deeper than {DEPTH_MAX}",
+            "{method}()：参数嵌套超过 {DEPTH_MAX} 层"
+        );
         return Err(native.raise(ExceptionKind::ValueError, text));
     }
     let simple = match value {
@@ -129,8 +147,9 @@ fn containing(
         let mut members = Vec::new();
         for (key, value) in entries {
             let Some(name) = key.as_str().map(str::to_owned) else {
-                let text = format!(
+                let text = text!(
                     "{method}(): the keys of a dictionary must be texts, not {}",
+                    "{method}()：字典的键必须是文本，不能是 {}",
                     key.type_name()
                 );
                 return Err(native.raise(ExceptionKind::TypeError, text));
@@ -139,8 +158,9 @@ fn containing(
         }
         return Ok(RpcValue::Struct(members));
     }
-    let text = format!(
+    let text = text!(
         "{method}(): {} cannot be sent; allowed are None, bool, int, float, str, bytes, list, tuple and dict",
+        "{method}()：{} 不能发送；允许 None、bool、int、float、str、bytes、list、tuple 和 dict",
         value.type_name()
     );
     Err(native.raise(ExceptionKind::TypeError, text))

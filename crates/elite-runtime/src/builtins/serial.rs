@@ -3,7 +3,6 @@
 //! A line that is closed, in the other mode or broken makes reads empty and writes fail by value, with a line in the
 //! log; arguments outside their range raise. The functions of the 2.14.5 edition mean the port of the control box.
 
-use std::fmt::Display;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
@@ -12,10 +11,11 @@ use std::time::Duration;
 use elite_lang::{Unwind, Value};
 use io_bus::Fieldbus;
 use io_bus::serial::{SerialLine, SerialMode, SerialSettings};
+use messages::{Localized, Text, text};
 
 use super::call::Call;
 use super::declare::{
-    Builtin, Category::Serial, Parameter, ParameterDefault, ParameterType, Range,
+    Builtin, Category::Serial, Parameter, ParameterDefault, ParameterType, Range, phrase,
 };
 
 /// Sub code of the alarm "the port belongs to a plug-in" (manual 5.32).
@@ -48,89 +48,121 @@ const BAUD: ParameterType = ParameterType::OneOf(&[
     2400, 4800, 9600, 19200, 38400, 57600, 115_200, 230_400, 460_800, 500_000, 921_600,
 ]);
 
-const ENABLED: Parameter =
-    Parameter::required("enabled", ParameterType::Boolean, "open or close the port");
+const ENABLED: Parameter = Parameter::required(
+    "enabled",
+    ParameterType::Boolean,
+    phrase("open or close the port", "打开或关闭端口"),
+);
 const TOOL_BAUD_RATE: Parameter =
-    Parameter::required("baud_rate", TOOL_BAUD, "baud rate").in_unit("baud");
+    Parameter::required("baud_rate", TOOL_BAUD, phrase("baud rate", "波特率")).in_unit("baud");
 const PARITY: Parameter = Parameter::required(
     "parity",
     ParameterType::Integer(0, 2),
-    "0 none, 1 odd, 2 even",
+    phrase("0 none, 1 odd, 2 even", "校验位：0 无，1 奇，2 偶"),
 )
 .also(&["parity_bit"]);
-const STOP_BITS: Parameter =
-    Parameter::required("stop_bits", ParameterType::Integer(1, 2), "stop bits");
-const TOOL_SIZE: Parameter = Parameter::required("size", ParameterType::OneOf(&[8]), "data bits")
-    .or(ParameterDefault::Integer(8))
-    .in_unit("bit");
+const STOP_BITS: Parameter = Parameter::required(
+    "stop_bits",
+    ParameterType::Integer(1, 2),
+    phrase("stop bits", "停止位"),
+);
+const TOOL_SIZE: Parameter = Parameter::required(
+    "size",
+    ParameterType::OneOf(&[8]),
+    phrase("data bits", "数据位"),
+)
+.or(ParameterDefault::Integer(8))
+.in_unit("bit");
 const MODBUS_RTU: Parameter = Parameter::required(
     "modbus_rtu",
     ParameterType::Boolean,
-    "True: Modbus RTU, False: bytes",
+    phrase(
+        "True: Modbus RTU, False: bytes",
+        "True：Modbus RTU；False：字节流",
+    ),
 )
 .or(ParameterDefault::Boolean(false));
 const USAGE: Parameter = Parameter::required(
     "usage",
     ParameterType::Integer(0, 1),
-    "0 scripts use the port, 1 a plug-in does",
+    phrase(
+        "0 scripts use the port, 1 a plug-in does",
+        "0 由脚本使用端口，1 由插件使用",
+    ),
 )
 .or(ParameterDefault::Integer(0));
-const ENABLE: Parameter =
-    Parameter::required("enable", ParameterType::Boolean, "open or close the port");
-const BAUD_OR_DEFAULT: Parameter = Parameter::required("baud", BAUD, "baud rate")
+const ENABLE: Parameter = Parameter::required(
+    "enable",
+    ParameterType::Boolean,
+    phrase("open or close the port", "打开或关闭端口"),
+);
+const BAUD_OR_DEFAULT: Parameter = Parameter::required("baud", BAUD, phrase("baud rate", "波特率"))
     .or(ParameterDefault::Integer(115_200))
     .in_unit("baud");
 const PARITY_OR_DEFAULT: Parameter = PARITY.or(ParameterDefault::Integer(1));
-const STOP_BIT_OR_DEFAULT: Parameter =
-    Parameter::required("stop_bit", ParameterType::Integer(1, 2), "stop bits")
-        .or(ParameterDefault::Integer(1));
+const STOP_BIT_OR_DEFAULT: Parameter = Parameter::required(
+    "stop_bit",
+    ParameterType::Integer(1, 2),
+    phrase("stop bits", "停止位"),
+)
+.or(ParameterDefault::Integer(1));
 const SIZE_OR_DEFAULT: Parameter = Parameter::required(
     "size",
     ParameterType::Integer(7, 8),
-    "data bits; 8 for Modbus RTU",
+    phrase("data bits; 8 for Modbus RTU", "数据位；Modbus RTU 时为 8"),
 )
 .or(ParameterDefault::Integer(8))
 .in_unit("bit");
-const OLD_BAUD: Parameter = Parameter::required("baud", BAUD, "baud rate").in_unit("baud");
+const OLD_BAUD: Parameter =
+    Parameter::required("baud", BAUD, phrase("baud rate", "波特率")).in_unit("baud");
 const OLD_PARITY: Parameter = Parameter::required(
     "parity_bit",
     ParameterType::Integer(0, 2),
-    "0 none, 1 odd, 2 even",
+    phrase("0 none, 1 odd, 2 even", "校验位：0 无，1 奇，2 偶"),
 )
 .also(&["parity"]);
-const OLD_STOP_BIT: Parameter =
-    Parameter::required("stop_bit", ParameterType::Integer(1, 2), "stop bits");
+const OLD_STOP_BIT: Parameter = Parameter::required(
+    "stop_bit",
+    ParameterType::Integer(1, 2),
+    phrase("stop bits", "停止位"),
+);
 const OLD_SIZE: Parameter = Parameter::required(
     "size",
     ParameterType::Integer(7, 8),
-    "data bits; 8 for Modbus RTU",
+    phrase("data bits; 8 for Modbus RTU", "数据位；Modbus RTU 时为 8"),
 )
 .in_unit("bit");
 const OLD_MODBUS_RTU: Parameter = Parameter::required(
     "modbus_rtu",
     ParameterType::Boolean,
-    "True: Modbus RTU, False: bytes",
+    phrase(
+        "True: Modbus RTU, False: bytes",
+        "True：Modbus RTU；False：字节流",
+    ),
 );
 const READ_COUNT: Parameter = Parameter::required(
     "read_count",
     ParameterType::Integer(0, READ_BYTES_MAX),
-    "bytes to read",
+    phrase("bytes to read", "要读取的字节数"),
 );
 const LEN: Parameter = Parameter::required(
     "len",
     ParameterType::Integer(0, READ_BYTES_MAX),
-    "bytes to read",
+    phrase("bytes to read", "要读取的字节数"),
 );
 const IS_NUMBER: Parameter = Parameter::required(
     "is_number",
     ParameterType::Boolean,
-    "True: a list of integers, False: bytes",
+    phrase(
+        "True: a list of integers, False: bytes",
+        "True：返回整数列表；False：返回 bytes",
+    ),
 );
 const IS_NUMBER_OR_DEFAULT: Parameter = IS_NUMBER.or(ParameterDefault::Boolean(true));
 const TIME_OUT: Parameter = Parameter::required(
     "time_out",
     ParameterType::Number(Range::Any),
-    "0 or less waits for ever",
+    phrase("0 or less waits for ever", "不大于 0 时一直等待"),
 )
 .also(&["timeout"])
 .in_unit("s");
@@ -138,7 +170,7 @@ const OLD_TIME_OUT: Parameter = TIME_OUT.or(ParameterDefault::Number(0.1));
 const TIMEOUT_OR_DEFAULT: Parameter = Parameter::required(
     "timeout",
     ParameterType::Number(Range::Any),
-    "0 or less waits for ever",
+    phrase("0 or less waits for ever", "不大于 0 时一直等待"),
 )
 .also(&["time_out"])
 .or(ParameterDefault::Number(0.1))
@@ -147,18 +179,24 @@ const DATA_KIND: ParameterType = ParameterType::Custom("str, int, list[int], byt
 const WRITE_DATA: Parameter = Parameter::required(
     "write_data",
     DATA_KIND,
-    "what to send; the low 8 bits of integers",
+    phrase(
+        "what to send; the low 8 bits of integers",
+        "要发送的内容；整数只取低 8 位",
+    ),
 );
 const DATA: Parameter = Parameter::required(
     "data",
     DATA_KIND,
-    "what to send; the low 8 bits of integers",
+    phrase(
+        "what to send; the low 8 bits of integers",
+        "要发送的内容；整数只取低 8 位",
+    ),
 );
 /// The device of the 2.14.5 edition; every name the editions use is the port of the control box.
 pub(super) const OLD_PORT: Parameter = Parameter::required(
     "port",
     ParameterType::Word(&["_dev_ttymxc0", "/dev/ttymxc0", "/dev/ttyS2"]),
-    "the port of the control box",
+    phrase("the port of the control box", "控制柜的端口"),
 )
 .or(ParameterDefault::Text("_dev_ttymxc0"));
 
@@ -169,8 +207,11 @@ pub const BUILTINS: &[Builtin] = &[
         "5.31",
         "tool_serial_is_open",
         &[],
-        "bool",
-        "Whether the serial port of the tool is open.",
+        phrase("bool", "bool"),
+        phrase(
+            "Whether the serial port of the tool is open.",
+            "工具串口是否已打开。",
+        ),
         |call| is_open(call, Port::Tool),
     ),
     Builtin::new(
@@ -186,8 +227,14 @@ pub const BUILTINS: &[Builtin] = &[
             MODBUS_RTU,
             USAGE,
         ],
-        "bool, True when the port is open",
-        "Opens or closes the serial port of the tool.",
+        phrase(
+            "bool, True when the port is open",
+            "bool，端口已打开为 True",
+        ),
+        phrase(
+            "Opens or closes the serial port of the tool.",
+            "打开或关闭工具串口。",
+        ),
         |call| config(call, Port::Tool),
     ),
     Builtin::new(
@@ -195,8 +242,14 @@ pub const BUILTINS: &[Builtin] = &[
         "5.33",
         "tool_serial_read",
         &[READ_COUNT, IS_NUMBER, TIME_OUT],
-        "list[int] or bytes: what came in time",
-        "Reads from the serial port of the tool.",
+        phrase(
+            "list[int] or bytes: what came in time",
+            "list[int] 或 bytes：限时内收到的内容",
+        ),
+        phrase(
+            "Reads from the serial port of the tool.",
+            "从工具串口读取。",
+        ),
         |call| read(call, Port::Tool),
     )
     .waiting(),
@@ -205,8 +258,11 @@ pub const BUILTINS: &[Builtin] = &[
         "5.34",
         "tool_serial_write",
         &[WRITE_DATA],
-        "int, bytes sent; 0 or less is a failure",
-        "Writes to the serial port of the tool.",
+        phrase(
+            "int, bytes sent; 0 or less is a failure",
+            "int，已发送的字节数；不大于 0 为失败",
+        ),
+        phrase("Writes to the serial port of the tool.", "向工具串口写入。"),
         |call| {
             let sent = write(call, Port::Tool)?;
             Ok(Value::Int(sent as i64))
@@ -217,8 +273,14 @@ pub const BUILTINS: &[Builtin] = &[
         "8.1.1",
         "tool_serial_mode",
         &[],
-        "str: MODBUS-RTU, RS485 or CLOSE",
-        "What the serial port of the tool is used for.",
+        phrase(
+            "str: MODBUS-RTU, RS485 or CLOSE",
+            "str：MODBUS-RTU、RS485 或 CLOSE",
+        ),
+        phrase(
+            "What the serial port of the tool is used for.",
+            "工具串口当前的用途。",
+        ),
         |call| mode_name(call, Port::Tool),
     ),
     Builtin::new(
@@ -233,8 +295,11 @@ pub const BUILTINS: &[Builtin] = &[
             SIZE_OR_DEFAULT,
             MODBUS_RTU,
         ],
-        "bool, True when configured",
-        "Opens or closes the serial port of the control box.",
+        phrase("bool, True when configured", "bool，配置成功为 True"),
+        phrase(
+            "Opens or closes the serial port of the control box.",
+            "打开或关闭控制柜串口。",
+        ),
         |call| config(call, Port::Masterboard),
     ),
     Builtin::new(
@@ -242,8 +307,14 @@ pub const BUILTINS: &[Builtin] = &[
         "8.1.3",
         "masterboard_serial_read",
         &[READ_COUNT, IS_NUMBER_OR_DEFAULT, TIMEOUT_OR_DEFAULT],
-        "list[int] or bytes: what came in time",
-        "Reads from the serial port of the control box.",
+        phrase(
+            "list[int] or bytes: what came in time",
+            "list[int] 或 bytes：限时内收到的内容",
+        ),
+        phrase(
+            "Reads from the serial port of the control box.",
+            "从控制柜串口读取。",
+        ),
         |call| read(call, Port::Masterboard),
     )
     .waiting(),
@@ -252,8 +323,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.1.4",
         "masterboard_serial_write",
         &[DATA],
-        "bool, True when sent",
-        "Writes to the serial port of the control box.",
+        phrase("bool, True when sent", "bool，已发送为 True"),
+        phrase(
+            "Writes to the serial port of the control box.",
+            "向控制柜串口写入。",
+        ),
         write_masterboard,
     ),
     Builtin::new(
@@ -261,8 +335,14 @@ pub const BUILTINS: &[Builtin] = &[
         "8.1.5",
         "masterboard_serial_mode",
         &[],
-        "int: 0 closed, 1 RS-485, 2 Modbus RTU",
-        "What the serial port of the control box is used for.",
+        phrase(
+            "int: 0 closed, 1 RS-485, 2 Modbus RTU",
+            "int：0 关闭，1 RS-485，2 Modbus RTU",
+        ),
+        phrase(
+            "What the serial port of the control box is used for.",
+            "控制柜串口当前的用途。",
+        ),
         |call| {
             Ok(Value::Int(
                 match Port::Masterboard.line(call.context().fieldbus()).mode() {
@@ -278,8 +358,11 @@ pub const BUILTINS: &[Builtin] = &[
         "8.1.6",
         "masterboard_serial_flush",
         &[],
-        "nothing",
-        "Drops what the port of the control box has received and nobody has read.",
+        phrase("nothing", "无返回值"),
+        phrase(
+            "Drops what the port of the control box has received and nobody has read.",
+            "丢弃控制柜串口已收到而未读取的内容。",
+        ),
         flush,
     ),
     Builtin::new(
@@ -295,8 +378,11 @@ pub const BUILTINS: &[Builtin] = &[
             OLD_MODBUS_RTU,
             OLD_PORT,
         ],
-        "bool, True when configured",
-        "As masterboard_serial_config, in the edition 2.14.5.",
+        phrase("bool, True when configured", "bool，配置成功为 True"),
+        phrase(
+            "As masterboard_serial_config, in the edition 2.14.5.",
+            "同 masterboard_serial_config（2.14.5 版的名称）。",
+        ),
         |call| {
             call.word(6)?;
             config(call, Port::Masterboard)
@@ -307,8 +393,14 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_read",
         &[LEN, IS_NUMBER_OR_DEFAULT, OLD_TIME_OUT, OLD_PORT],
-        "list[int] or bytes: what came in time",
-        "As masterboard_serial_read, in the edition 2.14.5.",
+        phrase(
+            "list[int] or bytes: what came in time",
+            "list[int] 或 bytes：限时内收到的内容",
+        ),
+        phrase(
+            "As masterboard_serial_read, in the edition 2.14.5.",
+            "同 masterboard_serial_read（2.14.5 版的名称）。",
+        ),
         |call| {
             call.word(3)?;
             read(call, Port::Masterboard)
@@ -320,8 +412,11 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_write",
         &[DATA, OLD_PORT],
-        "bool, True when sent",
-        "As masterboard_serial_write, in the edition 2.14.5.",
+        phrase("bool, True when sent", "bool，已发送为 True"),
+        phrase(
+            "As masterboard_serial_write, in the edition 2.14.5.",
+            "同 masterboard_serial_write（2.14.5 版的名称）。",
+        ),
         |call| {
             call.word(1)?;
             write_masterboard(call)
@@ -332,8 +427,11 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_is_open",
         &[OLD_PORT],
-        "bool",
-        "Whether the serial port of the control box is open, in the edition 2.14.5.",
+        phrase("bool", "bool"),
+        phrase(
+            "Whether the serial port of the control box is open, in the edition 2.14.5.",
+            "控制柜串口是否已打开（2.14.5 版的名称）。",
+        ),
         |call| {
             call.word(0)?;
             is_open(call, Port::Masterboard)
@@ -344,8 +442,14 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_mode",
         &[OLD_PORT],
-        "str: MODBUS-RTU, RS485 or CLOSE",
-        "What the serial port of the control box is used for, in the edition 2.14.5.",
+        phrase(
+            "str: MODBUS-RTU, RS485 or CLOSE",
+            "str：MODBUS-RTU、RS485 或 CLOSE",
+        ),
+        phrase(
+            "What the serial port of the control box is used for, in the edition 2.14.5.",
+            "控制柜串口当前的用途（2.14.5 版的名称）。",
+        ),
         |call| {
             call.word(0)?;
             mode_name(call, Port::Masterboard)
@@ -356,8 +460,11 @@ pub const BUILTINS: &[Builtin] = &[
         "2.14.5",
         "serial_flush",
         &[OLD_PORT],
-        "nothing",
-        "As masterboard_serial_flush, in the edition 2.14.5.",
+        phrase("nothing", "无返回值"),
+        phrase(
+            "As masterboard_serial_flush, in the edition 2.14.5.",
+            "同 masterboard_serial_flush（2.14.5 版的名称）。",
+        ),
         |call| {
             call.word(0)?;
             flush(call)
@@ -386,7 +493,10 @@ pub(super) fn check_not_daemon(call: &mut Call<'_, '_>, port: Port) -> Result<()
     match port.line(call.context().fieldbus()).settings() {
         Some(settings) if settings.is_daemon_owned => Err(call.alarm(
             USED_BY_DAEMON,
-            "the serial port is in Daemon use (usage 1), scripts cannot access it",
+            &text!(
+                "the serial port is in Daemon use (usage 1), scripts cannot access it",
+                "串口由 Daemon 使用（usage 1），脚本不能访问"
+            ),
         )),
         _ => Ok(()),
     }
@@ -394,11 +504,11 @@ pub(super) fn check_not_daemon(call: &mut Call<'_, '_>, port: Port) -> Result<()
 
 /// What a line does for a program is done on the thread of the line: what passes between the two is not in the account
 /// of the task, which gets copies of results and of what is said of errors.
-pub(super) fn on_line_thread<T: Clone + 'static, E: Display>(
+pub(super) fn on_line_thread<T: Clone + 'static, E: Localized>(
     call: &mut Call<'_, '_>,
     work: impl Future<Output = Result<T, E>> + 'static,
-) -> Result<Result<T, String>, Unwind> {
-    let work = async move { work.await.map_err(|error| error.to_string()) };
+) -> Result<Result<T, Text>, Unwind> {
+    let work = async move { work.await.map_err(|error| Text::of(&error)) };
     let theirs = call.wait_for_future(UnmeteredFuture(Box::pin(work)))?;
     let own = theirs.clone();
     task_memory::uncounted(|| drop(theirs));
@@ -438,7 +548,7 @@ fn config(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Unwind> {
         async move { port.line(&fieldbus).configure(wanted).await },
     )?;
     if let Err(error) = &done {
-        call.warn(error);
+        call.warn(&error);
     }
     Ok(Value::Bool(match port {
         // The open state of the port; for the other whether it was configured.
@@ -456,7 +566,7 @@ fn read(call: &mut Call<'_, '_>, port: Port) -> Result<Value, Unwind> {
         port.line(&fieldbus).read(count, patience).await
     })?;
     let bytes = received.unwrap_or_else(|error| {
-        call.warn(error);
+        call.warn(&error);
         Vec::new()
     });
     Ok(if as_numbers {
@@ -484,7 +594,10 @@ fn write(call: &mut Call<'_, '_>, port: Port) -> Result<usize, Unwind> {
     let Some(bytes) = bytes else {
         return Err(call.not_this_type(
             0,
-            "a text, an integer, a list of integers, bytes or a bytearray",
+            &text!(
+                "a text, an integer, a list of integers, bytes or a bytearray",
+                "文本、整数、整数的列表、bytes 或 bytearray"
+            ),
         ));
     };
     check_not_daemon(call, port)?;
@@ -495,7 +608,7 @@ fn write(call: &mut Call<'_, '_>, port: Port) -> Result<usize, Unwind> {
         async move { port.line(&fieldbus).write(theirs).await },
     )?;
     Ok(sent.unwrap_or_else(|error| {
-        call.warn(error);
+        call.warn(&error);
         0
     }))
 }
@@ -511,12 +624,15 @@ fn flush(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         // Everything written has left already: writes wait for that.
         let flush = fieldbus.masterboard_serial.flush();
         match tokio::time::timeout(FLUSH_TIME, flush).await {
-            Ok(done) => done.map_err(|error| error.to_string()),
-            Err(_elapsed) => Err("another thread is reading from the port".to_owned()),
+            Ok(done) => done.map_err(|error| Text::of(&error)),
+            Err(_elapsed) => Err(text!(
+                "another thread is reading from the port",
+                "另一个线程正在读取该串口"
+            )),
         }
     })?;
     if let Err(error) = done {
-        call.warn(error);
+        call.warn(&error);
     }
     Ok(Value::None)
 }

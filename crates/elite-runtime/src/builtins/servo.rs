@@ -5,7 +5,9 @@ use elite_lang::{Unwind, Value};
 use motion_api::{CommandKind, OnlineCommand};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
+use super::declare::{
+    Builtin, Category, Parameter, ParameterDefault, ParameterType, Range, phrase,
+};
 
 /// The builtins of these sections.
 pub const BUILTINS: &[Builtin] = &[
@@ -13,32 +15,49 @@ pub const BUILTINS: &[Builtin] = &[
         name: "servoj",
         section: "3.1.6",
         category: Category::Motion,
-        summary: "Leads the joints along a stream of positions, one call a point.",
+        summary: phrase(
+            "Leads the joints along a stream of positions, one call a point.",
+            "让关节跟随一串位置，每次调用给出一个点。",
+        ),
         params: &[
-            Parameter::new("q", ParameterType::Joints, "rad", "target joint positions"),
+            Parameter::new(
+                "q",
+                ParameterType::Joints,
+                "rad",
+                phrase("target joint positions", "目标关节位置"),
+            ),
             Parameter::new(
                 "t",
                 ParameterType::Number(Range::Positive),
                 "s",
-                "how long this point leads the arm; the call lasts as long",
+                phrase(
+                    "how long this point leads the arm; the call lasts as long",
+                    "该点引导手臂的时长；调用持续同样长的时间",
+                ),
             )
             .or(ParameterDefault::Number(0.004)),
             Parameter::new(
                 "lookahead_time",
                 ParameterType::Number(Range::Any),
                 "s",
-                "length of the mean filter, 0.03 to 0.2: longer is smoother and later",
+                phrase(
+                    "length of the mean filter, 0.03 to 0.2: longer is smoother and later",
+                    "均值滤波的长度，0.03 到 0.2：越长越平滑，也越滞后",
+                ),
             )
             .or(ParameterDefault::Number(0.1)),
             Parameter::new(
                 "gain",
                 ParameterType::Number(Range::Any),
                 "",
-                "100 to 2000: higher follows faster",
+                phrase(
+                    "100 to 2000: higher follows faster",
+                    "100 到 2000：越大跟随越快",
+                ),
             )
             .or(ParameterDefault::Number(300.0)),
         ],
-        returns: "nothing; returns after t",
+        returns: phrase("nothing; returns after t", "无返回值；t 之后返回"),
         waits: true,
         run: Some(servoj),
     },
@@ -46,18 +65,32 @@ pub const BUILTINS: &[Builtin] = &[
         name: "speedj",
         section: "3.1.25",
         category: Category::Motion,
-        summary: "Accelerates the joints to speeds and keeps them until the next motion command.",
+        summary: phrase(
+            "Accelerates the joints to speeds and keeps them until the next motion command.",
+            "关节加速到给定速度并保持，直到下一条运动指令。",
+        ),
         params: &[
-            Parameter::new("qd", ParameterType::Numbers(6), "rad/s", "joint speeds"),
+            Parameter::new(
+                "qd",
+                ParameterType::Numbers(6),
+                "rad/s",
+                phrase("joint speeds", "关节速度"),
+            ),
             Parameter::new(
                 "a",
                 ParameterType::Number(Range::Positive),
                 "rad/s^2",
-                "acceleration of the joint that changes most",
+                phrase(
+                    "acceleration of the joint that changes most",
+                    "变化最大的关节的加速度",
+                ),
             ),
             DURATION,
         ],
-        returns: "nothing; returns after t, without t when the speeds are reached",
+        returns: phrase(
+            "nothing; returns after t, without t when the speeds are reached",
+            "无返回值；t 之后返回，不给出 t 时达到速度即返回",
+        ),
         waits: true,
         run: Some(speedj),
     },
@@ -65,14 +98,17 @@ pub const BUILTINS: &[Builtin] = &[
         name: "stopj",
         section: "3.1.26",
         category: Category::Motion,
-        summary: "Brings all joints to rest.",
+        summary: phrase("Brings all joints to rest.", "让所有关节停下。"),
         params: &[Parameter::new(
             "a",
             ParameterType::Number(Range::Positive),
             "rad/s^2",
-            "deceleration of the fastest joint",
+            phrase("deceleration of the fastest joint", "最快关节的减速度"),
         )],
-        returns: "nothing; returns when the arm stands",
+        returns: phrase(
+            "nothing; returns when the arm stands",
+            "无返回值；手臂停稳后返回",
+        ),
         waits: true,
         run: Some(stopj),
     },
@@ -80,30 +116,42 @@ pub const BUILTINS: &[Builtin] = &[
         name: "speedl",
         section: "3.1.27",
         category: Category::Motion,
-        summary: "Accelerates the TCP to a velocity and keeps it until the next motion command.",
+        summary: phrase(
+            "Accelerates the TCP to a velocity and keeps it until the next motion command.",
+            "TCP 加速到给定速度并保持，直到下一条运动指令。",
+        ),
         params: &[
             Parameter::new(
                 "xd",
                 ParameterType::Numbers(6),
                 "m/s, rad/s",
-                "TCP velocity in the base frame: linear, then angular",
+                phrase(
+                    "TCP velocity in the base frame: linear, then angular",
+                    "基坐标系下的 TCP 速度：先线速度，后角速度",
+                ),
             ),
             Parameter::new(
                 "a",
                 ParameterType::Number(Range::Positive),
                 "m/s^2",
-                "linear acceleration",
+                phrase("linear acceleration", "线加速度"),
             ),
             DURATION,
             Parameter::new(
                 "aRot",
                 ParameterType::Number(Range::Positive),
                 "rad/s^2",
-                "angular acceleration; default: the number of a; counts only when t is given",
+                phrase(
+                    "angular acceleration; default: the number of a; counts only when t is given",
+                    "角加速度；默认取 a 的数值；只在给出 t 时起作用",
+                ),
             )
             .or(ParameterDefault::Symbolic("a")),
         ],
-        returns: "nothing; returns after t, without t when the velocity is reached",
+        returns: phrase(
+            "nothing; returns after t, without t when the velocity is reached",
+            "无返回值；t 之后返回，不给出 t 时达到速度即返回",
+        ),
         waits: true,
         run: Some(speedl),
     },
@@ -111,14 +159,20 @@ pub const BUILTINS: &[Builtin] = &[
         name: "stopl",
         section: "3.1.28",
         category: Category::Motion,
-        summary: "Brings the TCP to rest on its line.",
+        summary: phrase(
+            "Brings the TCP to rest on its line.",
+            "让 TCP 沿其直线停下。",
+        ),
         params: &[Parameter::new(
             "a",
             ParameterType::Number(Range::Positive),
             "m/s^2",
-            "deceleration of the TCP",
+            phrase("deceleration of the TCP", "TCP 的减速度"),
         )],
-        returns: "nothing; returns when the arm stands",
+        returns: phrase(
+            "nothing; returns when the arm stands",
+            "无返回值；手臂停稳后返回",
+        ),
         waits: true,
         run: Some(stopl),
     },
@@ -128,7 +182,10 @@ const DURATION: Parameter = Parameter::new(
     "t",
     ParameterType::Number(Range::NotNegative),
     "s",
-    "when the call returns; without it when the speed is reached",
+    phrase(
+        "when the call returns; without it when the speed is reached",
+        "调用返回的时刻；不给出时达到速度即返回",
+    ),
 )
 .or(ParameterDefault::Symbolic(""));
 

@@ -7,10 +7,11 @@ use std::rc::Rc;
 
 use elite_lang::{ExceptionKind, Unwind, Value};
 use io_bus::{PeerStream, ScriptSocket};
+use messages::text;
 
 use super::call::Call;
 use super::declare::{
-    Builtin, Category::Socket, Parameter, ParameterDefault, ParameterType, Range,
+    Builtin, Category::Socket, Parameter, ParameterDefault, ParameterType, Range, phrase,
 };
 use crate::value_text::compact_text;
 
@@ -26,67 +27,96 @@ const DEFAULT_NAME: &str = "socket_0";
 const NAME: Parameter = Parameter::required(
     "socket_name",
     ParameterType::Text,
-    "name of the connection; empty means socket_0",
+    phrase(
+        "name of the connection; empty means socket_0",
+        "连接名称；空表示 socket_0",
+    ),
 )
 .or(ParameterDefault::Text(DEFAULT_NAME));
 const TIMEOUT: Parameter = Parameter::required(
     "timeout",
     ParameterType::Number(Range::Any),
-    "0 or less waits for ever",
+    phrase("0 or less waits for ever", "不大于 0 时一直等待"),
 )
 .or(ParameterDefault::Number(2.0))
 .in_unit("s");
-const NUMBER: Parameter = Parameter::required("number", ParameterType::Integer(1, 30), "how many");
-const BYTES: Parameter = Parameter::required("number", ParameterType::Integer(1, 512), "how many");
+const NUMBER: Parameter = Parameter::required(
+    "number",
+    ParameterType::Integer(1, 30),
+    phrase("how many", "数量"),
+);
+const BYTES: Parameter = Parameter::required(
+    "number",
+    ParameterType::Integer(1, 512),
+    phrase("how many", "数量"),
+);
 const ADDRESS: Parameter = Parameter::required(
     "address",
     ParameterType::Text,
-    "address or name of the server",
+    phrase("address or name of the server", "服务器的地址或名称"),
 );
 const PORT: Parameter = Parameter::required(
     "port",
     ParameterType::Integer(1, 65535),
-    "TCP port of the server",
+    phrase("TCP port of the server", "服务器的 TCP 端口"),
 );
-const VAR_NAME: Parameter =
-    Parameter::required("var_name", ParameterType::Text, "name of the variable");
-const SET_NAME: Parameter =
-    Parameter::required("name", ParameterType::Text, "name of the variable");
+const VAR_NAME: Parameter = Parameter::required(
+    "var_name",
+    ParameterType::Text,
+    phrase("name of the variable", "变量名"),
+);
+const SET_NAME: Parameter = Parameter::required(
+    "name",
+    ParameterType::Text,
+    phrase("name of the variable", "变量名"),
+);
 const SET_VALUE: Parameter = Parameter::required(
     "value",
     ParameterType::Integer(i64::MIN, i64::MAX),
-    "its value",
+    phrase("its value", "其值"),
 );
-const PREFIX: Parameter =
-    Parameter::required("prefix", ParameterType::Text, "text before the wanted part")
-        .or(ParameterDefault::Text(""));
-const SUFFIX: Parameter =
-    Parameter::required("suffix", ParameterType::Text, "text after the wanted part")
-        .or(ParameterDefault::Text(""));
+const PREFIX: Parameter = Parameter::required(
+    "prefix",
+    ParameterType::Text,
+    phrase("text before the wanted part", "所需部分之前的文本"),
+)
+.or(ParameterDefault::Text(""));
+const SUFFIX: Parameter = Parameter::required(
+    "suffix",
+    ParameterType::Text,
+    phrase("text after the wanted part", "所需部分之后的文本"),
+)
+.or(ParameterDefault::Text(""));
 const BYTE_LIST: Parameter = Parameter::required(
     "value",
     ParameterType::Custom("list[int]"),
-    "bytes, 0 to 255 each",
+    phrase("bytes, 0 to 255 each", "字节，每个 0 到 255"),
 );
 const BYTE: Parameter = Parameter::required(
     "value",
     ParameterType::Custom("int or str"),
-    "a number, of which the low 8 bits are sent, or one ASCII character",
+    phrase(
+        "a number, of which the low 8 bits are sent, or one ASCII character",
+        "一个数（发送其低 8 位）或一个 ASCII 字符",
+    ),
 );
 const INT: Parameter = Parameter::required(
     "value",
     ParameterType::Integer(i32::MIN as i64, i32::MAX as i64),
-    "the number",
+    phrase("the number", "数"),
 );
-const LINE: Parameter = Parameter::required("str", ParameterType::Text, "the text");
+const LINE: Parameter = Parameter::required("str", ParameterType::Text, phrase("the text", "文本"));
 const LINEFEED: Parameter = Parameter::required(
     "linefeed_type",
     ParameterType::Integer(0, 2),
-    "0 \\n, 1 \\r, 2 \\r\\n",
+    phrase("0 \\n, 1 \\r, 2 \\r\\n", "0 为 \\n，1 为 \\r，2 为 \\r\\n"),
 )
 .or(ParameterDefault::Integer(0));
-const ANYTHING: Parameter =
-    Parameter::required("str", ParameterType::Printable, "sent as str() shows it");
+const ANYTHING: Parameter = Parameter::required(
+    "str",
+    ParameterType::Printable,
+    phrase("sent as str() shows it", "按 str() 的形式发送"),
+);
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -95,8 +125,11 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.1",
         "socket_open",
         &[ADDRESS, PORT, NAME],
-        "bool, True when connected",
-        "Connects to a server, within 2 s; a connection that still stands is kept.",
+        phrase("bool, True when connected", "bool，已连接为 True"),
+        phrase(
+            "Connects to a server, within 2 s; a connection that still stands is kept.",
+            "在 2 秒内连接服务器；仍然有效的连接会保留。",
+        ),
         socket_open,
     )
     .waiting(),
@@ -105,8 +138,8 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.2",
         "socket_close",
         &[NAME],
-        "nothing",
-        "Closes a connection.",
+        phrase("nothing", "无返回值"),
+        phrase("Closes a connection.", "关闭连接。"),
         socket_close,
     ),
     Builtin::new(
@@ -114,8 +147,8 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.3",
         "socket_is_connected",
         &[NAME],
-        "bool",
-        "Whether the connection stands.",
+        phrase("bool", "bool"),
+        phrase("Whether the connection stands.", "连接是否有效。"),
         socket_is_connected,
     ),
     Builtin::new(
@@ -123,8 +156,11 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.4",
         "socket_get_var",
         &[VAR_NAME, NAME],
-        "int of 32 bits, 0 when it fails",
-        "Asks the server for an integer: GET name, answered by name value, within 2 s.",
+        phrase("int of 32 bits, 0 when it fails", "32 位 int，失败时为 0"),
+        phrase(
+            "Asks the server for an integer: GET name, answered by name value, within 2 s.",
+            "向服务器询问整数：发送 GET 名称，2 秒内以“名称 值”应答。",
+        ),
         socket_get_var,
     )
     .waiting(),
@@ -133,8 +169,14 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.5",
         "socket_read_ascii_float",
         &[NUMBER, NAME, TIMEOUT],
-        "list: how many came, then the numbers, nan where none came",
-        "Reads numbers in parentheses, apart by commas or blanks.",
+        phrase(
+            "list: how many came, then the numbers, nan where none came",
+            "list：先是收到的个数，后是各数，未收到处为 nan",
+        ),
+        phrase(
+            "Reads numbers in parentheses, apart by commas or blanks.",
+            "读取括号内以逗号或空格分隔的数。",
+        ),
         socket_read_ascii_float,
     )
     .waiting(),
@@ -143,8 +185,14 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.6",
         "socket_read_binary_integer",
         &[NUMBER, NAME, TIMEOUT],
-        "list: how many came, then the integers, -1 where none came",
-        "Reads integers of 32 bits in network byte order.",
+        phrase(
+            "list: how many came, then the integers, -1 where none came",
+            "list：先是收到的个数，后是各整数，未收到处为 -1",
+        ),
+        phrase(
+            "Reads integers of 32 bits in network byte order.",
+            "读取网络字节序的 32 位整数。",
+        ),
         socket_read_binary_integer,
     )
     .waiting(),
@@ -153,8 +201,11 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.7",
         "socket_read_byte_list",
         &[BYTES, NAME, TIMEOUT],
-        "list: how many came, then the bytes, -1 where none came",
-        "Reads bytes.",
+        phrase(
+            "list: how many came, then the bytes, -1 where none came",
+            "list：先是收到的个数，后是各字节，未收到处为 -1",
+        ),
+        phrase("Reads bytes.", "读取字节。"),
         socket_read_byte_list,
     )
     .waiting(),
@@ -163,8 +214,8 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.8",
         "socket_send_byte_list",
         &[BYTE_LIST, NAME],
-        "int, bytes sent",
-        "Sends bytes.",
+        phrase("int, bytes sent", "int，已发送的字节数"),
+        phrase("Sends bytes.", "发送字节。"),
         socket_send_byte_list,
     ),
     Builtin::new(
@@ -172,8 +223,14 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.9",
         "socket_read_string",
         &[NAME, PREFIX, SUFFIX, TIMEOUT],
-        "str, empty when it fails; at most 2047 bytes",
-        "Reads the text between prefix and suffix; the rest stays for the next call.",
+        phrase(
+            "str, empty when it fails; at most 2047 bytes",
+            "str，失败时为空；最多 2047 字节",
+        ),
+        phrase(
+            "Reads the text between prefix and suffix; the rest stays for the next call.",
+            "读取前缀与后缀之间的文本；其余留给下次调用。",
+        ),
         socket_read_string,
     )
     .waiting(),
@@ -182,8 +239,8 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.10",
         "socket_send_byte",
         &[BYTE, NAME],
-        "bool, True when sent",
-        "Sends one byte.",
+        phrase("bool, True when sent", "bool，已发送为 True"),
+        phrase("Sends one byte.", "发送一个字节。"),
         socket_send_byte,
     ),
     Builtin::new(
@@ -191,8 +248,11 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.11",
         "socket_send_int",
         &[INT, NAME],
-        "bool, True when sent",
-        "Sends an integer of 32 bits in network byte order.",
+        phrase("bool, True when sent", "bool，已发送为 True"),
+        phrase(
+            "Sends an integer of 32 bits in network byte order.",
+            "以网络字节序发送 32 位整数。",
+        ),
         socket_send_int,
     ),
     Builtin::new(
@@ -200,8 +260,8 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.12",
         "socket_send_line",
         &[LINE, LINEFEED, NAME],
-        "bool, True when sent",
-        "Sends a text and a line end.",
+        phrase("bool, True when sent", "bool，已发送为 True"),
+        phrase("Sends a text and a line end.", "发送文本和换行。"),
         socket_send_line,
     ),
     Builtin::new(
@@ -209,8 +269,11 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.13",
         "socket_send_string",
         &[ANYTHING, NAME],
-        "bool, True when sent",
-        "Sends a text, or another value in the form of to_str().",
+        phrase("bool, True when sent", "bool，已发送为 True"),
+        phrase(
+            "Sends a text, or another value in the form of to_str().",
+            "发送文本，或按 to_str() 的形式发送其他值。",
+        ),
         socket_send_string,
     ),
     Builtin::new(
@@ -218,8 +281,8 @@ pub const BUILTINS: &[Builtin] = &[
         "7.1.14",
         "socket_set_var",
         &[SET_NAME, SET_VALUE, NAME],
-        "nothing",
-        "Sends SET name value.",
+        phrase("nothing", "无返回值"),
+        phrase("Sends SET name value.", "发送 SET 名称 值。"),
         socket_set_var,
     ),
 ];
@@ -252,8 +315,9 @@ fn socket_open(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     }
     sockets.borrow_mut().remove(&name);
     if sockets.borrow().len() >= SOCKETS_MAX {
-        let text = format!(
-            "socket_open(): {SOCKETS_MAX} sockets are open already, more are not allowed; close one with socket_close()"
+        let text = text!(
+            "socket_open(): {SOCKETS_MAX} sockets are open already, more are not allowed; close one with socket_close()",
+            "socket_open()：已打开 {SOCKETS_MAX} 个连接，不能再多；请用 socket_close() 关闭一个"
         );
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
@@ -377,7 +441,10 @@ fn send_all(call: &mut Call<'_, '_>, index: usize, bytes: Vec<u8>) -> Result<Val
 
 fn socket_send_byte_list(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let Some(items) = call.required(0).as_items() else {
-        return Err(call.not_this_type(0, "a list of bytes (0 to 255)"));
+        return Err(call.not_this_type(
+            0,
+            &text!("a list of bytes (0 to 255)", "字节（0 到 255）的列表"),
+        ));
     };
     let mut bytes = Vec::with_capacity(items.len());
     for item in items {
@@ -385,7 +452,11 @@ fn socket_send_byte_list(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
             Some(Ok(byte)) => bytes.push(byte),
             _ => {
                 let shown = call.native().repr(&item)?;
-                return Err(call.not_allowed(0, "a list of integers from 0 to 255", shown));
+                return Err(call.not_allowed(
+                    0,
+                    &text!("a list of integers from 0 to 255", "0 到 255 的整数的列表"),
+                    shown,
+                ));
             }
         }
     }
@@ -398,12 +469,21 @@ fn socket_send_byte(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         Some([byte]) => *byte,
         Some(_) => {
             let shown = call.native().repr(&value)?;
-            return Err(call.not_allowed(0, "one ASCII character or an integer", shown));
+            return Err(call.not_allowed(
+                0,
+                &text!("one ASCII character or an integer", "一个 ASCII 字符或整数"),
+                shown,
+            ));
         }
         None => match value.as_i64() {
             // The low 8 bits, as the manual says.
             Some(number) => number as u8,
-            None => return Err(call.not_this_type(0, "one ASCII character or an integer")),
+            None => {
+                return Err(call.not_this_type(
+                    0,
+                    &text!("one ASCII character or an integer", "一个 ASCII 字符或整数"),
+                ));
+            }
         },
     };
     send_all(call, 1, vec![byte])

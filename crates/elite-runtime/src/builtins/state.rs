@@ -5,11 +5,11 @@ use elite_lang::{Unwind, Value};
 use motion_api::{OnlineCommand, RobotState, SensingCommand, SettingCommand};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, phrase};
 
 /// A builtin without parameters that reads the latest state.
 macro_rules! getter {
-    ($name:literal, $section:literal, $summary:literal, $returns:literal, $read:expr $(,)?) => {
+    ($name:literal, $section:literal, $summary:expr, $returns:expr, $read:expr $(,)?) => {
         Builtin {
             name: $name,
             section: $section,
@@ -31,109 +31,146 @@ pub const BUILTINS: &[Builtin] = &[
     getter!(
         "get_actual_joint_speeds",
         "3.1.5",
-        "Measured joint speeds.",
-        "list[6] float, rad/s",
+        phrase("Measured joint speeds.", "实际关节速度。"),
+        phrase("list[6] float, rad/s", "list[6] float，rad/s"),
         |state| { Value::list_of_f64(&state.actual_qd.0) }
     ),
     getter!(
         "get_actual_tcp_speed",
         "3.1.8",
-        "Measured TCP velocity in the base frame: linear, then angular.",
-        "list[6] float, m/s and rad/s",
+        phrase(
+            "Measured TCP velocity in the base frame: linear, then angular.",
+            "基坐标系下的实际 TCP 速度：先线速度，后角速度。"
+        ),
+        phrase(
+            "list[6] float, m/s and rad/s",
+            "list[6] float，m/s 和 rad/s"
+        ),
         |state| { Value::list_of_f64(&state.actual_tcp_speed) }
     ),
     getter!(
         "get_controller_temperature",
         "3.1.9",
-        "Temperature of the control box.",
-        "float, °C",
+        phrase("Temperature of the control box.", "控制柜温度。"),
+        phrase("float, °C", "float，°C"),
         |state| { Value::Float(state.controller_temperature) }
     ),
     getter!(
         "get_joint_temperatures",
         "3.1.10",
-        "Temperatures of the joints.",
-        "list[6] float, °C",
+        phrase("Temperatures of the joints.", "各关节温度。"),
+        phrase("list[6] float, °C", "list[6] float，°C"),
         |state| { Value::list_of_f64(&state.joint_temperatures) }
     ),
     getter!(
         "get_joint_torques",
         "3.1.11",
-        "Joint torques less what the arm needs for its own motion: about 0 while nothing touches it.",
-        "list[6] float, Nm",
+        phrase(
+            "Joint torques less what the arm needs for its own motion: about 0 while nothing \
+             touches it.",
+            "关节力矩减去手臂自身运动所需的部分：无接触时约为 0。"
+        ),
+        phrase("list[6] float, Nm", "list[6] float，Nm"),
         |state| Value::list_of_f64(&state.external_torque.0.map(|torque| -torque)),
     ),
     getter!(
         "get_target_joint_speeds",
         "3.1.13",
-        "Commanded joint speeds.",
-        "list[6] float, rad/s",
+        phrase("Commanded joint speeds.", "目标关节速度。"),
+        phrase("list[6] float, rad/s", "list[6] float，rad/s"),
         |state| { Value::list_of_f64(&state.target_qd.0) }
     ),
     getter!(
         "get_target_tcp_pose",
         "3.1.14",
-        "Commanded TCP pose in the base frame.",
-        "list[6] float, m and rad",
+        phrase(
+            "Commanded TCP pose in the base frame.",
+            "基坐标系下的目标 TCP 位姿。"
+        ),
+        phrase("list[6] float, m and rad", "list[6] float，m 和 rad"),
         |state| { Value::list_of_f64(&state.target_tcp_pose.to_array()) }
     ),
     getter!(
         "get_target_tcp_speed",
         "3.1.15",
-        "Commanded TCP velocity in the base frame: linear, then angular.",
-        "list[6] float, m/s and rad/s",
+        phrase(
+            "Commanded TCP velocity in the base frame: linear, then angular.",
+            "基坐标系下的目标 TCP 速度：先线速度，后角速度。"
+        ),
+        phrase(
+            "list[6] float, m/s and rad/s",
+            "list[6] float，m/s 和 rad/s"
+        ),
         |state| { Value::list_of_f64(&state.target_tcp_speed) }
     ),
     Builtin {
         name: "set_gravity",
         section: "3.1.16",
         category: Category::Motion,
-        summary: "Sets the acceleration that the mounted arm feels: away from the centre of the earth.",
+        summary: phrase(
+            "Sets the acceleration that the mounted arm feels: away from the centre of the earth.",
+            "设置手臂安装后感受到的加速度：方向背离地心。",
+        ),
         params: &[Parameter::new(
             "d",
             ParameterType::Numbers(3),
             "m/s^2",
-            "in the base frame; [0, 0, 9.82] for an upright arm",
+            phrase(
+                "in the base frame; [0, 0, 9.82] for an upright arm",
+                "基坐标系下的值；正装手臂为 [0, 0, 9.82]",
+            ),
         )],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(set_gravity),
     },
     getter!(
         "get_target_payload_cog",
         "3.1.18",
-        "Centre of gravity of the active payload in the flange frame.",
-        "list[3] float, m",
+        phrase(
+            "Centre of gravity of the active payload in the flange frame.",
+            "当前负载在法兰坐标系下的重心。"
+        ),
+        phrase("list[3] float, m", "list[3] float，m"),
         |state| Value::list_of_f64(state.payload.cog.as_slice()),
     ),
     getter!(
         "get_target_payload_mass",
         "3.1.19",
-        "Mass of the active payload.",
-        "float, kg",
+        phrase("Mass of the active payload.", "当前负载的质量。"),
+        phrase("float, kg", "float，kg"),
         |state| Value::Float(state.payload.mass),
     ),
     getter!(
         "get_target_waypoint",
         "3.1.34",
-        "TCP pose that the motion under way leads to; the commanded pose without one.",
-        "list[6] float, m and rad",
+        phrase(
+            "TCP pose that the motion under way leads to; the commanded pose without one.",
+            "当前运动要到达的 TCP 位姿；没有运动时为目标位姿。"
+        ),
+        phrase("list[6] float, m and rad", "list[6] float，m 和 rad"),
         |state| Value::list_of_f64(&state.target_waypoint.to_array()),
     ),
     getter!(
         "get_tcp_offset",
         "3.1.36",
-        "Active TCP relative to the flange.",
-        "list[6] float, m and rad",
+        phrase(
+            "Active TCP relative to the flange.",
+            "当前 TCP 相对于法兰的位姿。"
+        ),
+        phrase("list[6] float, m and rad", "list[6] float，m 和 rad"),
         |state| Value::list_of_f64(&state.tcp_offset.to_array()),
     ),
     Builtin {
         name: "get_actual_tool_flange_pose",
         section: "3.1.33",
         category: Category::Motion,
-        summary: "Measured pose of the tool flange in the base frame.",
+        summary: phrase(
+            "Measured pose of the tool flange in the base frame.",
+            "基坐标系下的实际工具法兰位姿。",
+        ),
         params: &[],
-        returns: "list[6] float, m and rad",
+        returns: phrase("list[6] float, m and rad", "list[6] float，m 和 rad"),
         waits: false,
         run: Some(get_actual_tool_flange_pose),
     },
@@ -141,24 +178,33 @@ pub const BUILTINS: &[Builtin] = &[
         name: "freedrive_mode",
         section: "3.1.41",
         category: Category::Motion,
-        summary: "Lets the arm be led by hand along and about the free axes.",
+        summary: phrase(
+            "Lets the arm be led by hand along and about the free axes.",
+            "允许用手沿自由轴拖动手臂。",
+        ),
         params: &[
             Parameter::new(
                 "freeAxes",
                 ParameterType::Booleans(Some(6)),
                 "",
-                "1 for every one of x, y, z, rx, ry, rz that may move",
+                phrase(
+                    "1 for every one of x, y, z, rx, ry, rz that may move",
+                    "x、y、z、rx、ry、rz 中允许移动的各项为 1",
+                ),
             )
             .or(ParameterDefault::Ones),
             Parameter::new(
                 "frame",
                 ParameterType::Frame,
                 "m, rad",
-                "whose axes: a pose relative to the base, \"base\" or \"tool\"",
+                phrase(
+                    "whose axes: a pose relative to the base, \"base\" or \"tool\"",
+                    "采用哪个坐标系的轴：相对基座的位姿、\"base\" 或 \"tool\"",
+                ),
             )
             .or(ParameterDefault::Zeros),
         ],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(freedrive_mode),
     },
@@ -166,9 +212,15 @@ pub const BUILTINS: &[Builtin] = &[
         name: "end_freedrive_mode",
         section: "3.1.42",
         category: Category::Motion,
-        summary: "Back to position control; the end of the task does it too.",
+        summary: phrase(
+            "Back to position control; the end of the task does it too.",
+            "回到位置控制；任务结束时也会自动退出。",
+        ),
         params: &[],
-        returns: "nothing; the arm comes to rest meanwhile, and the next motion waits for that",
+        returns: phrase(
+            "nothing; the arm comes to rest meanwhile, and the next motion waits for that",
+            "无返回值；手臂随后停稳，下一个运动会等待",
+        ),
         waits: false,
         run: Some(end_freedrive_mode),
     },
@@ -176,43 +228,49 @@ pub const BUILTINS: &[Builtin] = &[
         name: "set_collision_detect_enabled",
         section: "3.1.43",
         category: Category::Motion,
-        summary: "Switches collision detection on or off.",
+        summary: phrase(
+            "Switches collision detection on or off.",
+            "开启或关闭碰撞检测。",
+        ),
         params: &[Parameter::new(
             "enabled",
             ParameterType::Boolean,
             "",
-            "True switches it on",
+            phrase("True switches it on", "True 为开启"),
         )],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(set_collision_detect_enabled),
     },
     getter!(
         "is_collision_detect_enabled",
         "3.1.44",
-        "Whether collision detection is on.",
-        "bool",
+        phrase("Whether collision detection is on.", "碰撞检测是否开启。"),
+        phrase("bool", "bool"),
         |state| Value::Bool(state.collision_detection),
     ),
     getter!(
         "get_dyn_collision_force_min_ratio",
         "3.1.45",
-        "Sensitivity of collision detection.",
-        "int, %",
+        phrase("Sensitivity of collision detection.", "碰撞检测的灵敏度。"),
+        phrase("int, %", "int，%"),
         |state| Value::Int(state.collision_sensitivity as i64),
     ),
     Builtin {
         name: "set_dyn_collision_force_min_ratio",
         section: "3.1.46",
         category: Category::Motion,
-        summary: "Sets the sensitivity of collision detection; 100 is the most sensitive.",
+        summary: phrase(
+            "Sets the sensitivity of collision detection; 100 is the most sensitive.",
+            "设置碰撞检测的灵敏度；100 最灵敏。",
+        ),
         params: &[Parameter::new(
             "ratio",
             ParameterType::Integer(10, 100),
             "%",
-            "sensitivity",
+            phrase("sensitivity", "灵敏度"),
         )],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(set_dyn_collision_force_min_ratio),
     },

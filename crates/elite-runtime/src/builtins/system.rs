@@ -1,10 +1,13 @@
 //! Manual 9.2, 9.3 and 9.5, and `print` and `sync` of 1.2: the task's own state, messages, time, flags.
 
 use elite_lang::{ExceptionKind, Unwind, Value};
+use messages::{Text, text};
 use motion_api::{MachineCommand, Seconds};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
+use super::declare::{
+    Builtin, Category, Parameter, ParameterDefault, ParameterType, Phrase, Range, phrase,
+};
 use crate::message::{Message, Severity};
 use crate::panel::{FLAGS, Operator, Popup, PopupStyle, WatchdogAction, is_rtsi_input};
 use crate::task::{Effect, TaskRequest, Wait};
@@ -15,47 +18,74 @@ pub const BUILTINS: &[Builtin] = &[
         name: "print",
         section: "1.2.2",
         category: Category::Other,
-        summary: "Writes the values, joined by one blank, to the log; to standard output under `run`.",
+        summary: phrase(
+            "Writes the values, joined by one blank, to the log; to standard output under `run`.",
+            "把各值以一个空格连接后写入日志；用 `run` 运行时写到标准输出。",
+        ),
         params: &[Parameter {
             default: ParameterDefault::EmptyTuple,
             ..parameter(
                 "values",
                 ParameterType::Variadic,
-                "what to write; Python's keywords sep and end work too",
+                phrase(
+                    "what to write; Python's keywords sep and end work too",
+                    "要输出的内容；也可用 Python 的关键字参数 sep 和 end",
+                ),
             )
         }],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: None,
     },
     Builtin {
         name: "sync",
         section: "1.2.5",
-        summary: "Gives up the rest of the control cycle and goes on in the next one.",
+        summary: phrase(
+            "Gives up the rest of the control cycle and goes on in the next one.",
+            "让出本控制周期的剩余时间，在下一周期继续。",
+        ),
         waits: true,
         ..system(sync)
     },
     Builtin {
         name: "pause",
         section: "9.2.1",
-        summary: "Holds the whole task until it is resumed from outside; the arm decelerates on its path.",
+        summary: phrase(
+            "Holds the whole task until it is resumed from outside; the arm decelerates on its \
+             path.",
+            "暂停整个任务直到外部恢复；手臂在路径上减速。",
+        ),
         ..system(pause)
     },
     Builtin {
         name: "halt",
         section: "9.2.2",
-        summary: "Ends the whole task, as a success.",
+        summary: phrase(
+            "Ends the whole task, as a success.",
+            "结束整个任务，视为成功。",
+        ),
         ..system(halt)
     },
     Builtin {
         name: "textmsg",
         section: "9.3.1",
-        summary: "Writes both parts, joined, to the log.",
+        summary: phrase(
+            "Writes both parts, joined, to the log.",
+            "把两部分连接后写入日志。",
+        ),
         params: &[
-            parameter("s1", ParameterType::Printable, "first part"),
+            parameter(
+                "s1",
+                ParameterType::Printable,
+                phrase("first part", "第一部分"),
+            ),
             Parameter {
                 default: ParameterDefault::EmptyText,
-                ..parameter("s2", ParameterType::Printable, "second part")
+                ..parameter(
+                    "s2",
+                    ParameterType::Printable,
+                    phrase("second part", "第二部分"),
+                )
             },
         ],
         ..system(textmsg)
@@ -63,30 +93,53 @@ pub const BUILTINS: &[Builtin] = &[
     Builtin {
         name: "popup",
         section: "9.3.2",
-        summary: "Shows a window; with blocking=True the thread waits until it is closed, \
+        summary: phrase(
+            "Shows a window; with blocking=True the thread waits until it is closed, \
                   except in a secondary program.",
+            "显示弹窗；blocking=True 时线程等待其关闭，次级程序中除外。",
+        ),
         params: &[
-            parameter("s", ParameterType::Printable, "what it says"),
+            parameter(
+                "s",
+                ParameterType::Printable,
+                phrase("what it says", "显示的内容"),
+            ),
             Parameter {
                 default: ParameterDefault::Text("Popup"),
-                ..parameter("title", ParameterType::Printable, "the window's title")
+                ..parameter(
+                    "title",
+                    ParameterType::Printable,
+                    phrase("the window's title", "窗口标题"),
+                )
             },
-            flag("warning", "looks like a warning"),
-            flag("error", "looks like an error; stronger than warning"),
-            flag("blocking", "wait until the window is closed"),
+            flag("warning", phrase("looks like a warning", "以警告样式显示")),
+            flag(
+                "error",
+                phrase(
+                    "looks like an error; stronger than warning",
+                    "以错误样式显示；优先于 warning",
+                ),
+            ),
+            flag(
+                "blocking",
+                phrase("wait until the window is closed", "等待窗口关闭"),
+            ),
         ],
         ..system(popup)
     },
     Builtin {
         name: "sleep",
         section: "9.5.1",
-        summary: "Waits.",
+        summary: phrase("Waits.", "等待。"),
         params: &[Parameter {
             unit: "s",
             ..parameter(
                 "t",
                 ParameterType::Number(Range::Any),
-                "how long; 0 or less returns at once",
+                phrase(
+                    "how long; 0 or less returns at once",
+                    "时长；不大于 0 时立即返回",
+                ),
             )
         }],
         waits: true,
@@ -95,61 +148,80 @@ pub const BUILTINS: &[Builtin] = &[
     Builtin {
         name: "set_flag",
         section: "9.5.2",
-        summary: "Sets an internal flag; it keeps its level when the program ends.",
-        params: &[FLAG_INDEX, parameter("b", ParameterType::Boolean, "level")],
+        summary: phrase(
+            "Sets an internal flag; it keeps its level when the program ends.",
+            "设置内部标志；程序结束后保持。",
+        ),
+        params: &[
+            FLAG_INDEX,
+            parameter("b", ParameterType::Boolean, phrase("level", "电平")),
+        ],
         ..system(set_flag)
     },
     Builtin {
         name: "get_flag",
         section: "9.5.3",
-        summary: "Level of an internal flag.",
+        summary: phrase("Level of an internal flag.", "内部标志的状态。"),
         params: &[FLAG_INDEX],
-        returns: "bool",
+        returns: phrase("bool", "bool"),
         ..system(get_flag)
     },
     Builtin {
         name: "get_steptime",
         section: "9.5.4",
-        summary: "Length of one control cycle.",
-        returns: "float, s",
+        summary: phrase("Length of one control cycle.", "一个控制周期的长度。"),
+        returns: phrase("float, s", "float，s"),
         ..system(get_steptime)
     },
     Builtin {
         name: "get_task_path",
         section: "5.36",
-        summary: "The folder in which tasks are kept.",
-        returns: "str",
+        summary: phrase("The folder in which tasks are kept.", "存放任务的目录。"),
+        returns: phrase("str", "str"),
         ..system(get_task_path)
     },
     Builtin {
         name: "controller_timestamp",
         section: "9.5.5",
-        summary: "The controller's clock; under the virtual clock simulated time since 2026-01-01T00:00:00Z.",
-        returns: "float, s since 1970-01-01T00:00:00Z",
+        summary: phrase(
+            "The controller's clock; under the virtual clock simulated time since \
+             2026-01-01T00:00:00Z.",
+            "控制器时钟；虚拟时钟下为自 2026-01-01T00:00:00Z 起的仿真时间。",
+        ),
+        returns: phrase(
+            "float, s since 1970-01-01T00:00:00Z",
+            "float，自 1970-01-01T00:00:00Z 起的 s",
+        ),
         ..system(controller_timestamp)
     },
     Builtin {
         name: "rtsi_set_watchdog",
         section: "9.5.6",
-        summary: "Watches how often an RTSI input is set; the watch ends with the program.",
+        summary: phrase(
+            "Watches how often an RTSI input is set; the watch ends with the program.",
+            "监视 RTSI 输入的设置频率；随程序结束。",
+        ),
         params: &[
             parameter(
                 "variable",
                 ParameterType::Text,
-                "name of an RTSI input variable",
+                phrase("name of an RTSI input variable", "RTSI 输入变量的名称"),
             ),
             Parameter {
                 unit: "Hz",
                 ..parameter(
                     "frequency",
                     ParameterType::Number(Range::Positive),
-                    "lowest rate",
+                    phrase("lowest rate", "最低频率"),
                 )
             },
             parameter(
                 "action",
                 ParameterType::Text,
-                "what happens below it: \"ignore\", \"pause\" or \"stop\"",
+                phrase(
+                    "what happens below it: \"ignore\", \"pause\" or \"stop\"",
+                    "低于该频率时的处理：\"ignore\"、\"pause\" 或 \"stop\"",
+                ),
             ),
         ],
         ..system(rtsi_set_watchdog)
@@ -157,7 +229,10 @@ pub const BUILTINS: &[Builtin] = &[
     Builtin {
         name: "powerdown",
         section: "9.5.7",
-        summary: "Ends the task and switches the arm's power off; the server itself goes on.",
+        summary: phrase(
+            "Ends the task and switches the arm's power off; the server itself goes on.",
+            "结束任务并关闭手臂电源；服务器继续运行。",
+        ),
         ..system(powerdown)
     },
 ];
@@ -165,7 +240,7 @@ pub const BUILTINS: &[Builtin] = &[
 const FLAG_INDEX: Parameter = parameter(
     "n",
     ParameterType::Integer(0, FLAGS as i64 - 1),
-    "which flag",
+    phrase("which flag", "标志编号"),
 );
 
 const fn system(run: fn(&mut Call<'_, '_>) -> Result<Value, Unwind>) -> Builtin {
@@ -173,15 +248,15 @@ const fn system(run: fn(&mut Call<'_, '_>) -> Result<Value, Unwind>) -> Builtin 
         name: "",
         section: "",
         category: Category::System,
-        summary: "",
+        summary: phrase("", ""),
         params: &[],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(run),
     }
 }
 
-const fn parameter(name: &'static str, kind: ParameterType, meaning: &'static str) -> Parameter {
+const fn parameter(name: &'static str, kind: ParameterType, meaning: Phrase) -> Parameter {
     Parameter {
         name,
         aliases: &[],
@@ -192,7 +267,7 @@ const fn parameter(name: &'static str, kind: ParameterType, meaning: &'static st
     }
 }
 
-const fn flag(name: &'static str, meaning: &'static str) -> Parameter {
+const fn flag(name: &'static str, meaning: Phrase) -> Parameter {
     Parameter {
         default: ParameterDefault::Boolean(false),
         ..parameter(name, ParameterType::Boolean, meaning)
@@ -220,7 +295,10 @@ fn sleep(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
 
 fn pause(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     if call.context().panel().operator() == Operator::Absent {
-        let text = "pause(): nobody is there to resume the program, so it goes on";
+        let text = text!(
+            "pause(): nobody is there to resume the program, so it goes on",
+            "pause()：没有人可以恢复程序，因此继续执行"
+        );
         log(call, Severity::Warning, text);
         return Ok(Value::None);
     }
@@ -242,7 +320,14 @@ fn halt(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
 fn powerdown(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     // The arm decelerates before its power goes.
     call.send(MachineCommand::PowerOff)?;
-    log(call, Severity::Info, "powerdown(): the arm is switched off");
+    log(
+        call,
+        Severity::Info,
+        text!(
+            "powerdown(): the arm is switched off",
+            "powerdown()：手臂断电"
+        ),
+    );
     halt(call)
 }
 
@@ -275,14 +360,16 @@ fn get_flag(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
 fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (variable, frequency, action) = (call.text(0)?, call.number(1)?, call.text(2)?);
     if !is_rtsi_input(&variable) {
-        let text = format!(
-            "rtsi_set_watchdog(): variable must be the name of an RTSI input, got {variable:?}"
+        let text = text!(
+            "rtsi_set_watchdog(): variable must be the name of an RTSI input, got {variable:?}",
+            "rtsi_set_watchdog()：variable 必须是 RTSI 输入的名称，给出的是 {variable:?}"
         );
         return Err(call.error(ExceptionKind::ValueError, text));
     }
     let Some(action) = WatchdogAction::from_name(&action) else {
-        let text = format!(
-            "rtsi_set_watchdog(): action must be \"ignore\", \"pause\" or \"stop\", got {action:?}"
+        let text = text!(
+            "rtsi_set_watchdog(): action must be \"ignore\", \"pause\" or \"stop\", got {action:?}",
+            "rtsi_set_watchdog()：action 必须是 \"ignore\"、\"pause\" 或 \"stop\"，给出的是 {action:?}"
         );
         return Err(call.error(ExceptionKind::ValueError, text));
     };
@@ -298,9 +385,10 @@ fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
 
 fn textmsg(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let text = shown(call, 0, "")? + &shown(call, 1, "")?;
-    let message = Message::log(Severity::Info, call.origin(), text.as_str());
+    let bytes = text.len();
+    let message = Message::log(Severity::Info, call.origin(), Text::verbatim(text));
     call.show_effect(&Effect::Message(message))?;
-    call.native().charge_output(text.len())?;
+    call.native().charge_output(bytes)?;
     Ok(Value::None)
 }
 
@@ -315,7 +403,11 @@ fn popup(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     let (context, panel) = (call.context(), call.context().panel());
     // Nothing may wait in a secondary program, whatever the argument says (manual 9.3.2).
     let blocking = call.boolean(4)? && !context.is_secondary();
-    log(call, severity, &format!("popup \"{title}\": {text}"));
+    log(
+        call,
+        severity,
+        text!("popup \"{title}\": {text}", "弹窗 \"{title}\"：{text}"),
+    );
     if panel.operator() == Operator::Absent {
         return Ok(Value::None);
     }
@@ -342,7 +434,7 @@ fn shown(call: &mut Call<'_, '_>, index: usize, default: &str) -> Result<String,
     }
 }
 
-fn log(call: &mut Call<'_, '_>, severity: Severity, text: &str) {
+fn log(call: &mut Call<'_, '_>, severity: Severity, text: Text) {
     let origin = call.origin();
     call.context()
         .observer()

@@ -4,9 +4,12 @@
 //! the manual shows, both are the same.
 
 use elite_lang::{ExceptionKind, Letters, Unwind, Value};
+use messages::text;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
+use super::declare::{
+    Builtin, Category, Parameter, ParameterDefault, ParameterType, Phrase, phrase,
+};
 use crate::value_text::compact_text;
 
 /// Longest text that `str_cat` and `to_str` return, characters (manual 9.4.2, 9.4.8).
@@ -17,112 +20,154 @@ pub const BUILTINS: &[Builtin] = &[
     function(
         "str_at",
         "9.4.1",
-        "The character at a position.",
+        phrase("The character at a position.", "某一位置的字符。"),
         &[
             SRC,
             required(
                 "index",
                 ParameterType::Integer(i64::MIN, i64::MAX),
-                "position, from 0",
+                phrase("position, from 0", "位置，从 0 开始"),
             ),
         ],
-        "str",
+        phrase("str", "str"),
         str_at,
     ),
     function(
         "str_cat",
         "9.4.2",
-        "Both values as text, joined; floats with six decimals, zeros at the end removed.",
+        phrase(
+            "Both values as text, joined; floats with six decimals, zeros at the end removed.",
+            "把两个值作为文本连接；浮点数保留六位小数并去掉末尾的零。",
+        ),
         &[
-            required("object1", ParameterType::Printable, "first value"),
-            required("object2", ParameterType::Printable, "second value"),
+            required(
+                "object1",
+                ParameterType::Printable,
+                phrase("first value", "第一个值"),
+            ),
+            required(
+                "object2",
+                ParameterType::Printable,
+                phrase("second value", "第二个值"),
+            ),
         ],
-        "str, at most 1023 characters",
+        phrase("str, at most 1023 characters", "str，最多 1023 个字符"),
         str_cat,
     ),
     function(
         "str_empty",
         "9.4.3",
-        "Whether a text is empty.",
-        &[required("str", ParameterType::Text, "the text")],
-        "bool",
+        phrase("Whether a text is empty.", "文本是否为空。"),
+        &[required(
+            "str",
+            ParameterType::Text,
+            phrase("the text", "文本"),
+        )],
+        phrase("bool", "bool"),
         str_empty,
     ),
     function(
         "str_find",
         "9.4.4",
-        "Where a text begins in another one.",
+        phrase(
+            "Where a text begins in another one.",
+            "一段文本在另一段中的起始位置。",
+        ),
         &[
             SRC,
-            required("target", ParameterType::Text, "what to look for"),
+            required(
+                "target",
+                ParameterType::Text,
+                phrase("what to look for", "要查找的内容"),
+            ),
             Parameter {
                 default: ParameterDefault::Number(0.0),
                 ..required(
                     "start_from",
                     ParameterType::Integer(0, i64::MAX),
-                    "first position to look at",
+                    phrase("first position to look at", "开始查找的位置"),
                 )
             },
         ],
-        "int, -1 when it is not there",
+        phrase("int, -1 when it is not there", "int，没有则为 -1"),
         str_find,
     ),
     function(
         "str_len",
         "9.4.5",
-        "Length of a text in bytes.",
-        &[required("str", ParameterType::Text, "the text")],
-        "int",
+        phrase("Length of a text in bytes.", "文本的字节长度。"),
+        &[required(
+            "str",
+            ParameterType::Text,
+            phrase("the text", "文本"),
+        )],
+        phrase("int", "int"),
         str_len,
     ),
     function(
         "str_sub",
         "9.4.6",
-        "A part of a text.",
+        phrase("A part of a text.", "文本的一部分。"),
         &[
             SRC,
             required(
                 "index",
                 ParameterType::Integer(i64::MIN, i64::MAX),
-                "first position, 0 to the length",
+                phrase("first position, 0 to the length", "起始位置，0 到长度"),
             ),
             Parameter {
                 default: ParameterDefault::None,
                 ..required(
                     "len",
                     ParameterType::Integer(0, i64::MAX),
-                    "how many characters; all that follow when omitted",
+                    phrase(
+                        "how many characters; all that follow when omitted",
+                        "字符数；省略时取其后全部",
+                    ),
                 )
             },
         ],
-        "str",
+        phrase("str", "str"),
         str_sub,
     ),
     function(
         "to_num",
         "9.4.7",
-        "The number that a text stands for.",
+        phrase("The number that a text stands for.", "文本表示的数。"),
         &[required(
             "str",
             ParameterType::Text,
-            "decimal, hexadecimal (0x), exponent form, inf, nan",
+            phrase(
+                "decimal, hexadecimal (0x), exponent form, inf, nan",
+                "十进制、十六进制（0x）、指数形式、inf、nan",
+            ),
         )],
-        "int, or float with a point or an exponent",
+        phrase(
+            "int, or float with a point or an exponent",
+            "int；带小数点或指数时为 float",
+        ),
         to_num,
     ),
     function(
         "to_str",
         "9.4.8",
-        "A value as text; floats with six decimals, zeros at the end removed.",
-        &[required("val", ParameterType::Printable, "the value")],
-        "str, at most 1023 characters",
+        phrase(
+            "A value as text; floats with six decimals, zeros at the end removed.",
+            "值的文本形式；浮点数保留六位小数并去掉末尾的零。",
+        ),
+        &[required(
+            "val",
+            ParameterType::Printable,
+            phrase("the value", "值"),
+        )],
+        phrase("str, at most 1023 characters", "str，最多 1023 个字符"),
         to_str,
     ),
 ];
 
-const SRC: Parameter = required("src", ParameterType::Text, "the text");
+const SRC: Parameter = required("src", ParameterType::Text, phrase("the text", "文本"));
 
-const fn required(name: &'static str, kind: ParameterType, meaning: &'static str) -> Parameter {
+const fn required(name: &'static str, kind: ParameterType, meaning: Phrase) -> Parameter {
     Parameter {
         name,
         aliases: &[],
@@ -136,9 +181,9 @@ const fn required(name: &'static str, kind: ParameterType, meaning: &'static str
 const fn function(
     name: &'static str,
     section: &'static str,
-    summary: &'static str,
+    summary: Phrase,
     params: &'static [Parameter],
-    returns: &'static str,
+    returns: Phrase,
     run: fn(&mut Call<'_, '_>) -> Result<Value, Unwind>,
 ) -> Builtin {
     Builtin {
@@ -163,9 +208,10 @@ fn str_at(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     })?;
     match part {
         Some(letter) => Ok(letter),
-        None if count == 0 => {
-            Err(call.error(ExceptionKind::ValueError, "str_at(): source string empty"))
-        }
+        None if count == 0 => Err(call.error(
+            ExceptionKind::ValueError,
+            text!("str_at(): source string empty", "str_at()：源字符串为空"),
+        )),
         None => Err(out_of_range(call, index, count - 1)),
     }
 }
@@ -186,13 +232,17 @@ fn within<T>(
     match call.native().letters(text)? {
         Some(letters) => look(&letters),
         // `source` gives texts only.
-        None => Err(call.error(ExceptionKind::TypeError, "a string is expected")),
+        None => Err(call.error(
+            ExceptionKind::TypeError,
+            text!("a string is expected", "需要字符串"),
+        )),
     }
 }
 
 fn out_of_range(call: &mut Call<'_, '_>, index: i64, last: usize) -> Unwind {
-    let text = format!(
+    let text = text!(
         "{}(): index out of range: must be 0 to {last}, got {index}",
+        "{}()：下标超出范围：必须为 0 到 {last}，给出的是 {index}",
         call.name()
     );
     call.error(ExceptionKind::IndexError, text)
@@ -221,8 +271,9 @@ fn bounded(call: &mut Call<'_, '_>, text: String) -> Result<Value, Unwind> {
     let chars = text.chars().count();
     if chars > CHARS_MAX {
         let name = call.name();
-        let message = format!(
-            "{name}(): the result is longer than {CHARS_MAX} characters: it would have {chars}"
+        let message = text!(
+            "{name}(): the result is longer than {CHARS_MAX} characters: it would have {chars}",
+            "{name}()：结果超过 {CHARS_MAX} 个字符：将有 {chars} 个"
         );
         return Err(call.error(ExceptionKind::ValueError, message));
     }
@@ -277,12 +328,18 @@ fn to_num(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         Ok(value) => Ok(value),
         Err(NumberError::Illegal) => {
             let shown: String = text.chars().take(60).collect();
-            let message = format!("to_num(): illegal string {shown:?}: not a number");
+            let message = text!(
+                "to_num(): illegal string {shown:?}: not a number",
+                "to_num()：字符串 {shown:?} 不合法：不是数"
+            );
             Err(call.error(ExceptionKind::ValueError, message))
         }
         Err(NumberError::TooLarge) => {
             let shown: String = text.trim().chars().take(60).collect();
-            let message = format!("to_num(): number too large: {shown}");
+            let message = text!(
+                "to_num(): number too large: {shown}",
+                "to_num()：数过大：{shown}"
+            );
             Err(call.error(ExceptionKind::OverflowError, message))
         }
     }

@@ -1,10 +1,11 @@
 //! Manual 9.1: script threads.
 
 use elite_lang::{ExceptionKind, Unwind, Value};
+use messages::text;
 use motion_api::ThreadNumber;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, phrase};
 use crate::task::{ThreadLookup, Wait};
 
 /// The builtins of this chapter.
@@ -13,7 +14,10 @@ pub const BUILTINS: &[Builtin] = &[
         name: "start_thread",
         section: "9.1.1",
         category: Category::Thread,
-        summary: "Runs a function in a new script thread.",
+        summary: phrase(
+            "Runs a function in a new script thread.",
+            "在新的脚本线程中运行函数。",
+        ),
         params: &[
             Parameter {
                 name: "function",
@@ -21,7 +25,7 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::Function,
                 default: ParameterDefault::Required,
                 unit: "",
-                meaning: "what the thread runs",
+                meaning: phrase("what the thread runs", "线程执行的函数"),
             },
             Parameter {
                 name: "args",
@@ -29,7 +33,7 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::Arguments,
                 default: ParameterDefault::EmptyTuple,
                 unit: "",
-                meaning: "positional arguments",
+                meaning: phrase("positional arguments", "位置参数"),
             },
             Parameter {
                 name: "detach_mode",
@@ -37,11 +41,17 @@ pub const BUILTINS: &[Builtin] = &[
                 kind: ParameterType::Boolean,
                 default: ParameterDefault::Boolean(true),
                 unit: "",
-                meaning: "True: the thread's entry is given back when it ends; False: when it is joined. Joining \
-                          works either way",
+                meaning: phrase(
+                    "True: the thread's entry is given back when it ends; False: when it is \
+                     joined. Joining works either way",
+                    "True：线程结束时释放其记录；False：join 时释放。两种情况下都可以 join",
+                ),
             },
         ],
-        returns: "the thread's handle, an int from 1",
+        returns: phrase(
+            "the thread's handle, an int from 1",
+            "线程句柄，从 1 开始的 int",
+        ),
         waits: false,
         run: Some(start_thread),
     },
@@ -49,9 +59,12 @@ pub const BUILTINS: &[Builtin] = &[
         name: "join_thread",
         section: "9.1.2",
         category: Category::Thread,
-        summary: "Waits until a script thread has ended.",
+        summary: phrase(
+            "Waits until a script thread has ended.",
+            "等待脚本线程结束。",
+        ),
         params: &[HANDLE],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: true,
         run: Some(join_thread),
     },
@@ -59,9 +72,12 @@ pub const BUILTINS: &[Builtin] = &[
         name: "stop_thread",
         section: "9.1.3",
         category: Category::Thread,
-        summary: "Stops a script thread; its finally and with blocks still run.",
+        summary: phrase(
+            "Stops a script thread; its finally and with blocks still run.",
+            "停止脚本线程；其 finally 和 with 块仍会执行。",
+        ),
         params: &[HANDLE],
-        returns: "nothing",
+        returns: phrase("nothing", "无返回值"),
         waits: false,
         run: Some(stop_thread),
     },
@@ -73,19 +89,26 @@ const HANDLE: Parameter = Parameter {
     kind: ParameterType::ThreadHandle,
     default: ParameterDefault::Required,
     unit: "",
-    meaning: "handle from start_thread; 0 means no thread and is accepted",
+    meaning: phrase(
+        "handle from start_thread; 0 means no thread and is accepted",
+        "start_thread 返回的句柄；0 表示没有线程，可以接受",
+    ),
 };
 
 fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     // Statements that name it are discarded at the port; this one came by way of a function of the program.
     if call.origin().thread == ThreadNumber(0) && call.context().interpreter().is_executing() {
-        let text = "start_thread() is not supported in interpreter mode";
+        let text = text!(
+            "start_thread() is not supported in interpreter mode",
+            "解释器模式不支持 start_thread()"
+        );
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
     let function = call.required(0);
     if !function.is_callable() {
-        let text = format!(
+        let text = text!(
             "start_thread(): function must be a function, not {}",
+            "start_thread()：function 必须是函数，不能是 {}",
             function.type_name()
         );
         return Err(call.error(ExceptionKind::TypeError, text));
@@ -95,8 +118,9 @@ fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         Some(value) => match value.as_items() {
             Some(items) => items,
             None => {
-                let text = format!(
+                let text = text!(
                     "start_thread(): args must be a tuple or a list, not {}",
+                    "start_thread()：args 必须是元组或列表，不能是 {}",
                     value.type_name()
                 );
                 return Err(call.error(ExceptionKind::TypeError, text));
@@ -111,7 +135,7 @@ fn start_thread(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         Ok(number) => Ok(Value::Int(i64::from(number.0))),
         Err(refused) => Err(call.error(
             ExceptionKind::RuntimeError,
-            format!("start_thread(): {refused}"),
+            text!("start_thread(): {refused}", "start_thread()：{refused}"),
         )),
     }
 }
@@ -121,8 +145,9 @@ fn join_thread(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         return Ok(Value::None);
     };
     if number == call.origin().thread {
-        let text = format!(
+        let text = text!(
             "join_thread(): thread {} cannot wait for its own end",
+            "join_thread()：线程 {} 不能等待自身结束",
             number.0
         );
         return Err(call.error(ExceptionKind::RuntimeError, text));
@@ -146,8 +171,9 @@ fn stop_thread(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
 fn handle(call: &mut Call<'_, '_>, function: &str) -> Result<Option<ThreadNumber>, Unwind> {
     let value = call.required(0);
     let Some(number) = value.as_i64() else {
-        let text = format!(
+        let text = text!(
             "{function}(): thread_id must be a handle from start_thread, not {}",
+            "{function}()：thread_id 必须是 start_thread 返回的句柄，不能是 {}",
             value.type_name()
         );
         return Err(call.error(ExceptionKind::TypeError, text));
@@ -159,8 +185,10 @@ fn handle(call: &mut Call<'_, '_>, function: &str) -> Result<Option<ThreadNumber
         Ok((n, ThreadLookup::Running)) => Ok(Some(ThreadNumber(n))),
         Ok((_, ThreadLookup::Ended)) => Ok(None),
         Ok((_, ThreadLookup::Unknown)) | Err(_) => {
-            let text =
-                format!("{function}(): thread_id {number} was never returned by start_thread");
+            let text = text!(
+                "{function}(): thread_id {number} was never returned by start_thread",
+                "{function}()：start_thread 从未返回过 thread_id {number}"
+            );
             Err(call.error(ExceptionKind::ValueError, text))
         }
     }

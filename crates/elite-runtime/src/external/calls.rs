@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
+use messages::text;
 
 use super::rerun::RecordedAnswer;
 use super::{ANSWER_BYTES_MAX, CallOutcome, ExternalInputKind, RecordedCall};
@@ -45,8 +46,9 @@ pub(crate) fn call_external(
             None => run(native),
             Some(_) => Err(native.raise(
                 ExceptionKind::RuntimeError,
-                format!(
-                    "{function}(): nobody is there to ask, the run is repeated from a recording"
+                text!(
+                    "{function}(): nobody is there to ask, the run is repeated from a recording",
+                    "{function}()：无人可问，运行是按记录重复的"
                 ),
             )),
         };
@@ -96,7 +98,10 @@ pub(crate) fn call_external(
         }
     };
     let Some(answer) = answer.filter(|answer| bytes(answer) <= ANSWER_BYTES_MAX) else {
-        let text = format!("an answer of {function}() is longer than {ANSWER_BYTES_MAX} bytes");
+        let text = text!(
+            "an answer of {function}() is longer than {ANSWER_BYTES_MAX} bytes",
+            "{function}() 的一个回答超过 {ANSWER_BYTES_MAX} 字节"
+        );
         context.note(ExternalInputKind::Unrecorded(text));
         return result;
     };

@@ -18,6 +18,7 @@ mod rerun;
 use std::sync::Arc;
 
 use io_bus::xmlrpc::RpcValue;
+use messages::Text;
 use motion_api::ProgramId;
 
 pub(crate) use calls::{AnswerCache, call_external};
@@ -64,7 +65,7 @@ pub enum ExternalInputKind {
     /// The time of day, s since 1970.
     TimeOfDay(f64),
     /// Something that is not noted, in words: from here on it cannot be repeated.
-    Unrecorded(String),
+    Unrecorded(Text),
 }
 
 /// An order to a running program.

@@ -8,6 +8,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use messages::{Language, Localized, Text, text};
 use motion_api::{
     Command, CommandId, CommandKind, DigitalBank, IoChange, Origin, ProgramId, SettingCommand,
 };
@@ -28,22 +29,36 @@ pub struct Divergence {
     /// The cycle before which the difference was seen.
     pub cycle: u64,
     /// What is different, in words.
-    pub text: String,
+    pub text: Text,
 }
 
-impl fmt::Display for Divergence {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Localized for Divergence {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             program,
             line,
             cycle,
             text,
         } = self;
-        write!(f, "program {} at cycle {cycle}", program.0)?;
-        if *line > 0 {
-            write!(f, ", line {line}")?;
-        }
-        write!(f, ": {text}")
+        let told = match line {
+            0 => text!(
+                "program {} at cycle {cycle}: {text}",
+                "程序 {}，周期 {cycle}：{text}",
+                program.0
+            ),
+            _ => text!(
+                "program {} at cycle {cycle}, line {line}: {text}",
+                "程序 {}，周期 {cycle}，第 {line} 行：{text}",
+                program.0
+            ),
+        };
+        told.fmt_in(language, f)
+    }
+}
+
+impl fmt::Display for Divergence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.fmt_in(Language::English, f)
     }
 }
 
@@ -67,7 +82,7 @@ struct ProgramInputs {
     calls: BTreeMap<u64, RecordedCall>,
     woken: BTreeMap<u64, Vec<u64>>,
     clock: BTreeMap<u64, f64>,
-    lost: Option<(u64, String)>,
+    lost: Option<(u64, Text)>,
 }
 
 /// How far the repetition is.
@@ -169,10 +184,10 @@ impl Rerun {
     }
 
     /// The first thing that a program was given and that is not in the recording, with its cycle.
-    pub fn lost(&self) -> Option<(ProgramId, u64, &str)> {
+    pub fn lost(&self) -> Option<(ProgramId, u64, &Text)> {
         self.programs.iter().find_map(|(id, program)| {
             let (cycle, text) = program.lost.as_ref()?;
-            Some((*id, *cycle, text.as_str()))
+            Some((*id, *cycle, text))
         })
     }
 
@@ -207,7 +222,10 @@ impl Rerun {
             && progress.departure.is_none();
         if is_missing {
             let name = command.kind.name();
-            let text = format!("it has not given {name}, which was taken in this cycle");
+            let text = text!(
+                "it has not given {name}, which was taken in this cycle",
+                "没有发出本周期取走的 {name}"
+            );
             self.record_divergence(&mut progress, command.origin, cycle, text);
         }
     }
@@ -228,7 +246,10 @@ impl Rerun {
         let left = left.map(|(_, command)| *command);
         if let Some(command) = left.filter(|_| !self.is_over() && progress.departure.is_none()) {
             let name = command.kind.name();
-            let text = format!("it has ended without giving {name}, which was recorded");
+            let text = text!(
+                "it has ended without giving {name}, which was recorded",
+                "已结束，却没有发出记录中的 {name}"
+            );
             self.record_divergence(&mut progress, command.origin, cycle, text);
         }
     }
@@ -248,20 +269,28 @@ impl Rerun {
                     progress.commands_given += 1;
                     return command.id;
                 }
-                format!("it gives {name} after cycle {taken_in}, which took it in the recording")
+                text!(
+                    "it gives {name} after cycle {taken_in}, which took it in the recording",
+                    "在周期 {taken_in} 之后才发出 {name}，记录中该周期已取走它"
+                )
             }
             Some((_, command)) if command.kind.name() == name && command.origin == origin => {
-                format!(
+                text!(
                     "it gives {name} with other arguments than recorded: {kind:?}, not {:?}",
+                    "发出的 {name} 参数与记录不同：{kind:?}，而不是 {:?}",
                     command.kind
                 )
             }
-            Some((_, command)) => format!(
+            Some((_, command)) => text!(
                 "it gives {name} where {} of line {} was recorded",
+                "发出了 {name}，记录中为第 {1} 行的 {0}",
                 command.kind.name(),
                 command.origin.line
             ),
-            None => format!("it gives {name}, and nothing more was recorded of it"),
+            None => text!(
+                "it gives {name}, and nothing more was recorded of it",
+                "发出了 {name}，记录中此后没有它的内容"
+            ),
         };
         if !self.is_over() {
             self.record_divergence(&mut progress, origin, cycle, text);
@@ -275,7 +304,7 @@ impl Rerun {
         progress: &mut RerunProgress,
         origin: Origin,
         cycle: u64,
-        text: String,
+        text: Text,
     ) {
         let departure = Divergence {
             program: origin.program,
@@ -309,7 +338,10 @@ impl Rerun {
     pub(crate) fn watch(&self, origin: Origin, turn: u64, worked: u32, cycle: u64) {
         match self.program(origin.program).and_then(|known| known.ends) {
             Some(ends) if turn > ends && !self.is_finished() => {
-                let text = "it goes on where it had ended when it was recorded".to_owned();
+                let text = text!(
+                    "it goes on where it had ended when it was recorded",
+                    "记录中已结束，这里却继续运行"
+                );
                 self.record_divergence(&mut self.progress(), origin, cycle, text);
             }
             // The end of the program is not in the recording, which broke off while it computed.
@@ -353,8 +385,9 @@ impl Rerun {
                     program,
                     ..Origin::default()
                 };
-                let text = format!(
+                let text = text!(
                     "it calls {function}() where {}() was recorded",
+                    "调用了 {function}()，记录中为 {}()",
                     call.function
                 );
                 let mut progress = self.progress();

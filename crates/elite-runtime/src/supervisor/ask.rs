@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use elite_syntax::{KnownNames, Program, SourceFile};
-use messages::Localized;
+use messages::{Localized, Text};
 use motion_api::{CycleFrame, ProgramId};
 use thiserror::Error;
 use tokio::time::timeout;
@@ -24,7 +24,7 @@ const ANSWERED_WITHIN: Duration = Duration::from_millis(1500);
 pub enum NoAnswer {
     /// The question does not compile.
     #[error("{0}")]
-    Parse(String),
+    Parse(Text),
     /// The question failed, or does what a secondary program may not.
     #[error("{0}")]
     Execute(String),
@@ -103,7 +103,7 @@ impl Supervisor {
             Ok(Ok(program)) => Ok(program),
             Ok(Err(findings)) => {
                 let first = findings.first().map(|finding| finding.message.clone());
-                Err(NoAnswer::Parse(first.unwrap_or_default()))
+                Err(NoAnswer::Parse(first.unwrap_or(Text::verbatim(""))))
             }
             Err(trouble) => Err(NoAnswer::Execute(trouble.to_string())),
         }

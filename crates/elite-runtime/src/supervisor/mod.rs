@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use elite_syntax::{Diagnostic, KnownNames, SourceFile};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::{CommandId, CommandKind, MachineCommand, Origin, ProgramId};
 use supervision::{CaughtPanic, Fault, ThreadRole, catch};
 use thiserror::Error;
@@ -97,7 +97,7 @@ pub enum SubmitError {
         /// The new one.
         refused: String,
         /// What is wrong.
-        reason: String,
+        reason: Text,
     },
     /// The operating system gave no thread.
     #[error("program \"{refused}\" was refused: no thread for it ({reason})")]
@@ -106,7 +106,7 @@ pub enum SubmitError {
         /// The new one.
         refused: String,
         /// What the system said.
-        reason: String,
+        reason: Text,
     },
 }
 
@@ -266,7 +266,7 @@ impl Supervisor {
         if let Err(error) = &started
             && !matches!(error, SubmitError::NotCompiled { .. })
         {
-            let summary = format!("RuntimeError: {error}");
+            let summary = text!("RuntimeError: {error}", "RuntimeError: {error}");
             let message = if secondary {
                 Message::secondary_exception(Origin::default(), &summary)
             } else {
@@ -329,11 +329,14 @@ impl Supervisor {
                 Ok(Err(findings)) => findings
                     .iter()
                     .map(|finding| {
-                        let summary = format!("SyntaxError: {}", finding.message);
+                        let summary = text!("SyntaxError: {}", "SyntaxError: {}", finding.message);
                         (finding.fields(&file).line, summary)
                     })
                     .collect(),
-                Err(trouble) => vec![(1, format!("RuntimeError: {trouble}"))],
+                Err(trouble) => vec![(
+                    1,
+                    text!("RuntimeError: {trouble}", "RuntimeError: {trouble}"),
+                )],
             };
             if !told.is_empty() {
                 return Some(self.report_secondary(told));
@@ -352,7 +355,7 @@ impl Supervisor {
     }
 
     /// What keeps a secondary program from running, by line, as of one that runs beside the program that does.
-    fn report_secondary(&self, told: Vec<(u32, String)>) -> ProgramId {
+    fn report_secondary(&self, told: Vec<(u32, Text)>) -> ProgramId {
         let program = self.status().program;
         for (line, summary) in told {
             let origin = Origin {
@@ -420,7 +423,7 @@ impl Supervisor {
             }
             Err(trouble) => Err(SubmitError::NoCompiler {
                 refused: name,
-                reason: trouble.to_string(),
+                reason: Text::of(&trouble),
             }),
         }
     }
@@ -513,7 +516,7 @@ impl Supervisor {
                 self.shared.status.send_replace(TaskStatus::default());
                 SubmitError::NoThread {
                     refused: name.clone(),
-                    reason: error.to_string(),
+                    reason: Text::of(&error),
                 }
             })?;
         current.running = Some(RunningTask {
@@ -577,7 +580,11 @@ impl Supervisor {
     /// Gives the robot a command that no program asked for. A full ring is reported to the observer.
     pub fn command(&self, kind: CommandKind) {
         if let Err(full) = self.shared.settings.robot.send(Origin::default(), kind) {
-            let text = format!("{} was not carried out: {full}", kind.name());
+            let text = text!(
+                "{} was not carried out: {full}",
+                "{} 没有执行：{full}",
+                kind.name()
+            );
             self.shared.settings.observer.message(&Message::log(
                 Severity::Error,
                 Origin::default(),
@@ -654,7 +661,10 @@ impl ProgramSlot {
                 (ending.end, ending.braking) = (ended.end, ended.braking);
             }
             Err(error) => {
-                let text = format!("the program could not be started: {error}");
+                let text = text!(
+                    "the program could not be started: {error}",
+                    "无法启动程序：{error}"
+                );
                 observer.message(&Message::log(Severity::Error, Origin::default(), text));
                 leftovers = None;
             }
@@ -675,7 +685,7 @@ impl ProgramSlot {
             // A full ring belongs to a cycle that takes nothing, which moves nothing either.
             let _ = self.settings.robot.send(Origin::default(), command);
         }
-        let message = Message::internal_error(id, 1, &fault.describe());
+        let message = Message::internal_error(id, 1, &Text::verbatim(fault.describe()));
         self.settings.observer.message(&message);
         TaskEnd::Failed
     }

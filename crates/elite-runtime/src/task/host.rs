@@ -9,6 +9,7 @@ use elite_lang::{
     Capability, CleanupLimit, Host, HostFiles, HostProcesses, HostSocket, ScriptThread, ThreadId,
 };
 use kinematics::random::RandomSequence;
+use messages::{Text, text};
 use motion_api::ThreadNumber;
 
 use super::context::TaskContext;
@@ -121,10 +122,12 @@ impl TaskHost {
     }
 
     /// The program looks at something that is not noted.
-    fn note_unrecorded(&self, what: &str) {
-        if self.context.witness().is_some() && self.context.is_first_warning(what) {
-            self.context
-                .note(ExternalInputKind::Unrecorded(format!("it used {what}")));
+    fn note_unrecorded(&self, what: &Text) {
+        if self.context.witness().is_some() && self.context.is_first_warning(what.english()) {
+            self.context.note(ExternalInputKind::Unrecorded(text!(
+                "it used {what}",
+                "它使用了{what}"
+            )));
         }
     }
 
@@ -187,7 +190,7 @@ impl Host for TaskHost {
     }
 
     fn environment(&self) -> Vec<(String, String)> {
-        self.note_unrecorded("environment variables");
+        self.note_unrecorded(&text!("environment variables", "环境变量"));
         let entries = std::env::vars_os();
         let text = |(name, value): (OsString, OsString)| {
             Some((name.into_string().ok()?, value.into_string().ok()?))
@@ -196,17 +199,20 @@ impl Host for TaskHost {
     }
 
     fn files(&self) -> Option<&dyn HostFiles> {
-        self.note_unrecorded("files");
+        self.note_unrecorded(&text!("files", "文件"));
         Some(&*self.files)
     }
 
     fn processes(&self) -> Option<&dyn HostProcesses> {
-        self.note_unrecorded("other processes");
+        self.note_unrecorded(&text!("other processes", "其他进程"));
         Some(&self.processes)
     }
 
     fn open_socket(&self) -> io::Result<Rc<dyn HostSocket>> {
-        self.note_unrecorded("sockets of the module socket");
+        self.note_unrecorded(&text!(
+            "sockets of the module socket",
+            "socket 模块的套接字"
+        ));
         self.sockets.open()
     }
 

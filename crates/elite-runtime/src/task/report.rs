@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use elite_lang::{ScriptError, TraceFrame, Value};
 use elite_syntax::{Diagnostic, SourceFile, TaskNode};
+use messages::{Language, Text, text};
 use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::controls::Control;
@@ -81,7 +82,7 @@ impl Task {
                 line: finding.fields(file).line,
                 ..Origin::default()
             };
-            let summary = format!("SyntaxError: {}", finding.message);
+            let summary = text!("SyntaxError: {}", "SyntaxError: {}", finding.message);
             return self.warn_of_secondary(origin, &summary);
         }
         let message = message_of(finding, file, self.context.program());
@@ -94,7 +95,10 @@ impl Task {
             program: self.context.program(),
             ..Origin::default()
         };
-        let text = format!("the program was stopped: {successor} takes its place");
+        let text = text!(
+            "the program was stopped: {successor} takes its place",
+            "程序已停止：由 {successor} 取代"
+        );
         let message = Message::log(Severity::Warning, origin, text);
         self.settings.observer.message(&message);
     }
@@ -109,13 +113,15 @@ impl Task {
             thread: ThreadNumber(0),
             line: main.script.current_line(),
         };
-        let mut text = format!(
+        let text = text!(
             "the protective stop ends the program in line {}",
+            "保护性停止使程序在第 {} 行结束",
             origin.line
         );
-        if let Some(node) = main.script.current_node() {
-            text.push_str(&format!(", {node}"));
-        }
+        let text = match main.script.current_node() {
+            Some(node) => text!("{text}, {node}", "{text}，{node}"),
+            None => text,
+        };
         let message = Message::log(Severity::Info, origin, text);
         self.settings.observer.message(&message);
     }
@@ -142,7 +148,7 @@ impl Task {
         self.warn_of_secondary(origin, &error.headline());
     }
 
-    pub(super) fn warn_of_secondary(&self, origin: Origin, summary: &str) {
+    pub(super) fn warn_of_secondary(&self, origin: Origin, summary: &Text) {
         let message = Message::secondary_exception(origin, summary);
         self.settings.observer.message(&message);
     }
@@ -274,15 +280,23 @@ impl Task {
         });
         for (variable, action) in bites {
             let (severity, what) = match action {
-                WatchdogAction::Ignore => (Severity::Warning, "nothing is done"),
-                WatchdogAction::Pause => (Severity::Warning, "the program is paused"),
-                WatchdogAction::Stop => (Severity::Error, "the program is stopped"),
+                WatchdogAction::Ignore => (Severity::Warning, text!("nothing is done", "不做处理")),
+                WatchdogAction::Pause => (
+                    Severity::Warning,
+                    text!("the program is paused", "程序暂停"),
+                ),
+                WatchdogAction::Stop => {
+                    (Severity::Error, text!("the program is stopped", "程序停止"))
+                }
             };
             let origin = Origin {
                 program: self.context.program(),
                 ..Origin::default()
             };
-            let text = format!("RTSI watchdog: {variable} is not set often enough, {what}");
+            let text = text!(
+                "RTSI watchdog: {variable} is not set often enough, {what}",
+                "RTSI 看门狗：{variable} 设置得不够频繁，{what}"
+            );
             self.settings
                 .observer
                 .message(&Message::log(severity, origin, text));
@@ -312,9 +326,12 @@ impl Task {
             .map(|(number, _)| *number)
             .collect();
         for number in late {
-            let text = "TimeoutError: a secondary program has to be short, this one was ended after waiting \
-                        for a second";
-            self.end_secondary(number, text);
+            let text = text!(
+                "TimeoutError: a secondary program has to be short, this one was ended after waiting \
+                        for a second",
+                "TimeoutError: 次要程序必须简短，这个程序等待一秒后被结束"
+            );
+            self.end_secondary(number, &text);
         }
     }
 }
@@ -345,13 +362,17 @@ fn innermost_of<'e>(error: &'e ScriptError, text: &Arc<SourceFile>) -> Option<&'
 /// What is told of a main program that does not compile; 0 is the number of one that was never started.
 pub(crate) fn message_of(finding: &Diagnostic, file: &SourceFile, program: ProgramId) -> Message {
     let place = finding.fields(file);
-    let summary = format!("SyntaxError: {}", finding.message);
-    let picture = elite_syntax::render_human(finding, file, false);
+    let summary = text!("SyntaxError: {}", "SyntaxError: {}", finding.message);
+    let picture = elite_syntax::picture(finding, file);
+    let [english, chinese] = [Language::English, Language::Chinese].map(|language| {
+        let picture = picture.in_language(language).trim_end();
+        format!("{picture}\n{}", summary.in_language(language))
+    });
     Message::ScriptError {
         program,
         line: place.line,
         column: place.column,
-        report: format!("{}\n{summary}", picture.trim_end()),
+        report: Text::new(english, chinese),
         summary,
     }
 }

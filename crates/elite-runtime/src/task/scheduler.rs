@@ -13,6 +13,7 @@ use std::sync::Arc;
 use elite_lang::{FreeListPurge, Interpreter, Limits, Resume, ResumeOutcome, ScriptThread};
 use elite_syntax::{KnownNames, Program, ProgramKind};
 use io_bus::{Fieldbus, ProgramState};
+use messages::{Text, text};
 use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
 use supervision::{CatchPanic, CaughtPanic, Fault, ThreadRole, ThreadSupervisor, catch, injection};
 use tokio::sync::watch;
@@ -315,7 +316,7 @@ impl Task {
         let number = self.context.origin(0).thread;
         let line = catch(|| Some(self.threads.entries.get(&number)?.script.current_line()));
         let line = line.ok().flatten().unwrap_or(1).max(1);
-        let message = Message::internal_error(program, line, &fault.describe());
+        let message = Message::internal_error(program, line, &Text::verbatim(fault.describe()));
         self.settings.observer.message(&message);
         TaskEnd::Failed
     }
@@ -478,8 +479,11 @@ impl Task {
     /// Nothing can move or pass any more, so nothing may wait.
     fn lost_clock(&self) -> TaskEnd {
         let program = self.context.program();
-        let what = "the control cycle has ended, nothing moves any more";
-        let message = Message::internal_error(program, 1, what);
+        let what = text!(
+            "the control cycle has ended, nothing moves any more",
+            "控制周期已结束，不再有任何运动"
+        );
+        let message = Message::internal_error(program, 1, &what);
         self.settings.observer.message(&message);
         TaskEnd::Failed
     }
@@ -553,8 +557,9 @@ impl Task {
             .values()
             .filter(|e| e.secondary.is_some());
         if running.count() >= SECONDARIES_MAX {
-            let text = format!(
+            let text = text!(
                 "RuntimeError: \"{}\" was refused: {SECONDARIES_MAX} secondary programs run already",
+                "RuntimeError: \"{}\" 被拒绝：已有 {SECONDARIES_MAX} 个次要程序在运行",
                 program.file().name()
             );
             return self.warn_of_secondary(Origin::default(), &text);
@@ -639,16 +644,19 @@ impl Task {
         if let Some(bounds) = entry.and_then(|entry| entry.secondary.as_mut()) {
             bounds.slices -= 1;
             if bounds.slices == 0 {
-                let text = "TimeoutError: a secondary program has to be short, this one was ended after about a \
-                            second of work";
-                return self.end_secondary(number, text);
+                let text = text!(
+                    "TimeoutError: a secondary program has to be short, this one was ended after about a \
+                     second of work",
+                    "TimeoutError: 次要程序必须简短，这个程序运行约一秒后被结束"
+                );
+                return self.end_secondary(number, &text);
             }
         }
         self.threads.ready.push_back(number);
     }
 
     /// Ends a secondary program that does not keep to its bounds.
-    pub(super) fn end_secondary(&mut self, number: ThreadNumber, reason: &str) {
+    pub(super) fn end_secondary(&mut self, number: ThreadNumber, reason: &Text) {
         let line = self
             .threads
             .entries
@@ -659,7 +667,7 @@ impl Task {
             thread: number,
             line,
         };
-        if !self.answer(number, || Err(reason.to_owned())) {
+        if !self.answer(number, || Err(reason.english().to_owned())) {
             self.warn_of_secondary(origin, reason);
         }
         self.stop_thread(number);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use elite_lang::{Resume, ResumeOutcome};
 use elite_syntax::{Diagnostic, Program, ProgramKind, SourceFile};
 use io_bus::ProgramState;
+use messages::text;
 use motion_api::ThreadNumber;
 
 use super::scheduler::{FUEL_PER_SLICE, ProgramSource, Task, TaskEnd};
@@ -85,8 +86,11 @@ impl Task {
                         return Err(TaskEnd::Failed);
                     }
                     _ => {
-                        let summary =
-                            format!("TimeoutError: --set {}: a value cannot wait", preset.name());
+                        let summary = text!(
+                            "TimeoutError: --set {}: a value cannot wait",
+                            "TimeoutError: --set {}：值不能等待",
+                            preset.name()
+                        );
                         self.settings.observer.message(&Message::ScriptError {
                             program: self.context.program(),
                             line: 1,

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use elite_lang::{Resume, ResumeOutcome, ScriptError, ScriptThread, WaitToken};
+use messages::text;
 use motion_api::{MachineCommand, ThreadNumber};
 use tokio::sync::oneshot;
 
@@ -81,8 +82,11 @@ impl Task {
         entry.waiting = Some(waiting);
         // A lock may be waited for, within bounds; time may not.
         if entry.secondary.is_some() && matches!(waiting, BlockReason::Parked { until: Some(_) }) {
-            let text = "RuntimeError: waiting is not allowed in a secondary program (sec)";
-            self.end_secondary(number, text);
+            let text = text!(
+                "RuntimeError: waiting is not allowed in a secondary program (sec)",
+                "RuntimeError: 次要程序（sec）中不允许等待"
+            );
+            self.end_secondary(number, &text);
         }
     }
 
@@ -169,7 +173,7 @@ impl Task {
         self.report_last_line(number, place_in_program(error).map(|frame| frame.line));
         let entry = self.threads.entries.get(&number);
         if entry.is_some_and(|entry| entry.secondary.is_some()) {
-            if !self.answer(number, || Err(error.headline())) {
+            if !self.answer(number, || Err(error.to_string())) {
                 self.report_secondary_error(number, error);
             }
         } else {

@@ -56,6 +56,8 @@ pub struct Ran {
     pub error: String,
     /// The whole report of it.
     pub report: String,
+    /// The same in Chinese.
+    pub chinese: String,
     /// Line and column of it.
     pub error_at: (u32, u32),
     /// What the arm was told.
@@ -138,6 +140,8 @@ struct Listener {
     heard: Mutex<(String, Vec<String>, String, String)>,
     /// Where its threads stood, as they were told.
     places: Mutex<Vec<(u32, Place)>>,
+    /// The report of the error in Chinese.
+    chinese: Mutex<String>,
     /// Line and column of the error.
     error_at: Mutex<(u32, u32)>,
     /// What the task's thread held at each `print`.
@@ -152,7 +156,7 @@ impl Observer for Listener {
                 self.held.lock().unwrap().push(task_memory::live_bytes());
                 printed.push_str(text);
             }
-            Message::Log { text, .. } | Message::Robot { text, .. } => log.push(text.clone()),
+            Message::Log { text, .. } | Message::Robot { text, .. } => log.push(text.to_string()),
             Message::ScriptError {
                 summary,
                 report,
@@ -161,8 +165,10 @@ impl Observer for Listener {
                 ..
             } => {
                 *self.error_at.lock().unwrap() = (*line, *column);
-                error.clone_from(summary);
-                full.clone_from(report);
+                summary.english().clone_into(error);
+                report.english().clone_into(full);
+                let chinese = report.in_language(messages::Language::Chinese);
+                chinese.clone_into(&mut self.chinese.lock().unwrap());
             }
         }
     }
@@ -265,6 +271,7 @@ pub fn run_while(
         log,
         error,
         report,
+        chinese: std::mem::take(&mut *listener.chinese.lock().unwrap()),
         error_at: *listener.error_at.lock().unwrap(),
         commands,
         held,

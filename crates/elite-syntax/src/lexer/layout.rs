@@ -1,5 +1,7 @@
 //! Lines and blocks: indentation, `end`, line ends. A part of the lexer.
 
+use messages::text;
+
 use super::oneline::{LinePartKind, OneLineForm};
 use super::{Lexer, TokenKind};
 use crate::diagnostic::Diagnostic;
@@ -129,8 +131,10 @@ impl Lexer<'_> {
         let mixed = blanks.contains(" \t");
         if mixed && !self.layout.warned_about_tabs {
             self.layout.warned_about_tabs = true;
-            let message =
-                "blanks before a tab in the indentation; a tab goes to the next multiple of 8";
+            let message = text!(
+                "blanks before a tab in the indentation; a tab goes to the next multiple of 8",
+                "缩进中制表符之前有空格；制表符对齐到 8 的倍数"
+            );
             let span = Span::new(start, start + blanks.len());
             self.diagnostics
                 .push(Diagnostic::warning("mixed-indentation", span, message));
@@ -149,7 +153,10 @@ impl Lexer<'_> {
             self.push(TokenKind::Dedent, self.at, self.at);
         }
         if column > self.layout.column() {
-            let message = "this line's indentation matches no open block";
+            let message = text!(
+                "this line's indentation matches no open block",
+                "这一行的缩进与任何打开的块都不一致"
+            );
             let first = self.rest().chars().next().map_or(0, char::len_utf8);
             self.error("indentation", self.at, self.at + first, message);
         }
@@ -199,7 +206,7 @@ impl Lexer<'_> {
         let Some((kind, span)) = self.brackets.drain(..).next() else {
             return false;
         };
-        let message = format!("{} is never closed", kind.describe());
+        let message = text!("{} is never closed", "{}没有关闭", kind.describe());
         self.diagnostics
             .push(Diagnostic::error("syntax", span, message));
         let rest = &self.text[span.end as usize..self.end];

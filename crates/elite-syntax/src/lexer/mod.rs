@@ -11,6 +11,8 @@ pub use directive::Directive;
 pub use names::{begins_name, continues_name, is_name};
 pub use token::{Token, TokenKind};
 
+use messages::{Text, text};
+
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic_list::{DiagnosticList, quoted};
 use crate::source::{SourceFile, Span};
@@ -42,7 +44,10 @@ pub fn tokens(file: &SourceFile) -> Vec<Token> {
 /// What is said of a text whose tokens or tree would take more than `budget`.
 pub(crate) fn too_large(budget: &WorkBudget<'_>) -> Diagnostic {
     let most = budget.limit() >> 20;
-    let message = format!("the text is too large: to read it would take more than {most} MiB");
+    let message = text!(
+        "the text is too large: to read it would take more than {most} MiB",
+        "文本过大：读取它需要超过 {most} MiB"
+    );
     Diagnostic::error("too-large", Span::default(), message)
 }
 
@@ -183,7 +188,7 @@ impl<'t> Lexer<'t> {
         });
     }
 
-    fn error(&mut self, code: &'static str, start: usize, end: usize, message: impl Into<String>) {
+    fn error(&mut self, code: &'static str, start: usize, end: usize, message: Text) {
         self.diagnostics
             .push(Diagnostic::error(code, Span::new(start, end), message));
     }
@@ -243,7 +248,10 @@ impl<'t> Lexer<'t> {
             .find(|end| after.starts_with(end));
         match joined {
             Some(line_end) if after.len() == line_end.len() => {
-                let message = "the text ends after this line continuation '\\'";
+                let message = text!(
+                    "the text ends after this line continuation '\\'",
+                    "文本在这个续行符 '\\' 之后结束"
+                );
                 self.error("syntax", self.at, self.at + 1, message);
                 self.at += 1 + line_end.len();
             }
@@ -253,7 +261,10 @@ impl<'t> Lexer<'t> {
                     "syntax",
                     self.at,
                     self.at + 1,
-                    "unexpected character after line continuation '\\'",
+                    text!(
+                        "unexpected character after line continuation '\\'",
+                        "续行符 '\\' 之后有意外的字符"
+                    ),
                 );
                 self.at += 1;
             }
@@ -307,9 +318,9 @@ impl<'t> Lexer<'t> {
             self.budget.charge(WORK_PER_CHAR);
             let Some(c) = rest[at..].chars().next() else {
                 let kind = if triple {
-                    "triple-quoted string"
+                    text!("triple-quoted string", "三引号字符串")
                 } else {
-                    "string"
+                    text!("string", "字符串")
                 };
                 self.at = self.end;
                 self.push(TokenKind::Str, start, self.end);
@@ -318,7 +329,7 @@ impl<'t> Lexer<'t> {
                     "syntax",
                     start,
                     opening,
-                    format!("this {kind} is never closed"),
+                    text!("this {kind} is never closed", "这个{kind}没有结束"),
                 );
             };
             if rest[at..].starts_with(delimiter) {
@@ -331,7 +342,10 @@ impl<'t> Lexer<'t> {
                     "syntax",
                     start,
                     self.at,
-                    "this string is not closed before the line ends",
+                    text!(
+                        "this string is not closed before the line ends",
+                        "这个字符串在行尾之前没有结束"
+                    ),
                 );
             }
             at += c.len_utf8();
@@ -379,7 +393,10 @@ impl<'t> Lexer<'t> {
                 "syntax",
                 start,
                 self.at,
-                format!("'{text}' is neither a number nor a name"),
+                text!(
+                    "'{text}' is neither a number nor a name",
+                    "'{text}' 既不是数也不是名称"
+                ),
             );
         }
         self.push(kind, start, self.at);
@@ -408,8 +425,14 @@ impl<'t> Lexer<'t> {
     fn unknown_character(&mut self, start: usize, c: char) {
         let code = c as u32;
         let message = match invisible(c) {
-            Some(name) => format!("{name} (U+{code:04X}) has no meaning here"),
-            None => format!("the character {c:?} (U+{code:04X}) has no meaning here"),
+            Some(name) => text!(
+                "{name} (U+{code:04X}) has no meaning here",
+                "{name}（U+{code:04X}）在这里没有意义"
+            ),
+            None => text!(
+                "the character {c:?} (U+{code:04X}) has no meaning here",
+                "字符 {c:?}（U+{code:04X}）在此没有意义"
+            ),
         };
         let ascii = match c {
             '（' => "(",
@@ -429,25 +452,33 @@ impl<'t> Lexer<'t> {
         let mut diagnostic = Diagnostic::error("syntax", Span::new(start, self.at), message);
         if !ascii.is_empty() {
             diagnostic = diagnostic
-                .with_help(format!("did you mean {ascii}"))
+                .with_help(text!("did you mean {ascii}", "是否想写 {ascii}"))
                 .with_fix(Span::new(start, self.at), ascii);
         } else if c.is_whitespace() {
             diagnostic = diagnostic
-                .with_help("it looks like a blank: write a blank in its place")
+                .with_help(text!(
+                    "it looks like a blank: write a blank in its place",
+                    "它看起来像空格：请换成普通空格"
+                ))
                 .with_fix(Span::new(start, self.at), " ");
         } else if invisible(c).is_some() {
             diagnostic = diagnostic
-                .with_help("nobody can see it: delete it")
+                .with_help(text!("nobody can see it: delete it", "它不可见：请删除"))
                 .with_fix(Span::new(start, self.at), "");
         } else if c == '!' {
             diagnostic = diagnostic
-                .with_help("write 'not'")
+                .with_help(text!("write 'not'", "请写 'not'"))
                 .with_fix(Span::new(start, self.at), "not ");
         } else if c == '°' {
-            diagnostic =
-                diagnostic.with_help("angles are in radians: write d2r(90) in place of 90°");
+            diagnostic = diagnostic.with_help(text!(
+                "angles are in radians: write d2r(90) in place of 90°",
+                "角度以弧度为单位：请用 d2r(90) 代替 90°"
+            ));
         } else if c == '$' {
-            diagnostic = diagnostic.with_help("a directive needs a line of its own");
+            diagnostic = diagnostic.with_help(text!(
+                "a directive needs a line of its own",
+                "指令需要单独一行"
+            ));
         }
         self.diagnostics.push(diagnostic);
     }
@@ -460,7 +491,7 @@ impl<'t> Lexer<'t> {
                 "syntax",
                 start,
                 self.at,
-                format!("{} closes nothing", kind.describe()),
+                text!("{} closes nothing", "{}没有对应的左括号", kind.describe()),
             );
         };
         let matching = match open {
@@ -469,9 +500,15 @@ impl<'t> Lexer<'t> {
             _ => TokenKind::RightBrace,
         };
         if matching != kind {
-            let message = format!("{} does not match {}", kind.describe(), open.describe());
+            let message = text!(
+                "{} does not match {}",
+                "{}与{}不匹配",
+                kind.describe(),
+                open.describe()
+            );
             self.diagnostics.push(
-                Diagnostic::error("syntax", span, message).with_label(open_span, "opened here"),
+                Diagnostic::error("syntax", span, message)
+                    .with_label(open_span, text!("opened here", "在此打开")),
             );
         }
     }
@@ -527,12 +564,14 @@ fn is_operand(word: &str, next: char) -> bool {
 }
 
 /// The name of a character that shows as a blank or not at all.
-fn invisible(c: char) -> Option<&'static str> {
+fn invisible(c: char) -> Option<Text> {
     Some(match c {
-        '\u{a0}' | '\u{202f}' => "a no-break space",
-        '\u{3000}' => "a wide space",
-        '\u{2000}'..='\u{200a}' => "a space of a special width",
-        '\u{200b}'..='\u{200d}' | '\u{2060}' | '\u{feff}' => "a character of no width",
+        '\u{a0}' | '\u{202f}' => text!("a no-break space", "不间断空格"),
+        '\u{3000}' => text!("a wide space", "全角空格"),
+        '\u{2000}'..='\u{200a}' => text!("a space of a special width", "特殊宽度的空格"),
+        '\u{200b}'..='\u{200d}' | '\u{2060}' | '\u{feff}' => {
+            text!("a character of no width", "零宽字符")
+        }
         _ => return None,
     })
 }

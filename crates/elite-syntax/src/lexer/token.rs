@@ -1,5 +1,7 @@
 //! The tokens of EliteScript. Owns their kinds and how they are named in messages.
 
+use messages::Text;
+
 use crate::source::Span;
 
 /// A token: its kind and place. The text is `file.slice(span)`.
@@ -12,7 +14,7 @@ pub struct Token {
 
 macro_rules! tokens {
     (
-        layout { $($layout:ident => $layout_text:literal,)* }
+        layout { $($layout:ident => $layout_english:literal $layout_chinese:literal,)* }
         keywords { $($keyword:ident => $keyword_text:literal,)* }
         operators { $($operator:ident => $operator_text:literal,)* }
     ) => {
@@ -23,11 +25,11 @@ macro_rules! tokens {
 
         impl TokenKind {
             /// How messages name this kind of token.
-            pub fn describe(self) -> &'static str {
+            pub fn describe(self) -> Text {
                 match self {
-                    $(TokenKind::$layout => $layout_text,)*
-                    $(TokenKind::$keyword => concat!("'", $keyword_text, "'"),)*
-                    $(TokenKind::$operator => concat!("'", $operator_text, "'"),)*
+                    $(TokenKind::$layout => Text::fixed($layout_english, $layout_chinese),)*
+                    $(TokenKind::$keyword => Text::verbatim(concat!("'", $keyword_text, "'")),)*
+                    $(TokenKind::$operator => Text::verbatim(concat!("'", $operator_text, "'")),)*
                 }
             }
 
@@ -52,20 +54,20 @@ macro_rules! tokens {
 
 tokens! {
     layout {
-        Name => "a name",
-        Int => "a number",
-        Float => "a number",
-        Imaginary => "a number",
-        Str => "a string",
-        Newline => "the end of the line",
-        Indent => "an indented line",
-        Dedent => "the end of the block",
-        End => "'end'",
-        EndOfFile => "the end of the program",
-        Unknown => "an unknown character",
+        Name => "a name" "名称",
+        Int => "a number" "数",
+        Float => "a number" "数",
+        Imaginary => "a number" "数",
+        Str => "a string" "字符串",
+        Newline => "the end of the line" "行尾",
+        Indent => "an indented line" "缩进的行",
+        Dedent => "the end of the block" "块的结尾",
+        End => "'end'" "'end'",
+        EndOfFile => "the end of the program" "程序的结尾",
+        Unknown => "an unknown character" "未知字符",
         // Words of Python's that other programs use as names: they are not names only where what follows says so.
-        Async => "'async'",
-        Await => "'await'",
+        Async => "'async'" "'async'",
+        Await => "'await'" "'await'",
     }
     keywords {
         False => "False", None => "None", True => "True", And => "and", As => "as", Assert => "assert",

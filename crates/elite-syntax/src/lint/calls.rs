@@ -7,6 +7,8 @@ use core::fmt;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use messages::{Text, text};
+
 use crate::ast::visit::{blocks, own_expressions, parts};
 use crate::ast::{Arg, Constant, Expr, ExprKind, Stmt, StmtKind, UnaryOp};
 use crate::diagnostic::Diagnostic;
@@ -62,9 +64,9 @@ pub struct CallHint {
     /// Stable short name, for example `degrees`.
     pub code: &'static str,
     /// A sentence for people.
-    pub message: String,
+    pub message: Text,
     /// What to do about it.
-    pub help: Option<String>,
+    pub help: Option<Text>,
 }
 
 /// The embedder's view on a call.
@@ -130,10 +132,13 @@ pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut CallDiagnosti
             && known.contains(function)
             && known.members(function).is_none()
         {
-            let text = format!("`{function}` alone calls nothing");
+            let text = text!(
+                "`{function}` alone calls nothing",
+                "单独的 `{function}` 没有调用任何函数"
+            );
             let finding = Diagnostic::warning("not-called", expr.span, text);
             let call = format!("{function}()");
-            let finding = finding.with_help("a call has parentheses");
+            let finding = finding.with_help(text!("a call has parentheses", "调用要带圆括号"));
             found.push(function, finding.with_fix(expr.span, call));
         }
         own_expressions(statement, &mut |expr| expression(expr, known, hook, found));
@@ -154,10 +159,13 @@ fn expression(expr: &Expr, known: &KnownNames, hook: &CallHook, found: &mut Call
         && !members.contains(&*name.name)
     {
         let wrong = &name.name;
-        let text = format!("`{object}` has no function `{wrong}`");
+        let text = text!(
+            "`{object}` has no function `{wrong}`",
+            "`{object}` 没有函数 `{wrong}`"
+        );
         let mut diagnostic = Diagnostic::warning("unknown-attribute", name.span, text);
         let members: Vec<&str> = members.iter().map(String::as_str).collect();
-        diagnostic.help = Some(format!("it has {}", members.join(", ")));
+        diagnostic.help = Some(text!("it has {}", "它有 {}", members.join(", ")));
         found.push(object, diagnostic);
     }
     if let ExprKind::Subscript { value, .. } = &expr.kind
@@ -165,9 +173,15 @@ fn expression(expr: &Expr, known: &KnownNames, hook: &CallHook, found: &mut Call
         && known.contains(function)
         && known.members(function).is_none()
     {
-        let text = format!("`{function}` is a function: its arguments are in parentheses");
+        let text = text!(
+            "`{function}` is a function: its arguments are in parentheses",
+            "`{function}` 是函数：参数写在圆括号中"
+        );
         let finding = Diagnostic::warning("subscripted-function", value.span, text);
-        let finding = finding.with_help(format!("write {function}(…) in place of {function}[…]"));
+        let finding = finding.with_help(text!(
+            "write {function}(…) in place of {function}[…]",
+            "把 {function}[…] 改写为 {function}(…)"
+        ));
         found.push(function, finding);
     }
     if let Some(site) = call_site(expr)

@@ -1,5 +1,7 @@
 //! Comparisons whose answer nobody takes: mostly an assignment with one `=` too many.
 
+use messages::text;
+
 use crate::ast::{CompareOp, Expr, ExprKind, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic_list::DiagnosticList;
@@ -19,7 +21,10 @@ pub(super) fn check(statement: &Stmt, file: &SourceFile, found: &mut DiagnosticL
     if found.is_full() || rest.len() > 1 {
         return;
     }
-    let text = "this compares and does nothing with the answer";
+    let text = text!(
+        "this compares and does nothing with the answer",
+        "这里做了比较，却没有使用结果"
+    );
     let finding = Diagnostic::warning("unused-comparison", *span, text);
     let is_target = matches!(
         left.kind,
@@ -27,7 +32,10 @@ pub(super) fn check(statement: &Stmt, file: &SourceFile, found: &mut DiagnosticL
     );
     found.push(match rest.as_slice() {
         [(CompareOp::Eq, right)] if is_target => {
-            let finding = finding.with_help("'=' assigns, '==' compares");
+            let finding = finding.with_help(text!(
+                "'=' assigns, '==' compares",
+                "'=' 用于赋值，'==' 用于比较"
+            ));
             let between = Span::new(left.span.end as usize, right.span.start as usize);
             match file.slice(between).find("==") {
                 Some(at) => {
@@ -37,7 +45,9 @@ pub(super) fn check(statement: &Stmt, file: &SourceFile, found: &mut DiagnosticL
                 None => finding,
             }
         }
-        _ => finding
-            .with_help("to stop the program where it does not hold, write 'assert' before it"),
+        _ => finding.with_help(text!(
+            "to stop the program where it does not hold, write 'assert' before it",
+            "如果要在条件不成立时停止程序，请在前面写 'assert'"
+        )),
     });
 }

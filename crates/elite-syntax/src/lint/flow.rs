@@ -1,5 +1,7 @@
 //! What is never reached, loops that never wait, and modules that are not there.
 
+use messages::text;
+
 use super::{comparisons, imports};
 use crate::ast::visit::{blocks, own_expressions, parts};
 use crate::ast::{Constant, Expr, ExprKind, Stmt, StmtKind};
@@ -107,17 +109,17 @@ pub(crate) fn unreachable(body: &[Stmt], file: &SourceFile, found: &mut Diagnost
     }
     let before = &body[last];
     let reason = match &before.kind {
-        StmtKind::Return(_) => "after this 'return'",
-        StmtKind::Raise { .. } => "after this 'raise'",
-        StmtKind::Break => "after this 'break'",
-        StmtKind::Continue => "after this 'continue'",
-        StmtKind::While { .. } => "this loop has no way out",
-        _ => "no way leads past this",
+        StmtKind::Return(_) => text!("after this 'return'", "在这个 'return' 之后"),
+        StmtKind::Raise { .. } => text!("after this 'raise'", "在这个 'raise' 之后"),
+        StmtKind::Break => text!("after this 'break'", "在这个 'break' 之后"),
+        StmtKind::Continue => text!("after this 'continue'", "在这个 'continue' 之后"),
+        StmtKind::While { .. } => text!("this loop has no way out", "这个循环无法退出"),
+        _ => text!("no way leads past this", "没有路径越过这里"),
     };
     let diagnostic = Diagnostic::warning(
         "unreachable",
         first_line(next.span, file),
-        "this is never reached",
+        text!("this is never reached", "这里永远不会执行到"),
     );
     found.push(diagnostic.with_label(first_line(before.span, file), reason));
 }
@@ -205,17 +207,30 @@ fn busy_loop(test: &Expr, body: &[Stmt], known: &KnownNames, found: &mut Diagnos
         if !endless || !Ways::through(body, known).turn() {
             return;
         }
-        "there is a way through this endless loop that does not wait: while it is taken, \
-         the loop keeps the controller busy"
+        text!(
+            "there is a way through this endless loop that does not wait: while it is taken, \
+         the loop keeps the controller busy",
+            "这个无限循环中有一条不等待的路径：走这条路径时会使控制器一直繁忙"
+        )
     } else if calls.asks {
-        "this loop asks again and again without waiting in between: it keeps the controller busy"
+        text!(
+            "this loop asks again and again without waiting in between: it keeps the controller \
+             busy",
+            "这个循环不断查询而不等待：会使控制器一直繁忙"
+        )
     } else if endless {
-        "this loop never ends and never waits: it keeps the controller busy"
+        text!(
+            "this loop never ends and never waits: it keeps the controller busy",
+            "这个循环既不结束也不等待：会使控制器一直繁忙"
+        )
     } else {
         return;
     };
     let diagnostic = Diagnostic::warning("busy-loop", test.span, message);
-    found.push(diagnostic.with_help("call sleep() or sync() in it"));
+    found.push(diagnostic.with_help(text!(
+        "call sleep() or sync() in it",
+        "请在其中调用 sleep() 或 sync()"
+    )));
 }
 
 /// Where the ways lead that nothing on them waits on, from the beginning of a block.

@@ -1,6 +1,8 @@
 //! Imports of modules that are not there. Programs find the modules of this interpreter and no others, neither files
 //! beside them nor packages of the machine.
 
+use messages::{Text, text};
+
 use crate::ast::{Expr, ExprKind, Ident, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic_list::{DiagnosticList, quoted};
@@ -17,7 +19,10 @@ pub(super) fn check(statement: &Stmt, found: &mut DiagnosticList) {
             }
         }
         StmtKind::ImportFrom { module: name, .. } if name.name.starts_with('.') => {
-            let text = "a relative import finds nothing: a program is no part of a package";
+            let text = text!(
+                "a relative import finds nothing: a program is no part of a package",
+                "相对导入找不到任何模块：程序不属于任何包"
+            );
             let finding = Diagnostic::warning("missing-module", name.span, text);
             found.push(finding.with_help(importable()));
         }
@@ -56,18 +61,22 @@ fn module(name: &Ident, can_be_replaced: bool, found: &mut DiagnosticList) {
     if found.is_full() {
         return;
     }
-    let text = format!("there is no module '{}'", quoted(missing));
+    let text = text!("there is no module '{}'", "没有模块 '{}'", quoted(missing));
     let finding = Diagnostic::warning("missing-module", name.span, text);
     found.push(match nearest(&name.name, module_names()) {
         Some(near) if can_be_replaced => finding
-            .with_help(format!("did you mean '{near}'"))
+            .with_help(text!("did you mean '{near}'", "是否想写 '{near}'"))
             .with_fix(name.span, near),
-        Some(near) => finding.with_help(format!("did you mean '{near}'")),
+        Some(near) => finding.with_help(text!("did you mean '{near}'", "是否想写 '{near}'")),
         None => finding.with_help(importable()),
     });
 }
 
-fn importable() -> String {
+fn importable() -> Text {
     let names: Vec<&str> = module_names().collect();
-    format!("programs can import {}", names.join(", "))
+    text!(
+        "programs can import {}",
+        "程序可以导入 {}",
+        names.join(", ")
+    )
 }

@@ -5,6 +5,8 @@
 
 use std::collections::HashMap;
 
+use messages::{Text, text};
+
 use super::calls::{call_site_with, is_meant_to_fail};
 use crate::ast::visit::{NodePart, blocks, expression_parts, own_expressions};
 use crate::ast::{Arg, Expr, ExprKind, FunctionDef, Module, Parameter, Stmt, StmtKind};
@@ -221,7 +223,7 @@ impl<'t> ProgramNames<'t> {
                 continue;
             };
             let mut finding = Diagnostic::warning(hint.code, arg.span, hint.message)
-                .with_label(value.span, "this is its value");
+                .with_label(value.span, text!("this is its value", "它的值在这里"));
             finding.help = hint.help;
             found.push(finding);
         }
@@ -248,7 +250,7 @@ fn own_call(call: &Expr, def: &FunctionDef, args: &[Arg], found: &mut Diagnostic
             _ => None,
         })
     };
-    let mut put = |code: &'static str, span, text: String| {
+    let mut put = |code: &'static str, span, text: Text| {
         let shown: Vec<&str> = parameters
             .iter()
             .take(PARAMETERS_MAX)
@@ -259,20 +261,31 @@ fn own_call(call: &Expr, def: &FunctionDef, args: &[Arg], found: &mut Diagnostic
         } else {
             ""
         };
-        let finding =
-            Diagnostic::warning(code, span, text).with_label(def.name.span, "it is defined here");
-        found.push(finding.with_help(format!("call it as {name}({}{dots})", shown.join(", "))));
+        let finding = Diagnostic::warning(code, span, text)
+            .with_label(def.name.span, text!("it is defined here", "在这里定义"));
+        found.push(finding.with_help(text!(
+            "call it as {name}({}{dots})",
+            "调用写作 {name}({}{dots})",
+            shown.join(", ")
+        )));
     };
     if count > by_place.len() && parameters.star.is_none() {
         let most = by_place.len();
-        let text = format!("{name}() takes at most {most} arguments, got {count}");
+        let text = text!(
+            "{name}() takes at most {most} arguments, got {count}",
+            "{name}() 最多接受 {most} 个参数，给出了 {count} 个"
+        );
         return put("argument-count", call.span, text);
     }
     let keyword_names = || parameters.positional.iter().chain(&parameters.keyword_only);
     for (word, _) in keywords() {
         let is_known = keyword_names().any(|parameter| parameter.name.name == word.name);
         if !is_known && parameters.double_star.is_none() {
-            let text = format!("{name}() has no parameter '{}'", quoted(&word.name));
+            let text = text!(
+                "{name}() has no parameter '{}'",
+                "{name}() 没有参数 '{}'",
+                quoted(&word.name)
+            );
             return put("unknown-argument", word.span, text);
         }
     }
@@ -289,7 +302,11 @@ fn own_call(call: &Expr, def: &FunctionDef, args: &[Arg], found: &mut Diagnostic
         .filter(|parameter| parameter.default.is_none())
         .find(|parameter| !is_given(parameter));
     if let Some(missing) = missing {
-        let text = format!("{name}() needs '{}'", quoted(&missing.name.name));
+        let text = text!(
+            "{name}() needs '{}'",
+            "{name}() 需要 '{}'",
+            quoted(&missing.name.name)
+        );
         put("missing-argument", call.span, text);
     }
 }

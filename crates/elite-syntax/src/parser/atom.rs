@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use messages::{Text, text};
+
 use super::{ErrorReported, ParseResult, Parser};
 use crate::ast::{
     Arg, Comprehension, ComprehensionClause, ComprehensionKind, Constant, DictItem, Expr, ExprKind,
@@ -96,7 +98,7 @@ impl Parser<'_> {
             T::LeftParen => return self.parenthesised(),
             T::LeftBracket => return self.list_display(),
             T::LeftBrace => return self.brace_display(),
-            _ => return self.unexpected("an expression"),
+            _ => return self.unexpected(text!("an expression", "表达式")),
         };
         Ok(Expr::new(kind, token.span))
     }
@@ -170,7 +172,7 @@ impl Parser<'_> {
             return Ok(());
         }
         if self.starts_expression() {
-            return self.unexpected(&format!("',' or {}", closer.describe()));
+            return self.unexpected(text!("',' or {}", "',' 或{}", closer.describe()));
         }
         self.unexpected(closer.describe())
     }
@@ -189,7 +191,7 @@ impl Parser<'_> {
                 && !in_brackets
                 && let ExprKind::Starred(_) | ExprKind::Named { .. } = first.kind
             {
-                return self.unexpected("',' or '}'");
+                return self.unexpected(text!("',' or '}}'", "',' 或 '}}'"));
             }
             if self.eat(T::Colon).is_some() {
                 let value = self.expression()?;
@@ -237,7 +239,10 @@ impl Parser<'_> {
         }
         let key = self.expression()?;
         if self.eat(T::Colon).is_none() {
-            let failed = self.unexpected::<()>("':' after the dict key");
+            let failed = self.unexpected_instead_of::<()>(
+                Some(T::Colon),
+                text!("':' after the dict key", "字典键之后的 ':'"),
+            );
             self.keep_or_abandon(key, failed)?;
             return Err(ErrorReported);
         }
@@ -261,14 +266,20 @@ impl Parser<'_> {
         }) = element
         {
             let span = *span;
-            return self.fail(span, "a comprehension cannot unpack with '*'");
+            return self.fail(
+                span,
+                text!(
+                    "a comprehension cannot unpack with '*'",
+                    "推导式不能用 '*' 解包"
+                ),
+            );
         }
         let scope = self.new_scope();
         let mut clauses = Vec::new();
         loop {
             if self.kind() == T::Async {
                 let span = self.token().span;
-                return self.not_supported(span, "'async'");
+                return self.not_supported(span, Text::verbatim("'async'"));
             }
             if self.eat(T::For).is_none() {
                 break;
@@ -337,7 +348,10 @@ impl Parser<'_> {
         if self.eat(T::Star).is_some() {
             let value = self.expression()?;
             if earlier.mapping {
-                let message = "'*' unpacking follows '**' unpacking";
+                let message = text!(
+                    "'*' unpacking follows '**' unpacking",
+                    "'*' 解包不能在 '**' 解包之后"
+                );
                 self.report(Diagnostic::error("syntax", self.span_from(start), message));
             }
             return Ok(Arg::Star(value));
@@ -352,7 +366,11 @@ impl Parser<'_> {
             if earlier.keywords.contains(&name.name) {
                 return self.fail(
                     name.span,
-                    format!("keyword argument '{}' is given twice", quoted(&name.name)),
+                    text!(
+                        "keyword argument '{}' is given twice",
+                        "关键字参数 '{}' 重复",
+                        quoted(&name.name)
+                    ),
                 );
             }
             return Ok(Arg::Keyword(name, value));
@@ -364,9 +382,12 @@ impl Parser<'_> {
         self.check_argument_order(earlier, value.span)?;
         if self.kind() == T::Equal {
             let span = self.token().span;
-            let message = "only a name can stand before '=' in a call";
-            let diagnostic =
-                Diagnostic::error("syntax", span, message).with_help("use '==' to compare");
+            let message = text!(
+                "only a name can stand before '=' in a call",
+                "调用中 '=' 之前只能是名称"
+            );
+            let diagnostic = Diagnostic::error("syntax", span, message)
+                .with_help(text!("use '==' to compare", "比较请用 '=='"));
             return Err(self.report(diagnostic));
         }
         Ok(Arg::Positional(value))
@@ -379,7 +400,10 @@ impl Parser<'_> {
         if !first || self.kind() == T::Comma {
             return self.fail(
                 span,
-                "a generator expression needs parentheses unless it is the only argument",
+                text!(
+                    "a generator expression needs parentheses unless it is the only argument",
+                    "生成器表达式不是唯一的参数时需要括号"
+                ),
             );
         }
         Ok(Arg::Positional(Expr::new(kind, span)))
@@ -387,10 +411,22 @@ impl Parser<'_> {
 
     fn check_argument_order(&mut self, earlier: &SeenArgs, span: Span) -> ParseResult<()> {
         if earlier.mapping {
-            return self.fail(span, "a positional argument follows '**' unpacking");
+            return self.fail(
+                span,
+                text!(
+                    "a positional argument follows '**' unpacking",
+                    "位置参数不能在 '**' 解包之后"
+                ),
+            );
         }
         if !earlier.keywords.is_empty() {
-            return self.fail(span, "a positional argument follows a keyword argument");
+            return self.fail(
+                span,
+                text!(
+                    "a positional argument follows a keyword argument",
+                    "位置参数不能在关键字参数之后"
+                ),
+            );
         }
         Ok(())
     }
@@ -429,7 +465,7 @@ impl Parser<'_> {
         };
         if self.kind() != T::Colon || binds_name {
             // `lower` is only missing before a colon.
-            return lower.map_or_else(|| self.unexpected("an index"), Ok);
+            return lower.map_or_else(|| self.unexpected(text!("an index", "下标")), Ok);
         }
         self.bump();
         let upper = self.slice_bound()?;

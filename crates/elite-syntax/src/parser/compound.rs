@@ -1,5 +1,7 @@
 //! Statements with blocks: `if`, `while`, `for`, `try`, `with`, `def`, `sec`, `class`, decorators.
 
+use messages::{Text, text};
+
 use super::atom::ArgContext;
 use super::{Context, ErrorReported, ParseResult, Parser};
 use crate::ast::visit::blocks;
@@ -48,25 +50,32 @@ impl Parser<'_> {
         let token = self.token();
         let word = self.text(token);
         let opener = match token.kind {
-            T::Except | T::Finally => "'try'",
-            _ => "'if', loop or 'try'",
+            T::Except | T::Finally => Text::verbatim("'try'"),
+            _ => text!("'if', loop or 'try'", "'if'、循环或 'try'"),
         };
-        let message = format!("'{word}' without a matching {opener}");
+        let message = text!(
+            "'{word}' without a matching {opener}",
+            "'{word}' 没有对应的{opener}"
+        );
         let mut diagnostic = Diagnostic::error("syntax", token.span, message);
         let after_end = self.at >= 2 && self.tokens[self.at - 2].kind == T::End;
         if after_end {
-            diagnostic = diagnostic.with_help(
+            diagnostic = diagnostic.with_help(text!(
                 "'end' closes the whole statement: write it once, after the last branch",
-            );
+                "'end' 结束整个语句：只在最后一个分支之后写一次"
+            ));
         }
         Err(self.report(diagnostic))
     }
 
     /// `:` and the block after it, indented or on the same line. Returns whether the block was closed by an `end`
     /// at the column of its own lines, which also ends the statement.
-    pub(super) fn block(&mut self, header: &str) -> ParseResult<Vec<Stmt>> {
+    pub(super) fn block(&mut self, header: Text) -> ParseResult<Vec<Stmt>> {
         if self.eat(T::Colon).is_none() {
-            let failed = self.unexpected(&format!("':' after {header}"));
+            let failed = self.unexpected_instead_of(
+                Some(T::Colon),
+                text!("':' after {header}", "{header}之后的 ':'"),
+            );
             // A header that only lacks its colon keeps its block.
             if self.kind() != T::Newline || self.kind_ahead(1) != T::Indent {
                 return failed;
@@ -77,19 +86,29 @@ impl Parser<'_> {
             if parser.eat(T::Newline).is_none() {
                 if parser.compound_starts_here() {
                     let span = parser.token().span;
-                    return parser.fail(span, "a statement with a block needs a line of its own");
+                    return parser.fail(
+                        span,
+                        text!(
+                            "a statement with a block needs a line of its own",
+                            "带块的语句需要单独一行"
+                        ),
+                    );
                 }
                 parser.simple_line(&mut body)?;
                 return Ok(body);
             }
             if parser.eat(T::Indent).is_none() {
                 let span = parser.token().span;
-                let message = format!("expected an indented block after {header}");
+                let message = text!(
+                    "expected an indented block after {header}",
+                    "{header}之后应有缩进的块"
+                );
                 let finding = Diagnostic::error("indentation", span, message);
                 parser.report(match parser.kind() {
-                    T::End => finding.with_help(
+                    T::End => finding.with_help(text!(
                         "a block that does nothing has 'pass' in it, a loop that waits 'sync()'",
-                    ),
+                        "什么都不做的块写 'pass'，等待的循环写 'sync()'"
+                    )),
                     _ => finding,
                 });
                 // The lines that follow are what they are.
@@ -124,9 +143,14 @@ impl Parser<'_> {
                     self.end_of_line()?;
                     if self.kind() != T::Dedent && self.kind() != T::EndOfFile {
                         let span = self.token().span;
-                        let message = "the block was closed by 'end' above, but its lines go on";
+                        let message = text!(
+                            "the block was closed by 'end' above, but its lines go on",
+                            "块已由上面的 'end' 结束，但其行仍在继续"
+                        );
                         let diagnostic = Diagnostic::error("misplaced-end", span, message);
-                        self.report(diagnostic.with_label(end.span, "closed here"));
+                        self.report(
+                            diagnostic.with_label(end.span, text!("closed here", "在此结束")),
+                        );
                         continue;
                     }
                 }
@@ -135,7 +159,7 @@ impl Parser<'_> {
         }
     }
 
-    fn loop_block(&mut self, header: &str) -> ParseResult<Vec<Stmt>> {
+    fn loop_block(&mut self, header: Text) -> ParseResult<Vec<Stmt>> {
         let outer = std::mem::replace(&mut self.context.in_loop, true);
         let body = self.block(header);
         self.context.in_loop = outer;
@@ -146,7 +170,7 @@ impl Parser<'_> {
         if self.eat(T::Else).is_none() {
             return Ok(Vec::new());
         }
-        let (parsed, span) = (self.block("'else'"), self.token().span);
+        let (parsed, span) = (self.block(Text::verbatim("'else'")), self.token().span);
         let gap = Expr::new(ExprKind::Constant(Constant::Ellipsis), span);
         let parsed = parsed.map(|body| (gap, body));
         Ok(self.clause_or_rest(parsed, span).1)
@@ -161,7 +185,7 @@ impl Parser<'_> {
     fn if_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let test = self.condition()?;
-        let mut branches = vec![(test, self.block("the 'if' condition")?)];
+        let mut branches = vec![(test, self.block(text!("the 'if' condition", "'if' 条件"))?)];
         while let Some(elif) = self.eat(T::Elif) {
             let parsed = self.elif_clause(elif);
             branches.push(self.clause_or_rest(parsed, elif.span));
@@ -173,7 +197,10 @@ impl Parser<'_> {
     fn elif_clause(&mut self, elif: Token) -> ParseResult<(Expr, Vec<Stmt>)> {
         let test = self.condition()?;
         self.anchor_directives(elif.span.start, DirectiveAnchor::Before(test.span.start));
-        Ok((test, self.block("the 'elif' condition")?))
+        Ok((
+            test,
+            self.block(text!("the 'elif' condition", "'elif' 条件"))?,
+        ))
     }
 
     /// A further clause of a statement; of one that did not parse, what its block holds: the clauses before it stand.
@@ -193,7 +220,7 @@ impl Parser<'_> {
     fn while_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let test = self.condition()?;
-        let body = self.loop_block("the 'while' condition")?;
+        let body = self.loop_block(text!("the 'while' condition", "'while' 条件"))?;
         let orelse = self.else_block()?;
         Ok(StmtKind::While { test, body, orelse })
     }
@@ -204,7 +231,7 @@ impl Parser<'_> {
         self.expect(T::In)?;
         let iterable = self.star_list()?;
         self.check_no_star(&iterable)?;
-        let body = self.loop_block("the 'for' line")?;
+        let body = self.loop_block(text!("the 'for' line", "'for' 行"))?;
         let orelse = self.else_block()?;
         Ok(StmtKind::For {
             target,
@@ -216,7 +243,7 @@ impl Parser<'_> {
 
     fn try_statement(&mut self) -> ParseResult<StmtKind> {
         let start = self.bump().span;
-        let body = self.block("'try'")?;
+        let body = self.block(Text::verbatim("'try'"))?;
         let mut handlers: Vec<Handler> = Vec::new();
         let mut bare: Option<Span> = None;
         while self.kind() == T::Except {
@@ -236,11 +263,17 @@ impl Parser<'_> {
                 .first()
                 .is_some_and(|first| first.star != handler.star)
             {
-                let message = "cannot have both 'except' and 'except*' on the same 'try'";
+                let message = text!(
+                    "cannot have both 'except' and 'except*' on the same 'try'",
+                    "同一个 'try' 不能同时有 'except' 和 'except*'"
+                );
                 self.report(Diagnostic::error("syntax", handler.span, message));
             }
             if let Some(bare) = bare {
-                let message = "a bare 'except:' must be the last one";
+                let message = text!(
+                    "a bare 'except:' must be the last one",
+                    "不带类型的 'except:' 必须是最后一个"
+                );
                 self.report(Diagnostic::error("syntax", bare, message));
             }
             if handler.exception.is_none() {
@@ -255,12 +288,15 @@ impl Parser<'_> {
         };
         let has_finally = self.eat(T::Finally).is_some();
         let finally = if has_finally {
-            self.block("'finally'")?
+            self.block(Text::verbatim("'finally'"))?
         } else {
             Vec::new()
         };
         if handlers.is_empty() && !has_finally {
-            let message = "'try' needs at least one 'except' or a 'finally'";
+            let message = text!(
+                "'try' needs at least one 'except' or a 'finally'",
+                "'try' 至少需要一个 'except' 或 'finally'"
+            );
             self.report(Diagnostic::error("syntax", start, message));
         }
         Ok(StmtKind::Try {
@@ -280,8 +316,14 @@ impl Parser<'_> {
             let first = self.expression()?;
             if self.kind() == T::Comma {
                 let span = self.token().span;
-                let message = "several exception types need parentheses";
-                let help = "write 'except (A, B):'; to name the exception, 'except A as e:'";
+                let message = text!(
+                    "several exception types need parentheses",
+                    "多个异常类型需要括号"
+                );
+                let help = text!(
+                    "write 'except (A, B):'; to name the exception, 'except A as e:'",
+                    "请写 'except (A, B):'；命名异常写 'except A as e:'"
+                );
                 return Err(self.report(Diagnostic::error("syntax", span, message).with_help(help)));
             }
             exception = Some(first);
@@ -289,11 +331,14 @@ impl Parser<'_> {
                 name = Some(self.ident()?);
             }
         } else if let Some(star) = star {
-            let message = "'except*' needs the types it takes";
+            let message = text!(
+                "'except*' needs the types it takes",
+                "'except*' 需要给出异常类型"
+            );
             return self.fail(start.to(star.span), message);
         }
         let span = self.span_from(start);
-        let body = self.block("'except'")?;
+        let body = self.block(Text::verbatim("'except'"))?;
         if star.is_some() {
             self.check_no_leaving(&body, false);
         }
@@ -315,7 +360,10 @@ impl Parser<'_> {
                 _ => false,
             };
             if leaves {
-                let message = "'break', 'continue' and 'return' cannot appear in an except* block";
+                let message = text!(
+                    "'break', 'continue' and 'return' cannot appear in an except* block",
+                    "'break'、'continue' 和 'return' 不能出现在 except* 块中"
+                );
                 self.report(Diagnostic::error("syntax", statement.span, message));
             }
             match &statement.kind {
@@ -352,7 +400,7 @@ impl Parser<'_> {
             Some(items) => items,
             None => self.with_items(T::Colon)?,
         };
-        let body = self.block("the 'with' line")?;
+        let body = self.block(text!("the 'with' line", "'with' 行"))?;
         Ok(StmtKind::With { items, body })
     }
 
@@ -394,7 +442,10 @@ impl Parser<'_> {
                 let span = self.token().span;
                 return self.fail(
                     span,
-                    format!("more than {WITH_ITEMS_MAX} items in one 'with'"),
+                    text!(
+                        "more than {WITH_ITEMS_MAX} items in one 'with'",
+                        "一个 'with' 中超过 {WITH_ITEMS_MAX} 项"
+                    ),
                 );
             }
             // A comma may stand at the end between brackets only.
@@ -416,9 +467,12 @@ impl Parser<'_> {
             T::Class => self.class(decorators),
             T::Async => {
                 let span = self.token().span;
-                self.not_supported(span, "'async'")
+                self.not_supported(span, Text::verbatim("'async'"))
             }
-            _ => self.unexpected("'def' or 'class' after the decorator"),
+            _ => self.unexpected(text!(
+                "'def' or 'class' after the decorator",
+                "装饰器之后的 'def' 或 'class'"
+            )),
         }
     }
 
@@ -439,7 +493,7 @@ impl Parser<'_> {
             ..Context::default()
         };
         let outer = std::mem::replace(&mut self.context, inner);
-        let body = self.block("the function header");
+        let body = self.block(text!("the function header", "函数头"));
         self.context = outer;
         let body = body?;
         let def = FunctionDef {
@@ -466,7 +520,7 @@ impl Parser<'_> {
         let inner = Context::default();
         let outer = std::mem::replace(&mut self.context, inner);
         self.classes.push(name.name.clone());
-        let body = self.block("the class header");
+        let body = self.block(text!("the class header", "类头"));
         self.classes.pop();
         self.context = outer;
         Ok(StmtKind::Class(Box::new(ClassDef {

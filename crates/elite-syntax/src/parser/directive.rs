@@ -6,6 +6,8 @@
 //! or at the end of the block if there is none. Before `elif`, `else`, `except` and `finally` it belongs to that
 //! clause.
 
+use messages::{Text, text};
+
 use super::{LOOK_EVERY, ParseResult, Parser};
 use crate::ast::{Constant, DirectiveAnchor, Expr, ExprKind, NodeDirective, Stmt};
 use crate::diagnostic::Diagnostic;
@@ -16,8 +18,10 @@ use crate::source::Span;
 /// Most characters of a label that are kept: it is repeated wherever the node is shown.
 const LABEL_CHARS_MAX: usize = 200;
 
-const FORM: &str =
-    "write '$ LINE: (7, \"name\")', with \"before\" or \"after\" as third part if wanted";
+const FORM: Text = text!(
+    "write '$ LINE: (7, \"name\")', with \"before\" or \"after\" as third part if wanted",
+    "写作 '$ LINE: (7, \"name\")'，需要时第三部分为 \"before\" 或 \"after\""
+);
 
 /// A directive that says something, and where it stands.
 pub(super) struct ParsedDirective {
@@ -63,9 +67,11 @@ impl Parser<'_> {
         };
         if name != "LINE" {
             let message = match name {
-                "" => "a line that begins with '$' is a directive, and this one has no name"
-                    .to_owned(),
-                _ => format!("there is no directive '{}'", quoted(name)),
+                "" => text!(
+                    "a line that begins with '$' is a directive, and this one has no name",
+                    "以 '$' 开头的行是指令，而这一行没有名称"
+                ),
+                _ => text!("there is no directive '{}'", "没有指令 '{}'", quoted(name)),
             };
             let span = place(0, (word + length).max(1));
             return self.directive_error(span, message);
@@ -73,17 +79,23 @@ impl Parser<'_> {
         let colon = after(word + length);
         if !text[colon..].starts_with(':') {
             let next = text[colon..].chars().next().map_or(0, char::len_utf8);
-            return self.directive_error(place(colon, next), "expected ':' after '$ LINE'");
+            return self.directive_error(
+                place(colon, next),
+                text!("expected ':' after '$ LINE'", "'$ LINE' 之后应为 ':'"),
+            );
         }
         let parts = after(colon + 1);
         if !text[parts..].starts_with('(') {
             let next = text[parts..].chars().next().map_or(0, char::len_utf8);
-            return self.directive_error(place(parts, next), "expected '(' after '$ LINE:'");
+            return self.directive_error(
+                place(parts, next),
+                text!("expected '(' after '$ LINE:'", "'$ LINE:' 之后应为 '('"),
+            );
         }
         let start = span.start as usize + parts;
         let known = (self.lexer_diagnostics.len(), self.diagnostics.len());
         let place = Span::new(start, span.end as usize);
-        let expr = self.field_expression(place, "the end of the line");
+        let expr = self.field_expression(place, text!("the end of the line", "行尾"));
         if self.lexer_diagnostics.len() > known.0 {
             // What follows from a string that is not closed says nothing.
             self.diagnostics.truncate(known.1);
@@ -94,7 +106,7 @@ impl Parser<'_> {
         ] {
             findings.change_from(known, |finding| {
                 finding.code = "directive";
-                finding.help.get_or_insert_with(|| FORM.into());
+                finding.help.get_or_insert(FORM);
             });
         }
         self.node_mark(span.start, &expr?)
@@ -108,7 +120,15 @@ impl Parser<'_> {
         let (number, label, when) = match items {
             [number, label] => (number, label, None),
             [number, label, when] => (number, label, Some(when)),
-            _ => return self.directive_error(expr.span, "'$ LINE' takes a number and a text"),
+            _ => {
+                return self.directive_error(
+                    expr.span,
+                    text!(
+                        "'$ LINE' takes a number and a text",
+                        "'$ LINE' 需要一个数和一段文本"
+                    ),
+                );
+            }
         };
         let node = match &number.kind {
             ExprKind::Constant(Constant::Int(node)) => u32::try_from(*node).ok(),
@@ -116,15 +136,19 @@ impl Parser<'_> {
         };
         let Some(node) = node.filter(|node| *node > 0) else {
             let given = quoted(self.file.slice(number.span));
-            let message = format!(
+            let message = text!(
                 "the node of '$ LINE' must be a whole number from 1 to {}, not {given}",
+                "'$ LINE' 的节点必须是 1 到 {} 的整数，不能是 {given}",
                 u32::MAX
             );
             return self.directive_error(number.span, message);
         };
         let ExprKind::Constant(Constant::Str(label)) = &label.kind else {
             let given = quoted(self.file.slice(label.span));
-            let message = format!("the name in '$ LINE' must be a string literal, not {given}");
+            let message = text!(
+                "the name in '$ LINE' must be a string literal, not {given}",
+                "'$ LINE' 中的名称必须是字符串，不能是 {given}"
+            );
             return self.directive_error(label.span, message);
         };
         let after = match when.map(|when| (&when.kind, when.span)) {
@@ -133,8 +157,9 @@ impl Parser<'_> {
             Some((ExprKind::Constant(Constant::Str(when)), _)) if **when == *"after" => true,
             Some((_, span)) => {
                 let given = quoted(self.file.slice(span));
-                let message = format!(
-                    "the third part of '$ LINE' must be \"before\" or \"after\", not {given}"
+                let message = text!(
+                    "the third part of '$ LINE' must be \"before\" or \"after\", not {given}",
+                    "'$ LINE' 的第三部分必须是 \"before\" 或 \"after\"，不能是 {given}"
                 );
                 return self.directive_error(span, message);
             }
@@ -148,7 +173,7 @@ impl Parser<'_> {
         })
     }
 
-    fn directive_error<T>(&mut self, span: Span, message: impl Into<String>) -> ParseResult<T> {
+    fn directive_error<T>(&mut self, span: Span, message: Text) -> ParseResult<T> {
         let diagnostic = Diagnostic::error("directive", span, message);
         Err(self.report(diagnostic.with_help(FORM)))
     }

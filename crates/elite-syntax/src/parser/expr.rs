@@ -1,5 +1,7 @@
 //! Expressions with operators, by binding power.
 
+use messages::{Text, text};
+
 use super::{EXPR_DEPTH_MAX, ParseResult, Parser};
 use crate::ast::{BinaryOp, CompareOp, Expr, ExprKind, Lambda, UnaryOp};
 use crate::diagnostic::Diagnostic;
@@ -61,7 +63,10 @@ impl Parser<'_> {
         };
         if self.kind() == T::ColonEqual {
             let span = self.token().span;
-            let message = "':=' needs parentheses around it here; a statement assigns with '='";
+            let message = text!(
+                "':=' needs parentheses around it here; a statement assigns with '='",
+                "这里的 ':=' 需要括号；语句中赋值用 '='"
+            );
             return self.fail(span, message);
         }
         Ok(expr)
@@ -136,7 +141,10 @@ impl Parser<'_> {
             parser.bump();
             let test = Box::new(parser.disjunction()?);
             if parser.eat(T::Else).is_none() {
-                return parser.unexpected("'else' of the conditional expression");
+                return parser.unexpected(text!(
+                    "'else' of the conditional expression",
+                    "条件表达式的 'else'"
+                ));
             }
             let orelse = Box::new(parser.expression()?);
             let kind = ExprKind::IfElse {
@@ -168,7 +176,11 @@ impl Parser<'_> {
     pub(super) fn yield_expression(&mut self) -> ParseResult<Expr> {
         let start = self.bump().span;
         if !self.context.in_function {
-            let error = Diagnostic::error("syntax", start, "'yield' outside a function");
+            let error = Diagnostic::error(
+                "syntax",
+                start,
+                text!("'yield' outside a function", "'yield' 不在函数内"),
+            );
             self.report(error);
         }
         let kind = if self.eat(T::From).is_some() {
@@ -298,7 +310,10 @@ impl Parser<'_> {
     /// Refuses an expression whose tree has become too deep.
     pub(super) fn check_depth(&mut self, expr: Expr) -> ParseResult<Expr> {
         if expr.depth > EXPR_DEPTH_MAX {
-            let text = format!("this expression is deeper than {EXPR_DEPTH_MAX} levels");
+            let text = text!(
+                "this expression is deeper than {EXPR_DEPTH_MAX} levels",
+                "这个表达式超过 {EXPR_DEPTH_MAX} 层"
+            );
             // Only where it starts: the whole of it may be megabytes.
             let end = expr.span.start;
             let failed = self.fail::<()>(Span { end, ..expr.span }, text);
@@ -313,7 +328,7 @@ impl Parser<'_> {
             T::Minus => UnaryOp::Neg,
             T::Plus => UnaryOp::Pos,
             T::Tilde => UnaryOp::Invert,
-            T::Await => return self.not_supported(start, "'await'"),
+            T::Await => return self.not_supported(start, Text::verbatim("'await'")),
             _ => return self.power(),
         };
         self.bump();

@@ -1,5 +1,7 @@
 //! f-strings: the text between replacement fields, and the fields.
 
+use messages::{Text, text};
+
 use super::strings::StringLiteral;
 use super::{ParseResult, Parser};
 use crate::ast::{Conversion, Expr, FStringPart};
@@ -60,7 +62,10 @@ impl Parser<'_> {
         if level > FIELD_NESTING_MAX {
             return self.fail(
                 span,
-                "the replacement fields of this f-string nest too deeply",
+                text!(
+                    "the replacement fields of this f-string nest too deeply",
+                    "这个 f-string 的替换字段嵌套过深"
+                ),
             );
         }
         let text = self.file.slice(span);
@@ -96,7 +101,10 @@ impl Parser<'_> {
                 let span = Span::new(offset + brace, offset + brace + 1);
                 return self.fail(
                     span,
-                    "a single '}' is not allowed in an f-string; write '}}'",
+                    text!(
+                        "a single '}}' is not allowed in an f-string; write '}}}}'",
+                        "f-string 中不能有单独的 '}}'；请写作 '}}}}'"
+                    ),
                 );
             }
         }
@@ -144,20 +152,32 @@ impl Parser<'_> {
         let stop = expression_end(&text[start..end]) + start;
         let brace = Span::new(open, open + 1);
         if text[start..stop].trim().is_empty() {
-            return self.fail(brace, "an f-string field needs an expression");
+            return self.fail(
+                brace,
+                text!(
+                    "an f-string field needs an expression",
+                    "f-string 的字段需要一个表达式"
+                ),
+            );
         }
         if let Some(backslash) = text[start..stop].find('\\') {
             let span = Span::new(start + backslash, start + backslash + 1);
             return self.fail(
                 span,
-                "the expression of an f-string field cannot contain a backslash",
+                text!(
+                    "the expression of an f-string field cannot contain a backslash",
+                    "f-string 字段的表达式中不能有反斜杠"
+                ),
             );
         }
         if let Some(hash) = comment_start(&text[start..stop]) {
             let span = Span::new(start + hash, start + hash + 1);
             return self.fail(
                 span,
-                "the expression of an f-string field cannot contain '#'",
+                text!(
+                    "the expression of an f-string field cannot contain '#'",
+                    "f-string 字段的表达式中不能有 '#'"
+                ),
             );
         }
         let mut at = stop;
@@ -168,7 +188,10 @@ impl Parser<'_> {
             parts.text(&text[start..at]);
         }
         self.budget.charge(FIELD);
-        let value = self.field_expression(Span::new(start, stop), "the end of the expression")?;
+        let value = self.field_expression(
+            Span::new(start, stop),
+            text!("the end of the expression", "表达式的结尾"),
+        )?;
         let conversion = self.conversion(&mut at, end)?;
         let mut format = None;
         if text[at..end].starts_with(':') {
@@ -177,7 +200,13 @@ impl Parser<'_> {
             at = spec_end;
         }
         if !text[at..end].starts_with('}') {
-            return self.fail(brace, "this f-string field is never closed: expected '}'");
+            return self.fail(
+                brace,
+                text!(
+                    "this f-string field is never closed: expected '}}'",
+                    "这个 f-string 字段没有结束：缺少 '}}'"
+                ),
+            );
         }
         let by_repr = echoes && format.is_none() && conversion == Conversion::None;
         let conversion = if by_repr {
@@ -202,14 +231,19 @@ impl Parser<'_> {
             Some('s') => Conversion::Str,
             Some('r') => Conversion::Repr,
             Some('a') => Conversion::Ascii,
-            _ => return self.fail(Span::new(*at, *at + 1), "expected '!s', '!r' or '!a'"),
+            _ => {
+                return self.fail(
+                    Span::new(*at, *at + 1),
+                    text!("expected '!s', '!r' or '!a'", "应为 '!s'、'!r' 或 '!a'"),
+                );
+            }
         };
         *at += 2;
         Ok(conversion)
     }
 
     /// Parses the expression at `span` with the state of this parser; messages call its end `end`.
-    pub(super) fn field_expression(&mut self, span: Span, end: &'static str) -> ParseResult<Expr> {
+    pub(super) fn field_expression(&mut self, span: Span, end: Text) -> ParseResult<Expr> {
         let lexed = lex_expression(self.file, span, self.budget);
         for finding in lexed.diagnostics.into_vec() {
             self.lexer_diagnostics.push(finding);

@@ -1,5 +1,7 @@
 //! Number literals.
 
+use messages::text;
+
 use num_bigint::BigInt;
 
 use super::{ParseResult, Parser};
@@ -24,7 +26,10 @@ impl Parser<'_> {
         };
         match constant {
             Some(constant) => Ok(ExprKind::Constant(constant)),
-            None => self.fail(token.span, format!("'{text}' is not a number")),
+            None => self.fail(
+                token.span,
+                text!("'{text}' is not a number", "'{text}' 不是数"),
+            ),
         }
     }
 
@@ -38,8 +43,9 @@ impl Parser<'_> {
         if radix == 10 && digits.len() > INT_DIGITS_MAX {
             return self.fail(
                 span,
-                format!(
+                text!(
                     "this number has {} digits, {INT_DIGITS_MAX} are allowed",
+                    "这个数有 {} 位，最多允许 {INT_DIGITS_MAX} 位",
                     digits.len()
                 ),
             );
@@ -51,7 +57,10 @@ impl Parser<'_> {
         {
             return self.fail(
                 span,
-                "a decimal number cannot start with 0; write octal numbers as 0o17",
+                text!(
+                    "a decimal number cannot start with 0; write octal numbers as 0o17",
+                    "十进制数不能以 0 开头；八进制数请写作 0o17"
+                ),
             );
         }
         if let Ok(small) = i64::from_str_radix(digits, radix) {

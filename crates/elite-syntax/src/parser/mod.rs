@@ -18,6 +18,8 @@ mod strings;
 mod target;
 mod units;
 
+use messages::{Text, text};
+
 use crate::ast::{DirectiveAnchor, Expr, ExprKind, Ident, Module, ScopeId, Stmt};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::diagnostic_list::{DiagnosticList, quoted, sort_and_cap};
@@ -119,7 +121,7 @@ struct Parser<'f> {
     /// Where the lexer cut a line short because a bracket was never closed: what fails there has been reported.
     cuts: Vec<u32>,
     /// What the end of the tokens is called.
-    end: &'static str,
+    end: Text,
     /// The script assigns `print`, so `print x` is not rewritten.
     print_is_assigned: bool,
     /// The directives; `claimed` of them have their place.
@@ -203,10 +205,16 @@ impl<'f> Parser<'f> {
     fn whole_expression(&mut self) -> ParseResult<Expr> {
         let expr = self.expression_list()?;
         if let ExprKind::Starred(_) = expr.kind {
-            return self.fail(expr.span, "a starred expression cannot stand here");
+            return self.fail(
+                expr.span,
+                text!(
+                    "a starred expression cannot stand here",
+                    "这里不能使用带星号的表达式"
+                ),
+            );
         }
         if self.kind() != TokenKind::EndOfFile {
-            let failed = self.unexpected::<()>("the end of the expression");
+            let failed = self.unexpected::<()>(text!("the end of the expression", "表达式的结尾"));
             return self.keep_or_abandon(expr, failed).map(|(expr, ())| expr);
         }
         Ok(expr)
@@ -254,7 +262,7 @@ impl<'f> Parser<'f> {
     fn expect(&mut self, kind: TokenKind) -> ParseResult<Token> {
         match self.eat(kind) {
             Some(token) => Ok(token),
-            None => self.unexpected(kind.describe()),
+            None => self.unexpected_instead_of(Some(kind), kind.describe()),
         }
     }
 
@@ -291,55 +299,73 @@ impl<'f> Parser<'f> {
         ErrorReported
     }
 
-    fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> ParseResult<T> {
+    fn fail<T>(&mut self, span: Span, message: Text) -> ParseResult<T> {
         Err(self.report(Diagnostic::error("syntax", span, message)))
     }
 
     /// Reports that `expected` should stand here.
-    fn unexpected<T>(&mut self, expected: &str) -> ParseResult<T> {
+    fn unexpected<T>(&mut self, expected: Text) -> ParseResult<T> {
+        self.unexpected_instead_of(None, expected)
+    }
+
+    /// Reports that `expected` should stand here, where that begins with a token of a certain kind.
+    fn unexpected_instead_of<T>(
+        &mut self,
+        kind: Option<TokenKind>,
+        expected: Text,
+    ) -> ParseResult<T> {
         let token = self.token();
         let found = match token.kind {
-            TokenKind::Name => format!("'{}'", quoted(self.text(token))),
+            TokenKind::Name => Text::verbatim(format!("'{}'", quoted(self.text(token)))),
             TokenKind::Int | TokenKind::Float | TokenKind::Imaginary => {
-                format!("the number {}", quoted(self.text(token)))
+                text!("the number {}", "数 {}", quoted(self.text(token)))
             }
-            TokenKind::EndOfFile => self.end.to_owned(),
-            kind => kind.describe().to_owned(),
+            TokenKind::EndOfFile => self.end.clone(),
+            kind => kind.describe(),
         };
         let mut diagnostic = Diagnostic::error(
             "syntax",
             token.span,
-            format!("expected {expected}, found {found}"),
+            text!(
+                "expected {expected}, found {found}",
+                "应为{expected}，却是{found}"
+            ),
         );
         if self.begins_loop_of_c() {
-            diagnostic = diagnostic.with_help("write 'for i in range(3):'");
-        } else if token.kind == TokenKind::Equal && expected == "'in'" {
-            diagnostic = diagnostic.with_help("write 'for i in range(first, last + 1):'");
+            diagnostic = diagnostic.with_help(text!(
+                "write 'for i in range(3):'",
+                "请写 'for i in range(3):'"
+            ));
+        } else if token.kind == TokenKind::Equal && kind == Some(TokenKind::In) {
+            diagnostic = diagnostic.with_help(text!(
+                "write 'for i in range(first, last + 1):'",
+                "请写 'for i in range(first, last + 1):'"
+            ));
         } else if token.kind == TokenKind::Equal {
             diagnostic = diagnostic
-                .with_help("'=' assigns; use '==' to compare")
+                .with_help(text!(
+                    "'=' assigns; use '==' to compare",
+                    "'=' 用于赋值；比较请用 '=='"
+                ))
                 .with_fix(token.span, "==");
-        } else if expected.starts_with("':'") && self.begins_block_elsewhere() {
+        } else if kind == Some(TokenKind::Colon) && self.begins_block_elsewhere() {
             diagnostic = diagnostic
-                .with_help("a block begins with ':' and ends with 'end'")
+                .with_help(text!(
+                    "a block begins with ':' and ends with 'end'",
+                    "块以 ':' 开始，以 'end' 结束"
+                ))
                 .with_fix(token.span, ":");
-        } else if let Some(help) = self.foreign_operator() {
+        } else if let Some((help, word)) = self.foreign_operator() {
             diagnostic = diagnostic.with_help(help);
-            let word = help
-                .strip_prefix("write '")
-                .and_then(|rest| rest.strip_suffix('\''));
-            if let (Some(word @ ("and" | "or" | "elif")), Some(before)) =
-                (word, self.at.checked_sub(1))
-            {
+            if let (Some(word), Some(before)) = (word, self.at.checked_sub(1)) {
                 diagnostic = diagnostic.with_fix(self.tokens[before].span.to(token.span), word);
             }
-        } else if token.kind.is_keyword() {
-            let help = format!("'{}' is a keyword and cannot be a name", self.text(token));
-            diagnostic = if expected == "a name" {
-                diagnostic.with_help(help)
-            } else {
-                diagnostic
-            };
+        } else if token.kind.is_keyword() && kind == Some(TokenKind::Name) {
+            diagnostic = diagnostic.with_help(text!(
+                "'{}' is a keyword and cannot be a name",
+                "'{}' 是关键字，不能用作名称",
+                self.text(token)
+            ));
         }
         Err(self.report(diagnostic))
     }
@@ -360,28 +386,31 @@ impl<'f> Parser<'f> {
         begins_loop && matches!(self.kind(), TokenKind::Equal | TokenKind::Name)
     }
 
-    /// Advice where an operator of another language stands.
-    fn foreign_operator(&self) -> Option<&'static str> {
+    /// Advice where an operator of another language stands, and the word that takes its place and that of the token
+    /// before it.
+    fn foreign_operator(&self) -> Option<(Text, Option<&'static str>)> {
         if self.kind() == TokenKind::DoubleSlash {
-            return Some("a comment begins with '#'");
+            return Some((text!("a comment begins with '#'", "注释以 '#' 开头"), None));
         }
         let before = self.at.checked_sub(1).map(|at| self.tokens[at].kind)?;
-        match (before, self.kind()) {
-            (TokenKind::Else, TokenKind::If) => Some("write 'elif'"),
-            (TokenKind::Ampersand, TokenKind::Ampersand) => Some("write 'and'"),
-            (TokenKind::Bar, TokenKind::Bar) => Some("write 'or'"),
+        let word = match (before, self.kind()) {
+            (TokenKind::Else, TokenKind::If) => "elif",
+            (TokenKind::Ampersand, TokenKind::Ampersand) => "and",
+            (TokenKind::Bar, TokenKind::Bar) => "or",
             (TokenKind::Plus, TokenKind::Newline) if self.at >= 2 => {
-                (self.tokens[self.at - 2].kind == TokenKind::Plus).then_some("write 'x += 1'")
+                let is_increment = self.tokens[self.at - 2].kind == TokenKind::Plus;
+                return is_increment.then(|| (text!("write 'x += 1'", "请写 'x += 1'"), None));
             }
-            _ => None,
-        }
+            _ => return None,
+        };
+        Some((text!("write '{word}'", "请写 '{word}'"), Some(word)))
     }
 
-    fn not_supported<T>(&mut self, span: Span, what: &str) -> ParseResult<T> {
+    fn not_supported<T>(&mut self, span: Span, what: Text) -> ParseResult<T> {
         Err(self.report(Diagnostic::error(
             "not-supported",
             span,
-            format!("{what} is not supported"),
+            text!("{what} is not supported", "不支持{what}"),
         )))
     }
 
@@ -389,7 +418,13 @@ impl<'f> Parser<'f> {
     fn nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> ParseResult<T>) -> ParseResult<T> {
         if self.nesting == NESTING_MAX {
             let span = self.token().span;
-            return self.fail(span, format!("this nests deeper than {NESTING_MAX} levels"));
+            return self.fail(
+                span,
+                text!(
+                    "this nests deeper than {NESTING_MAX} levels",
+                    "嵌套超过 {NESTING_MAX} 层"
+                ),
+            );
         }
         self.nesting += 1;
         let result = inner(self);
@@ -416,8 +451,9 @@ impl<'f> Parser<'f> {
         let private = name.starts_with("__") && !name.ends_with("__");
         match self.classes.last() {
             Some(class) if private && class.len() > PRIVATE_CLASS_MAX => {
-                let text = format!(
-                    "private names need a class whose name has at most {PRIVATE_CLASS_MAX} bytes"
+                let text = text!(
+                    "private names need a class whose name has at most {PRIVATE_CLASS_MAX} bytes",
+                    "使用私有名称的类，其名称最多 {PRIVATE_CLASS_MAX} 字节"
                 );
                 self.fail(token.span, text)
             }

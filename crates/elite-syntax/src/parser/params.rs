@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use messages::text;
+
 use super::{ParseResult, Parser};
 use crate::ast::{Parameter, Parameters};
 use crate::diagnostic::Diagnostic;
@@ -29,7 +31,10 @@ impl Parser<'_> {
                     {
                         return self.fail(
                             start,
-                            "'/' must follow positional parameters, once and before '*'",
+                            text!(
+                                "'/' must follow positional parameters, once and before '*'",
+                                "'/' 必须在位置参数之后、'*' 之前，且只出现一次"
+                            ),
                         );
                     }
                     parameters.positional_only = std::mem::take(&mut parameters.positional);
@@ -37,13 +42,20 @@ impl Parser<'_> {
                 T::Star => {
                     self.bump();
                     if after_star {
-                        return self.fail(start, "'*' may appear only once");
+                        return self
+                            .fail(start, text!("'*' may appear only once", "'*' 只能出现一次"));
                     }
                     after_star = true;
                     if self.kind() == T::Comma {
                         let names_follow = self.kind_ahead(1) == T::Name;
                         if !names_follow {
-                            return self.fail(start, "named parameters must follow a bare '*'");
+                            return self.fail(
+                                start,
+                                text!(
+                                    "named parameters must follow a bare '*'",
+                                    "单独的 '*' 之后必须有命名参数"
+                                ),
+                            );
                         }
                     } else {
                         parameters.star = Some(self.collecting_parameter(closer)?);
@@ -54,8 +66,12 @@ impl Parser<'_> {
                     parameters.double_star = Some(self.collecting_parameter(closer)?);
                     self.eat(T::Comma);
                     if self.kind() != closer {
-                        let text = format!("{} after the '**' parameter", closer.describe());
-                        return self.unexpected(&text);
+                        let text = text!(
+                            "{} after the '**' parameter",
+                            "{}在 '**' 参数之后",
+                            closer.describe()
+                        );
+                        return self.unexpected(text);
                     }
                     break;
                 }
@@ -71,7 +87,7 @@ impl Parser<'_> {
                 }
             }
             if self.kind() != closer && self.eat(T::Comma).is_none() {
-                return self.unexpected(&format!("',' or {}", closer.describe()));
+                return self.unexpected(text!("',' or {}", "',' 或{}", closer.describe()));
             }
         }
         self.check_duplicates(&parameters);
@@ -80,8 +96,9 @@ impl Parser<'_> {
 
     fn check_default(&mut self, parameter: &Parameter, earlier_default: bool) {
         if parameter.default.is_none() && earlier_default {
-            let message = format!(
+            let message = text!(
                 "parameter '{}' without a default follows one with a default",
+                "没有默认值的参数 '{}' 在有默认值的参数之后",
                 quoted(&parameter.name.name)
             );
             self.report(Diagnostic::error("syntax", parameter.name.span, message));
@@ -112,7 +129,10 @@ impl Parser<'_> {
     fn collecting_parameter(&mut self, closer: T) -> ParseResult<Parameter> {
         let parameter = self.parameter(closer)?;
         if let Some(default) = &parameter.default {
-            let message = "a parameter that collects arguments cannot have a default";
+            let message = text!(
+                "a parameter that collects arguments cannot have a default",
+                "收集参数的形参不能有默认值"
+            );
             self.report(Diagnostic::error("syntax", default.span, message));
         }
         Ok(parameter)
@@ -124,7 +144,10 @@ impl Parser<'_> {
             self.budget.charge(PARAMETER);
             if !seen.insert(&parameter.name.name) {
                 let name = quoted(&parameter.name.name);
-                let message = format!("duplicate argument '{name}' in function definition");
+                let message = text!(
+                    "duplicate argument '{name}' in function definition",
+                    "函数定义中参数 '{name}' 重复"
+                );
                 self.report(Diagnostic::error("syntax", parameter.name.span, message));
             }
         }

@@ -1,5 +1,7 @@
 //! Simple statements, and how lines are put together from them.
 
+use messages::{Text, text};
+
 use super::{ErrorReported, ParseResult, Parser};
 use crate::ast::{BinaryOp, DirectiveAnchor, Expr, ExprKind, Ident, ImportAlias, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
@@ -108,7 +110,10 @@ impl Parser<'_> {
         let mut finding = Diagnostic::error(
             "indentation",
             span,
-            "this line is indented, but no block is open",
+            text!(
+                "this line is indented, but no block is open",
+                "这一行有缩进，但没有打开的块"
+            ),
         );
         if let Some(help) = self.tab_advice(span) {
             finding = finding.with_help(help);
@@ -124,17 +129,22 @@ impl Parser<'_> {
     }
 
     /// What to do about a line that begins with a tab: what looks like four columns are eight.
-    fn tab_advice(&self, first: Span) -> Option<&'static str> {
+    fn tab_advice(&self, first: Span) -> Option<Text> {
         let before = &self.file.text()[..first.start as usize];
         let line = before.rfind(['\n', '\r']).map_or(0, |end| end + 1);
-        before[line..].contains('\t').then_some(
-            "this line begins with a tab, which goes to the next multiple of 8 columns: use blanks, as the lines around it",
-        )
+        before[line..].contains('\t').then_some(text!(
+            "this line begins with a tab, which goes to the next multiple of 8 columns: use \
+                 blanks, as the lines around it",
+            "这一行以制表符开头，制表符跳到 8 的下一个倍数列：请像周围的行一样使用空格"
+        ))
     }
 
     fn misplaced_end(&mut self) -> ParseResult<()> {
         let token = self.bump();
-        let message = "this 'end' closes nothing: no block starts at its column";
+        let message = text!(
+            "this 'end' closes nothing: no block starts at its column",
+            "这个 'end' 没有可结束的块：没有块从它所在的列开始"
+        );
         Err(self.report(Diagnostic::error("misplaced-end", token.span, message)))
     }
 
@@ -156,7 +166,7 @@ impl Parser<'_> {
         if self.eat(T::Newline).is_some() || self.kind() == T::EndOfFile {
             return Ok(());
         }
-        self.unexpected("the end of the line")
+        self.unexpected(text!("the end of the line", "行尾"))
     }
 
     fn simple_statement(&mut self) -> ParseResult<Stmt> {
@@ -195,17 +205,26 @@ impl Parser<'_> {
         if self.kind() != T::Equal {
             return Ok(());
         }
-        let text = "a 'global' line only says which names are global, it sets nothing";
+        let text = text!(
+            "a 'global' line only says which names are global, it sets nothing",
+            "'global' 行只声明哪些名称是全局的，不赋值"
+        );
         let finding = Diagnostic::error("syntax", self.token().span, text);
         Err(self.report(match names {
             // Names of the top level are global without a word.
             [_] if !self.context.in_function => finding
-                .with_help("leave out the word 'global' here: names of the top level are global")
+                .with_help(text!(
+                    "leave out the word 'global' here: names of the top level are global",
+                    "这里去掉 'global' 一词：顶层的名称就是全局的"
+                ))
                 .with_fix(
                     Span::new(start.start as usize, names[0].span.start as usize),
                     "",
                 ),
-            _ => finding.with_help("set the name on a line of its own, below this one"),
+            _ => finding.with_help(text!(
+                "set the name on a line of its own, below this one",
+                "在下面单独写一行给它赋值"
+            )),
         }))
     }
 
@@ -217,7 +236,10 @@ impl Parser<'_> {
     fn loop_exit(&mut self, kind: StmtKind, word: &str) -> ParseResult<StmtKind> {
         let token = self.bump();
         if !self.context.in_loop {
-            return self.fail(token.span, format!("'{word}' outside a loop"));
+            return self.fail(
+                token.span,
+                text!("'{word}' outside a loop", "'{word}' 不在循环内"),
+            );
         }
         Ok(kind)
     }
@@ -232,7 +254,7 @@ impl Parser<'_> {
             self.report(Diagnostic::error(
                 "syntax",
                 token.span,
-                "'return' outside a function",
+                text!("'return' outside a function", "'return' 不在函数内"),
             ));
         }
         let value = if self.at_statement_end() {
@@ -432,7 +454,7 @@ impl Parser<'_> {
             values.push(self.expression()?);
             trailing_comma = self.eat(T::Comma).is_some();
             if !trailing_comma && !self.at_statement_end() {
-                return self.unexpected("',' or the end of the line");
+                return self.unexpected(text!("',' or the end of the line", "',' 或行尾"));
             }
         }
         Ok(StmtKind::Print {
@@ -480,20 +502,22 @@ impl Parser<'_> {
             let token = self.token();
             let two_names = matches!(expr.kind, ExprKind::Name(_)) && token.kind == T::Name;
             if two_names {
-                let message = format!(
+                let message = text!(
                     "'{} {}': two names side by side mean nothing",
+                    "'{} {}'：两个名称并列没有意义",
                     quoted(word),
                     quoted(self.text(token))
                 );
                 let mut diagnostic = Diagnostic::error("syntax", start.to(token.span), message);
-                let meant =
-                    || nearest(word, HEADS.iter()).map(|head| format!("did you mean '{head}'"));
-                if let Some(help) = slip(word).map(str::to_owned).or_else(meant) {
-                    let fixed = help.strip_prefix("did you mean '");
-                    if let Some(fixed) = fixed.and_then(|rest| rest.strip_suffix('\'')) {
-                        diagnostic = diagnostic.with_fix(expr.span, fixed);
-                    }
+                let head = head_of_elsewhere(word)
+                    .map(str::to_owned)
+                    .or_else(|| nearest(word, HEADS.iter()));
+                if let Some(help) = slip(word) {
                     diagnostic = diagnostic.with_help(help);
+                } else if let Some(head) = head {
+                    diagnostic = diagnostic
+                        .with_help(text!("did you mean '{head}'", "是否想写 '{head}'"))
+                        .with_fix(expr.span, head);
                 }
                 return Err(self.report(diagnostic));
             }
@@ -505,8 +529,8 @@ impl Parser<'_> {
     fn reject_reserved_statements(&mut self) -> ParseResult<()> {
         let token = self.token();
         match token.kind {
-            T::Async => return self.not_supported(token.span, "'async'"),
-            T::Await => return self.not_supported(token.span, "'await'"),
+            T::Async => return self.not_supported(token.span, Text::verbatim("'async'")),
+            T::Await => return self.not_supported(token.span, Text::verbatim("'await'")),
             T::Name => {}
             _ => return Ok(()),
         }
@@ -516,8 +540,12 @@ impl Parser<'_> {
             T::Name | T::Int | T::Float | T::Str | T::None | T::True | T::False
         );
         match self.text(token) {
-            "match" if starts_operand => self.not_supported(token.span, "the 'match' statement"),
-            "type" if next == T::Name => self.not_supported(token.span, "the 'type' statement"),
+            "match" if starts_operand => {
+                self.not_supported(token.span, text!("the 'match' statement", "'match' 语句"))
+            }
+            "type" if next == T::Name => {
+                self.not_supported(token.span, text!("the 'type' statement", "'type' 语句"))
+            }
             _ => Ok(()),
         }
     }
@@ -531,7 +559,11 @@ impl Parser<'_> {
             let span = self.token().span;
             return self.fail(
                 span,
-                "':' after an expression: only a name, an attribute or an item can be annotated",
+                text!(
+                    "':' after an expression: only a name, an attribute or an item can be \
+                     annotated",
+                    "表达式后的 ':'：只有名称、属性或元素可以带注解"
+                ),
             );
         }
         self.bump();
@@ -560,22 +592,48 @@ const HEADS: [&str; 15] = [
     "print", "raise", "return", "while", "with",
 ];
 
-/// What somebody meant who wrote another language's word.
-fn slip(word: &str) -> Option<&'static str> {
+/// The word for what heads a statement elsewhere.
+fn head_of_elsewhere(word: &str) -> Option<&'static str> {
     Some(match word {
-        "elseif" | "elsif" => "did you mean 'elif'",
-        "function" | "func" | "fun" | "define" => "did you mean 'def'",
-        "foreach" => "did you mean 'for'",
-        "let" | "var" | "const" | "local" => "variables are not declared: write 'name = value'",
-        "switch" | "case" => "there is no switch: use 'if' and 'elif'",
+        "elseif" | "elsif" => "elif",
+        "function" | "func" | "fun" | "define" => "def",
+        "foreach" => "for",
+        _ => return None,
+    })
+}
+
+/// What somebody meant who wrote another language's word that has none of its own here.
+fn slip(word: &str) -> Option<Text> {
+    Some(match word {
+        "let" | "var" | "const" | "local" => text!(
+            "variables are not declared: write 'name = value'",
+            "变量无需声明：请写 'name = value'"
+        ),
+        "switch" | "case" => text!(
+            "there is no switch: use 'if' and 'elif'",
+            "没有 switch：请用 'if' 和 'elif'"
+        ),
         "thread" => {
-            "a thread is a function that start_thread() begins: write 'def' in place of 'thread'"
+            text!(
+                "a thread is a function that start_thread() begins: write 'def' in place of \
+                 'thread'",
+                "线程是由 start_thread() 启动的函数：把 'thread' 改为 'def'"
+            )
         }
         "int" | "float" | "double" | "bool" | "string" | "auto" => {
-            "variables are not declared: write 'name = value'"
+            text!(
+                "variables are not declared: write 'name = value'",
+                "变量无需声明：请写 'name = value'"
+            )
         }
-        "until" => "write 'while not' and the condition",
-        "repeat" | "loop" => "write 'for i in range(n):' or 'while True:'",
+        "until" => text!(
+            "write 'while not' and the condition",
+            "写 'while not' 加条件"
+        ),
+        "repeat" | "loop" => text!(
+            "write 'for i in range(n):' or 'while True:'",
+            "写 'for i in range(n):' 或 'while True:'"
+        ),
         _ => return None,
     })
 }

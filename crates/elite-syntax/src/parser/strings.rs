@@ -1,5 +1,7 @@
 //! String literals: prefixes, escapes, implicit concatenation.
 
+use messages::{Text, text};
+
 use super::fstring::FStringBuilder;
 use super::{ParseResult, Parser};
 use crate::ast::{Constant, Expr, ExprKind};
@@ -60,7 +62,13 @@ impl Parser<'_> {
         }
         let span = self.span_from(start);
         if any_bytes && any_text {
-            return self.fail(span, "cannot join a bytes literal and a string literal");
+            return self.fail(
+                span,
+                text!(
+                    "cannot join a bytes literal and a string literal",
+                    "bytes 与字符串不能拼接"
+                ),
+            );
         }
         let kind = if any_bytes {
             ExprKind::Constant(Constant::Bytes(bytes.into()))
@@ -202,7 +210,9 @@ impl Parser<'_> {
         if valid < length {
             if let LiteralOrigin::Bytes(start) = base {
                 let place = at - start;
-                let message = format!("(value error) invalid \\x escape at position {place}");
+                let message = Text::verbatim(format!(
+                    "(value error) invalid \\x escape at position {place}"
+                ));
                 let span = Span::new(at, at + 2 + valid);
                 self.report(Diagnostic::error("syntax", span, message));
             } else {
@@ -243,16 +253,19 @@ impl Parser<'_> {
         };
         let first = width(Span::new(base.start(), at));
         let last = first + width(span) - 1;
-        let message = format!(
+        let message = Text::verbatim(format!(
             "(unicode error) 'unicodeescape' codec can't decode bytes in position {first}-{last}: {reason}"
-        );
+        ));
         self.report(Diagnostic::error("syntax", span, message));
     }
 
     fn byte_body(&mut self, literal: &StringLiteral) -> Vec<u8> {
         let text = self.file.slice(literal.body);
         if !text.is_ascii() {
-            let message = "a bytes literal can hold ASCII characters and escapes only";
+            let message = text!(
+                "a bytes literal can hold ASCII characters and escapes only",
+                "bytes 中只能有 ASCII 字符和转义"
+            );
             self.report(Diagnostic::error("syntax", literal.body, message));
         }
         let mut out = Vec::with_capacity(text.len());

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use messages::text;
+
 use super::{KnownNames, WORK_PER_MENTION};
 use crate::ast::{
     Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
@@ -343,7 +345,10 @@ impl Scopes<'_> {
                 self.star_import |= star;
                 if *star && self.current != ScopeId(0) {
                     // Names that are only known at run time have no place in a function.
-                    let message = "import * only allowed at module level";
+                    let message = text!(
+                        "import * only allowed at module level",
+                        "import * 只能用在模块顶层"
+                    );
                     let found = Diagnostic::error("syntax", statement.span, message);
                     self.diagnostics.push(found);
                 }
@@ -429,7 +434,10 @@ impl Scopes<'_> {
 
     fn declare_nonlocal(&mut self, ident: &Ident) {
         if self.current == ScopeId(0) {
-            let message = "nonlocal declaration not allowed at module level";
+            let message = text!(
+                "nonlocal declaration not allowed at module level",
+                "模块顶层不能有 nonlocal 声明"
+            );
             self.diagnostics
                 .push(Diagnostic::error("syntax", ident.span, message));
             return;
@@ -452,29 +460,42 @@ impl Scopes<'_> {
         let is_first = info.global.is_none() && info.nonlocal.is_none();
         // The words are CPython's.
         let trouble = if info.parameter {
-            Some(format!("name '{name}' is parameter and {word}"))
+            Some(text!(
+                "name '{name}' is parameter and {word}",
+                "名称 '{name}' 既是参数又声明为 {word}"
+            ))
         } else if info.first_seen.is_none() || !is_first || lenient {
             None
         } else if info.read {
-            Some(format!("name '{name}' is used prior to {word} declaration"))
+            Some(text!(
+                "name '{name}' is used prior to {word} declaration",
+                "名称 '{name}' 在 {word} 声明之前被使用"
+            ))
         } else if info.annotated {
-            Some(format!("annotated name '{name}' can't be {word}"))
+            Some(text!(
+                "annotated name '{name}' can't be {word}",
+                "带注解的名称 '{name}' 不能是 {word}"
+            ))
         } else {
-            Some(format!(
-                "name '{name}' is assigned to before {word} declaration"
+            Some(text!(
+                "name '{name}' is assigned to before {word} declaration",
+                "名称 '{name}' 在 {word} 声明之前被赋值"
             ))
         };
         let first_seen = info.first_seen;
         set(info, ident.span);
         if info.global.is_some() && info.nonlocal.is_some() {
-            let message = format!("name '{name}' is nonlocal and global");
+            let message = text!(
+                "name '{name}' is nonlocal and global",
+                "名称 '{name}' 同时声明为 nonlocal 和 global"
+            );
             self.diagnostics
                 .push(Diagnostic::error("syntax", ident.span, message));
         } else if let Some(message) = trouble {
             let diagnostic = Diagnostic::error("syntax", ident.span, message);
             let first = first_seen.unwrap_or(ident.span);
             self.diagnostics
-                .push(diagnostic.with_label(first, "first used here"));
+                .push(diagnostic.with_label(first, text!("first used here", "首次在此使用")));
         }
     }
 
@@ -489,7 +510,11 @@ impl Scopes<'_> {
             _ => return,
         };
         if !in_module {
-            let message = format!("annotated name '{}' can't be {word}", quoted(name));
+            let message = text!(
+                "annotated name '{}' can't be {word}",
+                "带注解的名称 '{}' 不能是 {word}",
+                quoted(name)
+            );
             self.diagnostics
                 .push(Diagnostic::error("syntax", span, message));
         }
@@ -649,7 +674,7 @@ impl Scopes<'_> {
         match self.scope().kind {
             ScopeKind::Function => self.scope().is_generator = true,
             ScopeKind::Comprehension => {
-                let message = "'yield' inside a comprehension";
+                let message = text!("'yield' inside a comprehension", "推导式中不能有 'yield'");
                 self.diagnostics
                     .push(Diagnostic::error("syntax", span, message));
             }
@@ -667,8 +692,9 @@ impl Scopes<'_> {
                 .name(&target.name)
                 .is_some_and(|info| info.bound);
             if own {
-                let message = format!(
+                let message = text!(
                     "':=' cannot rebind the iteration variable '{}'",
+                    "':=' 不能重新绑定迭代变量 '{}'",
                     quoted(&target.name)
                 );
                 self.diagnostics
@@ -681,7 +707,10 @@ impl Scopes<'_> {
             }
         }
         if inner != self.current && self.scope().kind == ScopeKind::Class {
-            let message = "':=' within a comprehension cannot be used in a class body";
+            let message = text!(
+                "':=' within a comprehension cannot be used in a class body",
+                "类体中的推导式不能使用 ':='"
+            );
             self.diagnostics
                 .push(Diagnostic::error("syntax", target.span, message));
         }

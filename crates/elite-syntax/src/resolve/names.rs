@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use messages::text;
+
 use super::WORK_PER_MENTION;
 use super::collect::Scopes;
 use crate::ast::ScopeId;
@@ -164,11 +166,15 @@ pub(super) fn similar<'n>(
 
 /// What is said of a name that nothing defines.
 pub(super) fn undefined_name(name: &str, span: Span, near: Option<String>) -> Diagnostic {
-    let message = format!("the name '{}' is not defined", quoted(name));
+    let message = text!(
+        "the name '{}' is not defined",
+        "名称 '{}' 未定义",
+        quoted(name)
+    );
     let diagnostic = Diagnostic::warning("undefined-name", span, message);
     match near {
         Some(near) => diagnostic
-            .with_help(format!("did you mean '{near}'"))
+            .with_help(text!("did you mean '{near}'", "是否想写 '{near}'"))
             .with_fix(span, near),
         None => match habit_advice(name) {
             Some(advice) => diagnostic.with_help(advice),

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use messages::text;
+
 use super::collect::{NameInfo, Scope, ScopeKind, Scopes};
 use super::{FrameLayout, ScopeLayout, Storage, WORK_PER_MENTION};
 use crate::ast::ScopeId;
@@ -91,7 +93,11 @@ pub(super) fn assign(
 
 /// What is said of a `nonlocal` whose name no function around binds.
 fn unbound_nonlocal(name: &str, span: Span) -> Diagnostic {
-    let message = format!("no binding for nonlocal '{}' found", quoted(name));
+    let message = text!(
+        "no binding for nonlocal '{}' found",
+        "找不到 nonlocal '{}' 的绑定",
+        quoted(name)
+    );
     Diagnostic::error("syntax", span, message)
 }
 

@@ -2,6 +2,8 @@
 
 use std::collections::HashSet;
 
+use messages::text;
+
 use super::collect::{Binding, Scope, ScopeKind, Scopes, collect};
 use crate::ast::{Module, ScopeId};
 use crate::diagnostic::Diagnostic;
@@ -61,13 +63,21 @@ pub(super) fn unused_name(name: &str, span: Span, binding: Binding) -> Diagnosti
     let name = quoted(name);
     match binding {
         Binding::Import => {
-            let text = format!("'{name}' is imported but never used");
+            let text = text!(
+                "'{name}' is imported but never used",
+                "导入了 '{name}' 却从未使用"
+            );
             Diagnostic::warning("unused-import", span, text)
         }
         Binding::Variable => {
-            let text = format!("the variable '{name}' is assigned but never used");
-            Diagnostic::warning("unused-variable", span, text)
-                .with_help(format!("remove it, or call it '_{name}' if that is meant"))
+            let text = text!(
+                "the variable '{name}' is assigned but never used",
+                "变量 '{name}' 被赋值却从未使用"
+            );
+            Diagnostic::warning("unused-variable", span, text).with_help(text!(
+                "remove it, or call it '_{name}' if that is meant",
+                "请删除它；若有意如此，可命名为 '_{name}'"
+            ))
         }
     }
 }

@@ -6,7 +6,7 @@
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::RunStateChoice;
 use parking_lot::MutexGuard;
 use supervision::ThreadSupervisor;
@@ -55,12 +55,12 @@ pub enum ModbusError {
     BroadcastRead,
     /// A signal of another kind is needed.
     #[error("signal {name:?} is not {needed}")]
-    #[zh("信号 {name:?} 不是 {needed}")]
+    #[zh("信号 {name:?} 不是{needed}")]
     WrongKind {
         /// Name of the signal.
         name: String,
         /// What is needed.
-        needed: &'static str,
+        needed: Text,
     },
     /// A list of the wrong length.
     #[error("signal {name:?} takes 1 to {most} values, got {given}")]
@@ -105,7 +105,7 @@ pub enum ModbusError {
     /// The operating system gave no thread.
     #[error("cannot start the Modbus client: {0}")]
     #[zh("无法启动 Modbus 客户端：{0}")]
-    NoThread(String),
+    NoThread(Text),
 }
 
 /// The Modbus client of one controller. Starts a thread when the first signal is added.
@@ -213,9 +213,12 @@ impl ModbusClient {
     /// [`ModbusError`] names the signal and what does not fit.
     pub fn set_coils(&self, name: &str, levels: &[bool]) -> Result<(), ModbusError> {
         let values: Vec<u16> = levels.iter().map(|level| u16::from(*level)).collect();
-        self.set(name, &values, "a digital output", |kind| {
-            matches!(kind, SignalKind::DigitalOutput)
-        })
+        self.set(
+            name,
+            &values,
+            text!("a digital output", "数字输出"),
+            |kind| matches!(kind, SignalKind::DigitalOutput),
+        )
     }
 
     /// Sets a register output or the written part of a read-write signal.
@@ -223,19 +226,24 @@ impl ModbusClient {
     /// # Errors
     /// [`ModbusError`] names the signal and what does not fit.
     pub fn set_registers(&self, name: &str, values: &[u16]) -> Result<(), ModbusError> {
-        self.set(name, values, "a register output", |kind| {
-            matches!(
-                kind,
-                SignalKind::RegisterOutput | SignalKind::ReadWrite { .. }
-            )
-        })
+        self.set(
+            name,
+            values,
+            text!("a register output", "寄存器输出"),
+            |kind| {
+                matches!(
+                    kind,
+                    SignalKind::RegisterOutput | SignalKind::ReadWrite { .. }
+                )
+            },
+        )
     }
 
     fn set(
         &self,
         name: &str,
         values: &[u16],
-        needed: &'static str,
+        needed: Text,
         fits: impl Fn(SignalKind) -> bool,
     ) -> Result<(), ModbusError> {
         let mut state = self.shared.state();
@@ -269,7 +277,7 @@ impl ModbusClient {
         let running = state.program_running;
         let signal = state.signal(name)?;
         if signal.spec.kind != SignalKind::DigitalOutput {
-            let (name, needed) = (name.to_owned(), "a digital output");
+            let (name, needed) = (name.to_owned(), text!("a digital output", "数字输出"));
             return Err(ModbusError::WrongKind { name, needed });
         }
         signal.run_state = choice;
@@ -436,7 +444,7 @@ impl ModbusClient {
             Some(driver) => driver,
             None => {
                 let started = RuntimeThread::start("modbus", self.faults.clone())
-                    .map_err(|e| ModbusError::NoThread(e.to_string()))?;
+                    .map_err(|e| ModbusError::NoThread(Text::of(&e)))?;
                 // Under the lock of the state, so nobody else can have set it.
                 self.driver.get_or_init(|| started)
             }

@@ -8,7 +8,7 @@ use std::io;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use parking_lot::Mutex as SyncMutex;
 
 use supervision::{ThreadSupervisor, injection};
@@ -140,11 +140,11 @@ const fn mode_of(settings: Option<SerialSettings>) -> SerialMode {
     }
 }
 
-const fn describe(mode: SerialMode) -> &'static str {
+const fn describe(mode: SerialMode) -> Text {
     match mode {
-        SerialMode::Closed => "closed",
-        SerialMode::Raw => "in RS-485 mode",
-        SerialMode::Rtu => "in Modbus RTU mode",
+        SerialMode::Closed => text!("closed", "关闭的"),
+        SerialMode::Raw => text!("in RS-485 mode", "RS-485 模式"),
+        SerialMode::Rtu => text!("in Modbus RTU mode", "Modbus RTU 模式"),
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use quick_xml::Reader;
 use quick_xml::escape::{escape, resolve_predefined_entity};
 use quick_xml::events::Event;
@@ -50,7 +50,7 @@ pub struct RpcFault {
 #[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 #[error("the answer is no XML-RPC: {0}")]
 #[zh("应答不是 XML-RPC：{0}")]
-pub struct InvalidXmlRpc(String);
+pub struct InvalidXmlRpc(Text);
 
 /// The body of a call.
 pub fn encode_call(method: &str, arguments: &[RpcValue]) -> String {
@@ -125,10 +125,13 @@ pub fn encode_response(answer: &Result<RpcValue, RpcFault>) -> String {
 pub fn decode_call(text: &str) -> Result<(String, Vec<RpcValue>), InvalidXmlRpc> {
     let tree = read_tree(text)?;
     if tree.name != "methodCall" {
-        return Err(InvalidXmlRpc(format!("it is a <{}>", tree.name)));
+        return Err(InvalidXmlRpc(text!("it is a <{}>", "它是 <{}>", tree.name)));
     }
     let Some(method) = tree.child("methodName") else {
-        return Err(InvalidXmlRpc("a call without a method".to_owned()));
+        return Err(InvalidXmlRpc(text!(
+            "a call without a method",
+            "调用没有方法"
+        )));
     };
     let parameters = tree.child("params").into_iter();
     let values = parameters
@@ -145,11 +148,14 @@ pub fn decode_call(text: &str) -> Result<(String, Vec<RpcValue>), InvalidXmlRpc>
 /// [`InvalidXmlRpc`] says what is wrong.
 pub fn decode_response(text: &str) -> Result<Result<RpcValue, RpcFault>, InvalidXmlRpc> {
     let mut tree = read_tree(text)?;
-    let wrong = |what: &str| InvalidXmlRpc(what.to_owned());
+    let wrong = InvalidXmlRpc;
     if tree.name != "methodResponse" {
-        return Err(InvalidXmlRpc(format!("it is a <{}>", tree.name)));
+        return Err(InvalidXmlRpc(text!("it is a <{}>", "它是 <{}>", tree.name)));
     }
-    let child = tree.children.pop().ok_or_else(|| wrong("it is empty"))?;
+    let child = tree
+        .children
+        .pop()
+        .ok_or_else(|| wrong(text!("it is empty", "是空的")))?;
     match child.name.as_str() {
         "params" => {
             let value = child.child("param").and_then(|param| param.child("value"));
@@ -159,9 +165,9 @@ pub fn decode_response(text: &str) -> Result<Result<RpcValue, RpcFault>, Invalid
         "fault" => {
             let value = child
                 .child("value")
-                .ok_or_else(|| wrong("a fault without a value"))?;
+                .ok_or_else(|| wrong(text!("a fault without a value", "故障没有值")))?;
             let RpcValue::Struct(members) = value_of(value)? else {
-                return Err(wrong("a fault that is no struct"));
+                return Err(wrong(text!("a fault that is no struct", "故障不是结构")));
             };
             let member = |wanted: &str| members.iter().find(|(name, _)| name == wanted);
             let code = match member("faultCode") {
@@ -174,7 +180,10 @@ pub fn decode_response(text: &str) -> Result<Result<RpcValue, RpcFault>, Invalid
             };
             Ok(Err(RpcFault { code, text }))
         }
-        other => Err(InvalidXmlRpc(format!("<{other}> in the place of <params>"))),
+        other => Err(InvalidXmlRpc(text!(
+            "<{other}> in the place of <params>",
+            "<params> 的位置上是 <{other}>"
+        ))),
     }
 }
 
@@ -193,7 +202,7 @@ impl Element {
 }
 
 fn read_tree(text: &str) -> Result<Element, InvalidXmlRpc> {
-    let broken = |error: &dyn std::fmt::Display| InvalidXmlRpc(error.to_string());
+    let broken = |error: &dyn std::fmt::Display| InvalidXmlRpc(Text::verbatim(error.to_string()));
     let mut reader = Reader::from_str(text);
     // Elements from the outermost to the one that is open.
     let mut open: Vec<Element> = vec![Element::default()];
@@ -205,8 +214,9 @@ fn read_tree(text: &str) -> Result<Element, InvalidXmlRpc> {
         };
         // A value is at most five elements deep in another.
         if open.len() > 5 * DEPTH_MAX {
-            return Err(InvalidXmlRpc(format!(
-                "values are nested deeper than {DEPTH_MAX}"
+            return Err(InvalidXmlRpc(text!(
+                "values are nested deeper than {DEPTH_MAX}",
+                "值的嵌套超过 {DEPTH_MAX} 层"
             )));
         }
         let closed = match event {
@@ -235,7 +245,12 @@ fn read_tree(text: &str) -> Result<Element, InvalidXmlRpc> {
                 match (character, resolve_predefined_entity(&name)) {
                     (Some(character), _) => append(&mut open, character.encode_utf8(&mut [0; 4])),
                     (None, Some(known)) => append(&mut open, known),
-                    (None, None) => return Err(InvalidXmlRpc(format!("unknown entity &{name};"))),
+                    (None, None) => {
+                        return Err(InvalidXmlRpc(text!(
+                            "unknown entity &{name};",
+                            "未知的实体 &{name};"
+                        )));
+                    }
                 }
                 None
             }
@@ -250,8 +265,8 @@ fn read_tree(text: &str) -> Result<Element, InvalidXmlRpc> {
         [root] => root
             .children
             .pop()
-            .ok_or_else(|| InvalidXmlRpc("there is no element".to_owned())),
-        _ => Err(InvalidXmlRpc("it ends in the middle".to_owned())),
+            .ok_or_else(|| InvalidXmlRpc(text!("there is no element", "没有元素"))),
+        _ => Err(InvalidXmlRpc(text!("it ends in the middle", "在中间结束"))),
     }
 }
 
@@ -267,7 +282,7 @@ fn value_of(value: &Element) -> Result<RpcValue, InvalidXmlRpc> {
         return Ok(RpcValue::Text(value.text.clone()));
     };
     let (name, text) = (inner.name.as_str(), inner.text.as_str());
-    let wrong = || InvalidXmlRpc(format!("<{name}> with {text:?}"));
+    let wrong = || InvalidXmlRpc(text!("<{name}> with {text:?}", "<{name}> 中是 {text:?}"));
     Ok(match name {
         "nil" => RpcValue::Nil,
         "boolean" => match text.trim() {
@@ -290,8 +305,9 @@ fn value_of(value: &Element) -> Result<RpcValue, InvalidXmlRpc> {
             let member = |member: &Element| {
                 let name = member.child("name").map(|name| name.text.clone());
                 let value = member.child("value").map(value_of).transpose()?;
-                name.zip(value)
-                    .ok_or_else(|| InvalidXmlRpc("a member without name or value".to_owned()))
+                name.zip(value).ok_or_else(|| {
+                    InvalidXmlRpc(text!("a member without name or value", "成员没有名称或值"))
+                })
             };
             RpcValue::Struct(
                 inner
@@ -301,7 +317,12 @@ fn value_of(value: &Element) -> Result<RpcValue, InvalidXmlRpc> {
                     .collect::<Result<_, _>>()?,
             )
         }
-        _ => return Err(InvalidXmlRpc(format!("unknown type <{name}>"))),
+        _ => {
+            return Err(InvalidXmlRpc(text!(
+                "unknown type <{name}>",
+                "未知的类型 <{name}>"
+            )));
+        }
     })
 }
 

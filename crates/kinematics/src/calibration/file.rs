@@ -3,15 +3,14 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{Calibration, CalibrationError, TABLE};
+use messages::{Text, text};
+
+use super::{Calibration, CalibrationError, Place, TABLE};
 use crate::dh::DhTable;
 use crate::joint::DOF;
 
 /// A calibration file larger than this is refused, bytes.
 const SIZE_MAX: usize = 1 << 20;
-
-const FILE_SCOPE: &str = "the file";
-const TABLE_SCOPE: &str = "[modified_dh]";
 
 impl Calibration {
     /// From numbers, for a model as `--model` takes it; what errors call it is `path`.
@@ -34,10 +33,10 @@ impl Calibration {
             if let Some(element) = values.iter().position(|value| !value.is_finite()) {
                 return Err(CalibrationError::Value {
                     path: path.to_owned(),
-                    place: TABLE_SCOPE,
+                    place: Place::Table,
                     key: format!("{key}[{element}]"),
                     given: values[element].to_string(),
-                    allowed: "finite numbers are needed".to_owned(),
+                    allowed: text!("finite numbers are needed", "需要有限的数"),
                 });
             }
         }
@@ -68,73 +67,97 @@ impl Calibration {
     /// # Errors
     /// The errors of [`Self::load`].
     pub fn from_text(text: &str, path: &Path) -> Result<Self, CalibrationError> {
-        let syntax = |line: usize, message: String| CalibrationError::Syntax {
+        let syntax = |line: usize, message: Text| CalibrationError::Syntax {
             path: path.to_owned(),
             line,
             message,
         };
         if text.len() > SIZE_MAX {
-            let message = format!("{} bytes, {SIZE_MAX} are allowed", text.len());
+            let message = text!(
+                "{} bytes, {SIZE_MAX} are allowed",
+                "{} 字节，允许 {SIZE_MAX} 字节",
+                text.len()
+            );
             return Err(syntax(1, message));
         }
         let whole: toml::Table = text.parse().map_err(|error: toml::de::Error| {
             let upto = error.span().map_or(0, |span| span.start);
             let line = 1 + text.bytes().take(upto).filter(|b| *b == b'\n').count();
-            syntax(line, error.message().replace('\n', ", "))
+            syntax(line, Text::verbatim(error.message().replace('\n', ", ")))
         })?;
         let reader = ErrorContext { path };
         reader.known(
             &whole,
-            FILE_SCOPE,
+            Place::File,
             &["model", TABLE],
-            "model and [modified_dh]",
+            text!("model and [modified_dh]", "model 和 [modified_dh]"),
         )?;
         let model = match whole.get("model") {
             Some(toml::Value::String(model)) if !model.trim().is_empty() => model.as_str(),
             Some(other) => {
                 return Err(reader.value(
-                    FILE_SCOPE,
+                    Place::File,
                     "model",
                     other,
-                    "a name as \"cs66\" is needed",
+                    text!("a name as \"cs66\" is needed", "需要如 \"cs66\" 的名称"),
                 ));
             }
             None => {
                 return Err(reader.missing(
-                    FILE_SCOPE,
+                    Place::File,
                     "model",
-                    "it says which arm was measured, as model = \"cs66\"",
+                    text!(
+                        "it says which arm was measured, as model = \"cs66\"",
+                        "它说明测量的是哪种机械臂，如 model = \"cs66\""
+                    ),
                 ));
             }
         };
         let table = match whole.get(TABLE) {
             Some(toml::Value::Table(table)) => table,
             Some(other) => {
-                let allowed = "a table with a, d, alpha and optionally theta is needed";
-                return Err(reader.value(FILE_SCOPE, TABLE, other, allowed));
+                let allowed = text!(
+                    "a table with a, d, alpha and optionally theta is needed",
+                    "需要含有 a、d、alpha 和可选 theta 的表"
+                );
+                return Err(reader.value(Place::File, TABLE, other, allowed));
             }
             None => {
                 return Err(reader.missing(
-                    FILE_SCOPE,
+                    Place::File,
                     TABLE,
-                    "the table with a, d, alpha and optionally theta is needed",
+                    text!(
+                        "the table with a, d, alpha and optionally theta is needed",
+                        "需要含有 a、d、alpha 和可选 theta 的表"
+                    ),
                 ));
             }
         };
         let keys = ["a", "d", "alpha", "theta"];
         reader.known(
             table,
-            TABLE_SCOPE,
+            Place::Table,
             &keys,
-            "a, d, alpha and optionally theta",
+            text!(
+                "a, d, alpha and optionally theta",
+                "a、d、alpha 和可选的 theta"
+            ),
         )?;
         let modified_dh = DhTable {
-            a: reader.six(table, "a", "six lengths in m")?,
-            d: reader.six(table, "d", "six lengths in m")?,
-            alpha: reader.six(table, "alpha", "six angles in rad")?,
+            a: reader.six(table, "a", &text!("six lengths in m", "六个长度（m）"))?,
+            d: reader.six(table, "d", &text!("six lengths in m", "六个长度（m）"))?,
+            alpha: reader.six(
+                table,
+                "alpha",
+                &text!("six angles in rad", "六个角度（rad）"),
+            )?,
         };
         let theta = match table.contains_key("theta") {
-            true => reader.six(table, "theta", "six angles in rad")?,
+            true => reader.six(
+                table,
+                "theta",
+                &text!("six angles in rad", "六个角度（rad）"),
+            )?,
             false => [0.0; DOF],
         };
         Self::new(model, modified_dh, theta, path)
@@ -168,9 +191,9 @@ impl ErrorContext<'_> {
     fn known(
         &self,
         table: &toml::Table,
-        place: &'static str,
+        place: Place,
         keys: &[&str],
-        allowed: &'static str,
+        allowed: Text,
     ) -> Result<(), CalibrationError> {
         match table.keys().find(|key| !keys.contains(&key.as_str())) {
             Some(key) => Err(CalibrationError::UnknownKey {
@@ -185,31 +208,26 @@ impl ErrorContext<'_> {
 
     fn value(
         &self,
-        place: &'static str,
+        place: Place,
         key: impl Into<String>,
         given: &toml::Value,
-        allowed: impl Into<String>,
+        allowed: Text,
     ) -> CalibrationError {
         CalibrationError::Value {
             path: self.path.to_owned(),
             place,
             key: key.into(),
             given: given.to_string().replace('\n', " "),
-            allowed: allowed.into(),
+            allowed,
         }
     }
 
-    fn missing(
-        &self,
-        place: &'static str,
-        key: &'static str,
-        allowed: impl Into<String>,
-    ) -> CalibrationError {
+    fn missing(&self, place: Place, key: &'static str, allowed: Text) -> CalibrationError {
         CalibrationError::Missing {
             path: self.path.to_owned(),
             place,
             key,
-            allowed: allowed.into(),
+            allowed,
         }
     }
 
@@ -217,22 +235,26 @@ impl ErrorContext<'_> {
         &self,
         table: &toml::Table,
         key: &'static str,
-        what: &str,
+        what: &Text,
     ) -> Result<[f64; DOF], CalibrationError> {
         let Some(given) = table.get(key) else {
-            return Err(self.missing(TABLE_SCOPE, key, format!("{what} are needed")));
+            return Err(self.missing(Place::Table, key, text!("{what} are needed", "需要{what}")));
         };
         let toml::Value::Array(items) = given else {
             return Err(self.value(
-                TABLE_SCOPE,
+                Place::Table,
                 key,
                 given,
-                format!("a list of {what} is needed"),
+                text!("a list of {what} is needed", "需要{what}的列表"),
             ));
         };
         if items.len() != DOF {
-            let allowed = format!("{what} are needed, these are {}", items.len());
-            return Err(self.value(TABLE_SCOPE, key, given, allowed));
+            let allowed = text!(
+                "{what} are needed, these are {}",
+                "需要{what}，这里有 {} 个",
+                items.len()
+            );
+            return Err(self.value(Place::Table, key, given, allowed));
         }
         let mut numbers = [0.0; DOF];
         for (element, (number, item)) in numbers.iter_mut().zip(items).enumerate() {
@@ -242,7 +264,12 @@ impl ErrorContext<'_> {
                 toml::Value::Integer(number) => *number as f64,
                 other => {
                     let key = format!("{key}[{element}]");
-                    return Err(self.value(TABLE_SCOPE, key, other, "a number is needed"));
+                    return Err(self.value(
+                        Place::Table,
+                        key,
+                        other,
+                        text!("a number is needed", "需要一个数"),
+                    ));
                 }
             };
         }

@@ -6,7 +6,7 @@
 mod file;
 
 use crate::elementary;
-use messages::Localized;
+use messages::{Localized, Text, text};
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -43,6 +43,18 @@ pub struct Calibration {
     path: PathBuf,
 }
 
+/// Where in a calibration file something is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, Localized)]
+pub enum Place {
+    /// The file outside of the table.
+    #[error("the file")]
+    #[zh("文件")]
+    File,
+    /// The table of numbers.
+    #[error("[{TABLE}]")]
+    Table,
+}
+
 /// A reason why there is no calibrated arm, told in one sentence.
 #[derive(Debug, thiserror::Error, Localized)]
 #[non_exhaustive]
@@ -65,7 +77,7 @@ pub enum CalibrationError {
         /// Line from 1.
         line: usize,
         /// What the parser says.
-        message: String,
+        message: Text,
     },
     /// A key or a table that does not exist.
     #[error("{}: {place} has an unknown key `{key}`; the keys are {allowed}", path.display())]
@@ -74,11 +86,11 @@ pub enum CalibrationError {
         /// The calibration file.
         path: PathBuf,
         /// The table, or the file.
-        place: &'static str,
+        place: Place,
         /// The key.
         key: String,
         /// What is allowed.
-        allowed: &'static str,
+        allowed: Text,
     },
     /// A key or a table that must be there.
     #[error("{}: {place} has no `{key}`; {allowed}", path.display())]
@@ -87,11 +99,11 @@ pub enum CalibrationError {
         /// The calibration file.
         path: PathBuf,
         /// The table, or the file.
-        place: &'static str,
+        place: Place,
         /// The key.
         key: &'static str,
         /// What it is.
-        allowed: String,
+        allowed: Text,
     },
     /// A value that a key does not take.
     #[error("{}: {place} has {key} = {given}; {allowed}", path.display())]
@@ -100,13 +112,13 @@ pub enum CalibrationError {
         /// The calibration file.
         path: PathBuf,
         /// The table, or the file.
-        place: &'static str,
+        place: Place,
         /// The key; in an array, with the number of the element.
         key: String,
         /// The value.
         given: String,
         /// What is allowed.
-        allowed: String,
+        allowed: Text,
     },
     /// Another model than the one asked for.
     #[error(
@@ -200,10 +212,10 @@ impl Calibration {
         nominal.calibrated(self)
     }
 
-    fn value_error(&self, key: String, given: f64, allowed: String) -> CalibrationError {
+    fn value_error(&self, key: String, given: f64, allowed: Text) -> CalibrationError {
         CalibrationError::Value {
             path: self.path.clone(),
-            place: "[modified_dh]",
+            place: Place::Table,
             key,
             given: given.to_string(),
             allowed,
@@ -234,9 +246,10 @@ impl Calibration {
                     return Err(self.value_error(
                         format!("{key}[{joint}]"),
                         value,
-                        format!(
-                            "the {model} has {own} {unit} there, \
-                             and a measured arm is within {tolerance} {unit} of it{hint}"
+                        text!(
+"the {model} has {own} {unit} there, \
+                             and a measured arm is within {tolerance} {unit} of it{hint}",
+"{model} 在那里为 {own} {unit}，实测的机械臂与它相差不超过 {tolerance} {unit}{hint}"
                         ),
                     ));
                 }
@@ -249,8 +262,9 @@ impl Calibration {
             return Err(self.value_error(
                 "d[1] + d[2] + d[3]".to_owned(),
                 sum(given),
-                format!(
-                    "the {model} has {own} m there, and a measured arm is within {LENGTH_TOLERANCE} m of it{hint}"
+                text!(
+"the {model} has {own} m there, and a measured arm is within {LENGTH_TOLERANCE} m of it{hint}",
+"{model} 在那里为 {own} m，实测的机械臂与它相差不超过 {LENGTH_TOLERANCE} m{hint}"
                 ),
             ));
         }
@@ -263,9 +277,10 @@ impl Calibration {
                 return Err(self.value_error(
                     format!("d[{joint}]"),
                     given.d[joint],
-                    format!(
-                        "with alpha[{}] = {} it puts the axis of joint {} {beside} m aside, \
+                    text!(
+"with alpha[{}] = {} it puts the axis of joint {} {beside} m aside, \
                          and a measured arm is within {LENGTH_TOLERANCE} m",
+"与 alpha[{}] = {} 一起使关节 {} 的轴线偏离 {beside} m，实测的机械臂不超过 {LENGTH_TOLERANCE} m",
                         joint + 1,
                         given.alpha[joint + 1],
                         joint + 2,
@@ -314,20 +329,31 @@ fn hint(
     value: f64,
     own: f64,
     tolerance: f64,
-) -> &'static str {
+) -> Text {
     let near = |value: f64, own: f64| own != 0.0 && (value - own).abs() <= tolerance;
     match key {
-        "a" | "d" if near(value / 1000.0, own) => "; this looks like mm, m are needed",
+        "a" | "d" if near(value / 1000.0, own) => {
+            text!("; this looks like mm, m are needed", "；看来是 mm，需要 m")
+        }
         "alpha" | "theta" if near(value.to_radians(), own) => {
-            "; this looks like degrees, rad are needed"
+            text!(
+                "; this looks like degrees, rad are needed",
+                "；看来是度，需要 rad"
+            )
         }
         "a" if near(given.a[1], nominal.a[2]) => {
-            "; a looks like the standard layout, in the modified one it stands one place later"
+            text!(
+                "; a looks like the standard layout, in the modified one it stands one place later",
+                "；a 看来是标准 DH 的排列，在改进 DH 中要后移一位"
+            )
         }
         "alpha" if near(given.alpha[0], nominal.alpha[1]) => {
-            "; alpha looks like the standard layout, in the modified one it stands one place later"
+            text!(
+                "; alpha looks like the standard layout, in the modified one it stands one place later",
+                "；alpha 看来是标准 DH 的排列，在改进 DH 中要后移一位"
+            )
         }
-        _ => "",
+        _ => Text::verbatim(""),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::elementary;
 use crate::joint::JointPositions;
 use crate::model::RobotModel;
 use crate::pose::Pose;
-use messages::Localized;
+use messages::{Language, Localized, Text, text};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ pub enum SafetySettingError {
     Plane {
         what: &'static str,
         value: [f64; 3],
-        allowed: &'static str,
+        allowed: Text,
     },
     #[error("ci_pair is {0}, it must be 0 to 3 (CI0/1, CI2/3, CI4/5, CI6/7)")]
     #[zh("ci_pair 为 {0}，应为 0 到 3（CI0/1、CI2/3、CI4/5、CI6/7）")]
@@ -197,13 +197,25 @@ pub enum ProtectedPart {
     Elbow,
 }
 
+impl ProtectedPart {
+    const fn text(self) -> Text {
+        match self {
+            Self::Tcp => text!("the TCP", "TCP"),
+            Self::Tool => text!("the tool", "工具"),
+            Self::Elbow => text!("the elbow", "肘部"),
+        }
+    }
+}
+
 impl core::fmt::Display for ProtectedPart {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Tcp => "the TCP",
-            Self::Tool => "the tool",
-            Self::Elbow => "the elbow",
-        })
+        core::fmt::Display::fmt(&self.text(), f)
+    }
+}
+
+impl Localized for ProtectedPart {
+    fn fmt_in(&self, language: Language, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.text().fmt_in(language, f)
     }
 }
 

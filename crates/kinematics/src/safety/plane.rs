@@ -1,6 +1,7 @@
 //! A safety plane: where it is, which side is allowed, when it counts.
 
 use super::{CI_PAIRS, SafetySettingError};
+use messages::text;
 use nalgebra::Vector3;
 
 /// Safety modes in which a plane counts.
@@ -44,12 +45,23 @@ impl SafetyPlane {
             allowed,
         };
         if !point.iter().all(|x| x.is_finite()) {
-            return Err(plane("point", point, "three finite numbers"));
+            return Err(plane(
+                "point",
+                point,
+                text!("three finite numbers", "三个有限的数"),
+            ));
         }
         let direction = Vector3::from(normal);
         let length = direction.norm();
         if !(length.is_finite() && length > 1e-9) {
-            return Err(plane("normal", normal, "a vector of finite length above 0"));
+            return Err(plane(
+                "normal",
+                normal,
+                text!(
+                    "a vector of finite length above 0",
+                    "长度有限且大于 0 的向量"
+                ),
+            ));
         }
         if let Some(pair) = ci_pair.filter(|&pair| usize::from(pair) >= CI_PAIRS) {
             return Err(SafetySettingError::CiPair(pair));

@@ -4,6 +4,7 @@
 //! before a recursive parser sees them. `robots/README.md` describes the element for people.
 
 use super::ModelError;
+use messages::{Text, text};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
@@ -31,7 +32,7 @@ impl Extension {
         loop {
             let event = reader.read_event().map_err(|error| ModelError::NotXml {
                 offset: reader.error_position(),
-                reason: error.to_string(),
+                reason: Text::verbatim(error.to_string()),
             })?;
             let (element, opens) = match event {
                 Event::Start(element) => (element, true),
@@ -46,7 +47,7 @@ impl Extension {
                 Event::Eof if depth > 0 => {
                     return Err(ModelError::NotXml {
                         offset: reader.buffer_position(),
-                        reason: "the file ends inside an element".to_owned(),
+                        reason: text!("the file ends inside an element", "文件在元素中间结束"),
                     });
                 }
                 Event::Eof => return Ok(extension),
@@ -93,8 +94,10 @@ impl Extension {
             _ => {
                 return Err(ModelError::Extension {
                     element: name(element),
-                    reason: "is not known inside <elite_robot>; known are <joint_acceleration> and <never_collide>"
-                        .to_owned(),
+                    reason: text!(
+                        "is not known inside <elite_robot>; known are <joint_acceleration> and <never_collide>",
+                        "在 <elite_robot> 中没有定义；可用的是 <joint_acceleration> 和 <never_collide>"
+                    ),
                 });
             }
         }
@@ -106,7 +109,7 @@ fn name(element: &BytesStart<'_>) -> String {
     String::from_utf8_lossy(element.name().as_ref()).into_owned()
 }
 
-fn error(element: &BytesStart<'_>, reason: String) -> ModelError {
+fn error(element: &BytesStart<'_>, reason: Text) -> ModelError {
     ModelError::Extension {
         element: name(element),
         reason,
@@ -114,20 +117,36 @@ fn error(element: &BytesStart<'_>, reason: String) -> ModelError {
 }
 
 fn attribute(element: &BytesStart<'_>, key: &str) -> Result<Option<String>, ModelError> {
-    let found = element
-        .try_get_attribute(key)
-        .map_err(|e| error(element, format!("has malformed attributes: {e}")))?;
+    let found = element.try_get_attribute(key).map_err(|e| {
+        error(
+            element,
+            text!("has malformed attributes: {e}", "的属性格式错误：{e}"),
+        )
+    })?;
     found
         .map(|a| {
             a.unescape_value()
                 .map(|value| value.trim().to_owned())
-                .map_err(|e| error(element, format!("has an unreadable attribute `{key}`: {e}")))
+                .map_err(|e| {
+                    error(
+                        element,
+                        text!(
+                            "has an unreadable attribute `{key}`: {e}",
+                            "的属性 `{key}` 无法读取：{e}"
+                        ),
+                    )
+                })
         })
         .transpose()
 }
 
 fn required(element: &BytesStart<'_>, key: &str) -> Result<String, ModelError> {
-    attribute(element, key)?.ok_or_else(|| error(element, format!("needs the attribute `{key}`")))
+    attribute(element, key)?.ok_or_else(|| {
+        error(
+            element,
+            text!("needs the attribute `{key}`", "需要属性 `{key}`"),
+        )
+    })
 }
 
 fn parse<T: core::str::FromStr>(
@@ -138,7 +157,10 @@ fn parse<T: core::str::FromStr>(
     text.parse().map_err(|_| {
         error(
             element,
-            format!("has `{key}=\"{text}\"`, which is not a number"),
+            text!(
+                "has `{key}=\"{text}\"`, which is not a number",
+                "有 `{key}=\"{text}\"`，它不是数"
+            ),
         )
     })
 }
@@ -150,7 +172,10 @@ fn positive(element: &BytesStart<'_>, key: &str, text: &str) -> Result<f64, Mode
     } else {
         Err(error(
             element,
-            format!("has `{key}=\"{text}\"`, it must be a positive number"),
+            text!(
+                "has `{key}=\"{text}\"`, it must be a positive number",
+                "有 `{key}=\"{text}\"`，必须是正数"
+            ),
         ))
     }
 }

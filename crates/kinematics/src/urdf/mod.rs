@@ -15,7 +15,7 @@ use crate::model::{JointLimits, RobotModel};
 use crate::payload::{RigidBody, is_physical, principal_moments};
 use crate::pose::Pose;
 use extension::Extension;
-use messages::Localized;
+use messages::{Localized, Text, text};
 use nalgebra::{Matrix3, Vector3};
 use tree::{JointChain, Tree, pose_of};
 use urdf_rs::Link;
@@ -57,19 +57,19 @@ pub enum ModelError {
     TooDeep { max: usize },
     #[error("the URDF is not well-formed XML near byte {offset}: {reason}")]
     #[zh("URDF 在第 {offset} 个字节附近不是合法的 XML：{reason}")]
-    NotXml { offset: u64, reason: String },
+    NotXml { offset: u64, reason: Text },
     #[error("the URDF cannot be understood: {0}")]
     #[zh("无法理解 URDF：{0}")]
     NotUrdf(#[from] urdf_rs::UrdfError),
     #[error("the URDF element <{element}> {reason}")]
     #[zh("URDF 元素 <{element}> {reason}")]
-    Extension { element: String, reason: String },
+    Extension { element: String, reason: Text },
     #[error("the URDF has {found} revolute joints in a row ({names}), exactly six are needed")]
     #[zh("URDF 中串联的旋转关节有 {found} 个（{names}），需要恰好六个")]
     JointCount { found: usize, names: String },
     #[error("the URDF joint `{joint}` is {kind}; only revolute and fixed joints are supported")]
     #[zh("URDF 关节 `{joint}` 为 {kind}；只支持 revolute 和 fixed 关节")]
-    JointKind { joint: String, kind: &'static str },
+    JointKind { joint: String, kind: Text },
     #[error(
         "two revolute joints, `{first}` and `{second}`, move on the same link `{link}`: the arm must not branch"
     )]
@@ -81,22 +81,22 @@ pub enum ModelError {
     },
     #[error("the URDF link `{link}` {reason}")]
     #[zh("URDF 连杆 `{link}` {reason}")]
-    Tree { link: String, reason: &'static str },
+    Tree { link: String, reason: Text },
     #[error("the URDF joint `{joint}` names the link `{link}`, which does not exist")]
     #[zh("URDF 关节 `{joint}` 指向不存在的连杆 `{link}`")]
     MissingLink { joint: String, link: String },
     #[error("the URDF names two {what} `{name}`")]
     #[zh("URDF 中有两个{what}名为 `{name}`")]
-    Duplicate { what: &'static str, name: String },
+    Duplicate { what: Text, name: String },
     #[error("the URDF joint `{joint}` {reason}")]
     #[zh("URDF 关节 `{joint}` {reason}")]
-    Joint { joint: String, reason: String },
+    Joint { joint: String, reason: Text },
     #[error("the URDF link `{link}` has {reason}")]
     #[zh("URDF 连杆 `{link}` 有{reason}")]
-    Inertial { link: String, reason: String },
+    Inertial { link: String, reason: Text },
     #[error("a collision shape of the URDF link `{link}` {reason}")]
     #[zh("URDF 连杆 `{link}` 的碰撞形状{reason}")]
-    Collision { link: String, reason: String },
+    Collision { link: String, reason: Text },
 }
 
 impl RobotModel {
@@ -128,7 +128,7 @@ impl RobotModel {
 struct ModelBuilder {
     bodies: [RigidBody; DOF],
     capsules: [Vec<Capsule>; LINKS],
-    warnings: Vec<String>,
+    warnings: Vec<Text>,
 }
 
 impl ModelBuilder {
@@ -178,7 +178,7 @@ impl ModelBuilder {
             if body.mass <= 0.0 {
                 return Err(ModelError::Joint {
                     joint: walk.joints[joint].name.clone(),
-                    reason: "moves nothing that has a mass".to_owned(),
+                    reason: text!("moves nothing that has a mass", "没有带动任何有质量的物体"),
                 });
             }
         }
@@ -230,21 +230,24 @@ impl ModelBuilder {
         };
         for (index, joint) in walk.joints.iter().enumerate() {
             let limit = &joint.limit;
-            let wrong = |reason: String| ModelError::Joint {
+            let wrong = |reason: Text| ModelError::Joint {
                 joint: joint.name.clone(),
                 reason,
             };
             // `!(a < b)` instead of `a >= b`: NaN must not pass.
             if !(limit.lower.is_finite() && limit.upper.is_finite() && limit.lower < limit.upper) {
-                return Err(wrong(format!(
+                return Err(wrong(text!(
                     "has position limits from {} to {} rad, it needs a lower one below an upper one",
-                    limit.lower, limit.upper
+                    "的位置范围为 {} 到 {} rad，下限应小于上限",
+                    limit.lower,
+                    limit.upper
                 )));
             }
             for (what, value) in [("velocity", limit.velocity), ("effort", limit.effort)] {
                 if !(value.is_finite() && value > 0.0) {
-                    return Err(wrong(format!(
-                        "has a {what} limit of {value}, it must be a positive number"
+                    return Err(wrong(text!(
+                        "has a {what} limit of {value}, it must be a positive number",
+                        "的 {what} 限值为 {value}，必须是正数"
                     )));
                 }
             }
@@ -258,8 +261,9 @@ impl ModelBuilder {
                 .find(|(name, _)| *name == joint.name);
             match given {
                 Some((_, acceleration)) => limits.acceleration[index] = *acceleration,
-                None => self.warnings.push(format!(
-                    "joint `{}` has no acceleration limit, {DEFAULT_JOINT_ACCELERATION} rad/s² is taken",
+                None => self.warnings.push(text!(
+"joint `{}` has no acceleration limit, {DEFAULT_JOINT_ACCELERATION} rad/s² is taken",
+"关节 `{}` 没有加速度限值，采用 {DEFAULT_JOINT_ACCELERATION} rad/s²",
                     joint.name
                 )),
             }
@@ -268,7 +272,10 @@ impl ModelBuilder {
             if !walk.joints.iter().any(|joint| joint.name == *name) {
                 return Err(ModelError::Extension {
                     element: "joint_acceleration".to_owned(),
-                    reason: format!("names the joint `{name}`, which is not one of the six"),
+                    reason: text!(
+                        "names the joint `{name}`, which is not one of the six",
+                        "指向关节 `{name}`，它不是六个关节之一"
+                    ),
                 });
             }
         }
@@ -289,8 +296,9 @@ fn resolve_pairs(
             .map(|(_, body, _)| *body)
             .ok_or_else(|| ModelError::Extension {
                 element: "never_collide".to_owned(),
-                reason: format!(
+                reason: text!(
                     "names the link `{name}`, which does not exist; there are {}",
+                    "指向不存在的连杆 `{name}`；现有 {}",
                     tree.links.keys().copied().collect::<Vec<_>>().join(", ")
                 ),
             })
@@ -305,16 +313,21 @@ fn resolve_pairs(
 /// A link's mass properties in its own frame; a link without them has no mass.
 fn inertial(link: &Link) -> Result<RigidBody, ModelError> {
     let given = &link.inertial;
-    let wrong = |reason: String| ModelError::Inertial {
+    let wrong = |reason: Text| ModelError::Inertial {
         link: link.name.clone(),
         reason,
     };
-    let link_from_com = pose_of(&given.origin)
-        .ok_or_else(|| wrong("an inertial origin with a number that is not finite".to_owned()))?;
+    let link_from_com = pose_of(&given.origin).ok_or_else(|| {
+        wrong(text!(
+            "an inertial origin with a number that is not finite",
+            "惯性原点，其中有不是有限的数"
+        ))
+    })?;
     let mass = given.mass.value;
     if !(mass.is_finite() && mass >= 0.0) {
-        return Err(wrong(format!(
-            "a mass of {mass} kg, it must not be negative"
+        return Err(wrong(text!(
+            "a mass of {mass} kg, it must not be negative",
+            "质量 {mass} kg，不能为负"
         )));
     }
     let i = &given.inertia;
@@ -322,14 +335,16 @@ fn inertial(link: &Link) -> Result<RigidBody, ModelError> {
         i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz,
     );
     if !inertia.iter().all(|x| x.is_finite()) {
-        return Err(wrong(
-            "an inertia with a number that is not finite".to_owned(),
-        ));
+        return Err(wrong(text!(
+            "an inertia with a number that is not finite",
+            "惯量，其中有不是有限的数"
+        )));
     }
     let moments = principal_moments(&inertia);
     if !is_physical(&moments) {
-        return Err(wrong(format!(
-            "an inertia that no rigid body has: its principal moments are {moments:?} kg m²"
+        return Err(wrong(text!(
+            "an inertia that no rigid body has: its principal moments are {moments:?} kg m²",
+            "不属于任何刚体的惯量：主惯量为 {moments:?} kg m²"
         )));
     }
     let about_com = RigidBody {

@@ -6,6 +6,7 @@
 use super::ModelError;
 use super::tree::pose_of;
 use crate::collision::Capsule;
+use messages::{Text, text};
 use nalgebra::Vector3;
 use urdf_rs::{Geometry, Link};
 
@@ -13,25 +14,27 @@ use urdf_rs::{Geometry, Link};
 const SLACK: f64 = 1e-6;
 
 /// The capsules around a link, in its frame. Boxes get the capsule around them; meshes are left out, with a warning.
-pub(super) fn capsules(
-    link: &Link,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Capsule>, ModelError> {
+pub(super) fn capsules(link: &Link, warnings: &mut Vec<Text>) -> Result<Vec<Capsule>, ModelError> {
     let mut found = Vec::new();
     let mut balls = Vec::new();
     for collision in &link.collision {
-        let wrong = |reason: String| ModelError::Collision {
+        let wrong = |reason: Text| ModelError::Collision {
             link: link.name.clone(),
             reason,
         };
-        let link_from_shape = pose_of(&collision.origin)
-            .ok_or_else(|| wrong("has an origin with a number that is not finite".to_owned()))?;
+        let link_from_shape = pose_of(&collision.origin).ok_or_else(|| {
+            wrong(text!(
+                "has an origin with a number that is not finite",
+                "的原点有不是有限的数"
+            ))
+        })?;
         let size = |what: &str, value: f64| {
             if value.is_finite() && value > 0.0 {
                 Ok(value)
             } else {
-                Err(wrong(format!(
-                    "has a {what} of {value} m, it must be positive"
+                Err(wrong(text!(
+                    "has a {what} of {value} m, it must be positive",
+                    "的 {what} 为 {value} m，必须为正"
                 )))
             }
         };
@@ -63,8 +66,9 @@ pub(super) fn capsules(
                 axis[longest] = 1.0;
                 found.push(along(axis, edges.0[longest] / 2.0, across.norm() / 2.0));
             }
-            Geometry::Mesh { filename, .. } => warnings.push(format!(
-                "link `{}`: the collision mesh {filename} is not used, only cylinders, spheres, capsules and boxes are",
+            Geometry::Mesh { filename, .. } => warnings.push(text!(
+"link `{}`: the collision mesh {filename} is not used, only cylinders, spheres, capsules and boxes are",
+"连杆 `{}`：不使用碰撞网格 {filename}，只使用圆柱、球、胶囊和长方体",
                 link.name
             )),
         }

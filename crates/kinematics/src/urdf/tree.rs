@@ -6,6 +6,7 @@ use super::ModelError;
 use crate::joint::DOF;
 use crate::pose::Pose;
 use crate::rotation::rotation_from_rpy_exact;
+use messages::{Text, text};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::collections::BTreeMap;
 use urdf_rs::{Joint, JointType, Link, Robot};
@@ -32,7 +33,7 @@ impl<'a> Tree<'a> {
         for link in &robot.links {
             if links.insert(link.name.as_str(), link).is_some() {
                 return Err(ModelError::Duplicate {
-                    what: "links",
+                    what: text!("links", "连杆"),
                     name: link.name.clone(),
                 });
             }
@@ -43,7 +44,7 @@ impl<'a> Tree<'a> {
         for joint in &robot.joints {
             if names.insert(joint.name.as_str(), ()).is_some() {
                 return Err(ModelError::Duplicate {
-                    what: "joints",
+                    what: text!("joints", "关节"),
                     name: joint.name.clone(),
                 });
             }
@@ -59,7 +60,7 @@ impl<'a> Tree<'a> {
             if parent_joint.insert(&joint.child.link, joint).is_some() {
                 return Err(ModelError::Tree {
                     link: joint.child.link.clone(),
-                    reason: "is the child of two joints",
+                    reason: text!("is the child of two joints", "是两个关节的子连杆"),
                 });
             }
         }
@@ -72,12 +73,15 @@ impl<'a> Tree<'a> {
                 .first()
                 .map(|l| l.name.clone())
                 .unwrap_or_default(),
-            reason: "hangs from itself: there is no root link",
+            reason: text!(
+                "hangs from itself: there is no root link",
+                "挂在自身上：没有根连杆"
+            ),
         })?;
         if let Some(second) = roots.next() {
             return Err(ModelError::Tree {
                 link: (*second).to_owned(),
-                reason: "is not connected to the rest",
+                reason: text!("is not connected to the rest", "没有与其余部分相连"),
             });
         }
         Ok(Self {
@@ -136,7 +140,7 @@ impl<'a> Tree<'a> {
             if !walk.links.iter().any(|(link, _, _)| link.name == *name) {
                 return Err(ModelError::Tree {
                     link: (*name).to_owned(),
-                    reason: "is not connected to the rest",
+                    reason: text!("is not connected to the rest", "没有与其余部分相连"),
                 });
             }
         }
@@ -155,16 +159,21 @@ impl<'a> Tree<'a> {
     }
 }
 
-fn kind_name(kind: &JointType) -> &'static str {
-    match kind {
+fn kind_name(kind: &JointType) -> Text {
+    Text::verbatim(match kind {
         JointType::Revolute => "revolute",
-        JointType::Continuous => "continuous (give it limits and the type revolute)",
+        JointType::Continuous => {
+            return text!(
+                "continuous (give it limits and the type revolute)",
+                "continuous（请给出限值，类型改为 revolute）"
+            );
+        }
         JointType::Prismatic => "prismatic",
         JointType::Fixed => "fixed",
         JointType::Floating => "floating",
         JointType::Planar => "planar",
         JointType::Spherical => "spherical",
-    }
+    })
 }
 
 pub(super) fn pose_of(pose: &urdf_rs::Pose) -> Option<Pose> {
@@ -180,7 +189,10 @@ pub(super) fn pose_of(pose: &urdf_rs::Pose) -> Option<Pose> {
 fn origin(joint: &Joint) -> Result<Pose, ModelError> {
     pose_of(&joint.origin).ok_or_else(|| ModelError::Joint {
         joint: joint.name.clone(),
-        reason: "has an origin with a number that is not finite".to_owned(),
+        reason: text!(
+            "has an origin with a number that is not finite",
+            "的原点有不是有限的数"
+        ),
     })
 }
 
@@ -192,8 +204,9 @@ fn axis_rotation(joint: &Joint) -> Result<Rotation3<f64>, ModelError> {
         .map(|length| axis / length)
         .ok_or_else(|| ModelError::Joint {
             joint: joint.name.clone(),
-            reason: format!(
+            reason: text!(
                 "has the axis {:?}, which has no direction",
+                "的轴线为 {:?}，没有方向",
                 joint.axis.xyz.0
             ),
         })?;

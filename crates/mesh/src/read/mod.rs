@@ -4,6 +4,7 @@ mod gltf;
 mod obj;
 mod stl;
 
+use messages::{Text, text};
 use nalgebra::Vector3;
 
 use crate::error::{FilePosition, MeshError};
@@ -79,11 +80,11 @@ impl<'a> Soup<'a> {
     }
 
     /// The error at a place of the file.
-    fn damaged(&self, place: FilePosition, trouble: impl Into<String>) -> MeshError {
+    fn damaged(&self, place: FilePosition, trouble: Text) -> MeshError {
         MeshError::Damaged {
             file: self.file.to_owned(),
             place,
-            trouble: trouble.into(),
+            trouble,
         }
     }
 
@@ -91,22 +92,28 @@ impl<'a> Soup<'a> {
     fn add_point(&mut self, place: &FilePosition, point: Vector3<f64>) -> Result<u32, MeshError> {
         let number = self.points.len();
         if number >= 3 * MAX_TRIANGLES {
-            let trouble = format!(
+            let trouble = text!(
                 "there are more than {} points, the most that is allowed",
+                "点超过 {} 个，即允许的上限",
                 3 * MAX_TRIANGLES
             );
             return Err(self.damaged(place.clone(), trouble));
         }
         let scaled = point * self.scale;
         if scaled.iter().any(|x| !x.is_finite()) {
-            let trouble = format!(
+            let trouble = text!(
                 "a point is at ({}, {}, {}) times {}; allowed are finite numbers",
-                point.x, point.y, point.z, self.scale
+                "点位于 ({}, {}, {})，再乘以 {}；只允许有限的数",
+                point.x,
+                point.y,
+                point.z,
+                self.scale
             );
             return Err(self.damaged(place.clone(), trouble));
         }
         self.points.push(scaled);
-        u32::try_from(number).map_err(|_| self.damaged(place.clone(), "there are too many points"))
+        u32::try_from(number)
+            .map_err(|_| self.damaged(place.clone(), text!("there are too many points", "点过多")))
     }
 
     /// Adds a triangle of points that are there.

@@ -1,5 +1,6 @@
 //! OBJ of Wavefront: points and faces. What has no surface (normals, textures, materials, groups) is passed over.
 
+use messages::text;
 use nalgebra::Vector3;
 
 use super::Soup;
@@ -48,8 +49,11 @@ fn read_line(line: &[u8], place: &FilePosition, soup: &mut Soup<'_>) -> Result<(
             for value in &mut point {
                 let word = words.next().unwrap_or_default();
                 *value = number(word).ok_or_else(|| {
-                    let trouble =
-                        format!("{} is no finite number; a point v has three", excerpt(word));
+                    let trouble = text!(
+                        "{} is no finite number; a point v has three",
+                        "{} 不是有限的数；点 v 有三个数",
+                        excerpt(word)
+                    );
                     soup.damaged(place.clone(), trouble)
                 })?;
             }
@@ -60,7 +64,10 @@ fn read_line(line: &[u8], place: &FilePosition, soup: &mut Soup<'_>) -> Result<(
         Some(b"f") => read_face(words, place, soup),
         Some(b"curv" | b"surf") => Err(soup.damaged(
             place.clone(),
-            "there is a curve or a curved surface; allowed are faces f of straight edges",
+            text!(
+                "there is a curve or a curved surface; allowed are faces f of straight edges",
+                "这里有曲线或曲面；只允许由直边围成的面 f"
+            ),
         )),
         Some(b"l" | b"p" | b"vn" | b"vt" | b"vp" | b"g" | b"o" | b"s" | b"usemtl" | b"mtllib")
         | None => Ok(()),
@@ -74,7 +81,11 @@ fn read_line(line: &[u8], place: &FilePosition, soup: &mut Soup<'_>) -> Result<(
         }
         Some(word) => Err(soup.damaged(
             place.clone(),
-            format!("{} is no statement of OBJ", excerpt(word)),
+            text!(
+                "{} is no statement of OBJ",
+                "{} 不是 OBJ 的语句",
+                excerpt(word)
+            ),
         )),
     }
 }
@@ -91,8 +102,9 @@ fn read_face<'a>(
         let corner = corner(word, place, soup)?;
         count += 1;
         if count > FACE_CORNERS_MAX {
-            let trouble = format!(
-                "a face has more than {FACE_CORNERS_MAX} corners, the most that is allowed"
+            let trouble = text!(
+                "a face has more than {FACE_CORNERS_MAX} corners, the most that is allowed",
+                "一个面的顶点超过 {FACE_CORNERS_MAX} 个，即允许的上限"
             );
             return Err(soup.damaged(place.clone(), trouble));
         }
@@ -107,7 +119,10 @@ fn read_face<'a>(
         last = Some(corner);
     }
     if count < 3 {
-        let trouble = format!("a face has {count} corners; allowed are 3 to {FACE_CORNERS_MAX}");
+        let trouble = text!(
+            "a face has {count} corners; allowed are 3 to {FACE_CORNERS_MAX}",
+            "一个面有 {count} 个顶点；允许 3 至 {FACE_CORNERS_MAX} 个"
+        );
         return Err(soup.damaged(place.clone(), trouble));
     }
     Ok(())
@@ -131,8 +146,9 @@ fn corner(word: &[u8], place: &FilePosition, soup: &Soup<'_>) -> Result<u32, Mes
         index.filter(|&index| index < count)
     });
     index.and_then(|index| u32::try_from(index).ok()).ok_or_else(|| {
-        let trouble = format!(
-            "a face names point {}; before this line there are {count} points, from 1 or, backwards, from -1",
+        let trouble = text!(
+"a face names point {}; before this line there are {count} points, from 1 or, backwards, from -1",
+"一个面引用点 {}；此行之前有 {count} 个点，从 1 起编号，倒数则从 -1 起",
             excerpt(word)
         );
         soup.damaged(place.clone(), trouble)

@@ -1,5 +1,6 @@
 //! STL, as text and as records of 50 bytes. Normals are not read: the order of the corners says what is outside.
 
+use messages::{Text, text};
 use nalgebra::Vector3;
 
 use super::Soup;
@@ -20,8 +21,9 @@ pub(super) fn read(bytes: &[u8], soup: &mut Soup<'_>) -> Result<(), MeshError> {
         return read_text(bytes, soup);
     }
     let Some(claimed) = claimed else {
-        let trouble = format!(
+        let trouble = text!(
             "the file has {} bytes; STL is either text that begins with solid, or has at least {HEAD_BYTES} bytes",
+            "文件有 {} 字节；STL 要么是以 solid 开头的文本，要么至少有 {HEAD_BYTES} 字节",
             bytes.len()
         );
         return Err(soup.damaged(FilePosition::Whole, trouble));
@@ -33,8 +35,9 @@ pub(super) fn read(bytes: &[u8], soup: &mut Soup<'_>) -> Result<(), MeshError> {
         });
     }
     if !whole {
-        let trouble = format!(
+        let trouble = text!(
             "{claimed} triangles are announced, which are {} bytes; {records} bytes follow",
+            "声明有 {claimed} 个三角形，即 {} 字节；其后有 {records} 字节",
             claimed * RECORD_BYTES
         );
         return Err(soup.damaged(FilePosition::Byte(HEAD_BYTES - 4), trouble));
@@ -139,8 +142,11 @@ fn read_facets(words: &mut Words<'_>, soup: &mut Soup<'_>) -> Result<(), MeshErr
             for value in &mut point {
                 let word = words.next();
                 *value = super::obj::number(word).ok_or_else(|| {
-                    let trouble =
-                        format!("{} is no finite number; a vertex has three", excerpt(word));
+                    let trouble = text!(
+                        "{} is no finite number; a vertex has three",
+                        "{} 不是有限的数；vertex 有三个数",
+                        excerpt(word)
+                    );
                     soup.damaged(FilePosition::Line(words.line), trouble)
                 })?;
             }
@@ -163,12 +169,15 @@ fn check(soup: &Soup<'_>, words: &Words<'_>, word: &[u8], wanted: &str) -> Resul
         return Ok(());
     }
     let found = if word.is_empty() {
-        "the end of the file".to_owned()
+        text!("the end of the file", "文件末尾")
     } else {
-        excerpt(word)
+        Text::verbatim(excerpt(word))
     };
     Err(soup.damaged(
         FilePosition::Line(words.line),
-        format!("found {found} where {wanted} is needed"),
+        text!(
+            "found {found} where {wanted} is needed",
+            "此处应为 {wanted}，却是{found}"
+        ),
     ))
 }

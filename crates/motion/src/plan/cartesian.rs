@@ -4,7 +4,7 @@
 //! The way is surveyed first, over several cycles if need be.
 
 use kinematics::{JointPositions, Pose, RpyPose};
-use motion_api::{PathFault, Refusal, Warning, WayUnit};
+use motion_api::{PathFault, Refusal, Warning, WayUnit, phrase};
 
 use super::direction::Direction;
 use super::survey::PathScan;
@@ -176,9 +176,9 @@ fn check_finite(pose: &RpyPose) -> Result<(), Refusal> {
     match pose.to_array().into_iter().find(|x| !x.is_finite()) {
         None => Ok(()),
         Some(value) => Err(Refusal::BadValue {
-            name: "a component of the pose",
+            name: phrase!("a component of the pose", "位姿的分量"),
             value,
-            needed: "a finite number",
+            needed: phrase!("a finite number", "有限的数"),
         }),
     }
 }

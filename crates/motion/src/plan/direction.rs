@@ -7,7 +7,7 @@
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
 use kinematics::safety::SafetyViolation;
 use kinematics::{JointPositions, Pose};
-use motion_api::{PathFault, Refusal, Warning};
+use motion_api::{PathFault, Refusal, Warning, phrase};
 use nalgebra::Vector3;
 
 use super::{MotionRequest, PlanningContext, Warnings};
@@ -56,9 +56,12 @@ impl Direction {
         }
         if wish.duration > 0.0 {
             return Err(Refusal::BadValue {
-                name: "t",
+                name: phrase!("t"),
                 value: wish.duration,
-                needed: "0 for a target more than 10 m away, which is a direction without an end",
+                needed: phrase!(
+                    "0 for a target more than 10 m away, which is a direction without an end",
+                    "0，因为目标在 10 m 之外，是没有终点的方向"
+                ),
             });
         }
         let along = way / distance;

@@ -24,7 +24,7 @@ pub use movej::plan_movej;
 
 use kinematics::safety::{PlaneSwitches, SafetyBounds};
 use kinematics::{Dynamics, Pose, RobotModel};
-use motion_api::{Refusal, Warning};
+use motion_api::{Refusal, Warning, phrase};
 
 use crate::config::MotionLimits;
 use crate::constants::{MAX_DURATION, MIN_REQUESTED_RATE};
@@ -96,19 +96,38 @@ impl MotionRequest {
             })
         };
         if !(0.0..=MAX_DURATION).contains(&self.duration) {
-            return bad("t", self.duration, "0 or a number of seconds up to 1000000");
+            return bad(
+                phrase!("t"),
+                self.duration,
+                phrase!(
+                    "0 or a number of seconds up to 1000000",
+                    "0 或不超过 1000000 的秒数"
+                ),
+            );
         }
         if !(self.radius >= 0.0 && self.radius.is_finite()) {
-            return bad("r", self.radius, "a number of at least 0");
+            return bad(
+                phrase!("r"),
+                self.radius,
+                phrase!("a number of at least 0", "不小于 0 的数"),
+            );
         }
         if self.duration > 0.0 {
             return Ok(());
         }
         if !(self.acceleration >= MIN_REQUESTED_RATE && self.acceleration.is_finite()) {
-            return bad("a", self.acceleration, "a number of at least 0.000001");
+            return bad(
+                phrase!("a"),
+                self.acceleration,
+                phrase!("a number of at least 0.000001", "不小于 0.000001 的数"),
+            );
         }
         if !(self.speed >= MIN_REQUESTED_RATE && self.speed.is_finite()) {
-            return bad("v", self.speed, "a number of at least 0.000001");
+            return bad(
+                phrase!("v"),
+                self.speed,
+                phrase!("a number of at least 0.000001", "不小于 0.000001 的数"),
+            );
         }
         Ok(())
     }

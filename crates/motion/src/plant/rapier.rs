@@ -6,6 +6,7 @@
 
 use kinematics::payload::RigidBody;
 use kinematics::{DOF, Dynamics, Frames, JointPositions, JointSpeeds, JointTorques, RobotModel};
+use messages::text;
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::{
     GenericJointBuilder, JointAxesMask, MassProperties, MultibodyJointHandle, RigidBodyBuilder,
@@ -61,7 +62,10 @@ impl RapierBodies {
         });
         let Some(Some(last_joint)) = joints.last().copied() else {
             return Err(ConfigError::Plant {
-                what: "the physics engine refused a joint",
+                what: text!(
+                    "the physics engine refused a joint",
+                    "物理引擎拒绝了一个关节"
+                ),
             });
         };
         let mut bodies = Self {

@@ -9,6 +9,7 @@ use kinematics::chain::{Chain, Frames};
 use kinematics::{
     DOF, Dynamics, JointPositions, JointSpeeds, JointTorques, Payload, RobotModel, Wrench,
 };
+use messages::text;
 use nalgebra::{Vector3, Vector6};
 
 use super::rapier::RapierBodies;
@@ -56,7 +57,7 @@ impl RigidPlant {
     ) -> Result<Self, ConfigError> {
         if arm.dynamics().bodies().iter().any(|link| link.mass <= 0.0) {
             return Err(ConfigError::Plant {
-                what: "a moving link has no mass",
+                what: text!("a moving link has no mass", "有运动的连杆没有质量"),
             });
         }
         let mut plant = Self {
@@ -86,8 +87,10 @@ impl RigidPlant {
     ) -> Result<Self, ConfigError> {
         if !arm.is_without_losses() {
             return Err(ConfigError::Plant {
-                what: "the plant \"rapier\" knows no friction and no rotors, which [arm] asks for; \
-                       the plant \"rigid\" does",
+                what: text!(
+                    "the plant \"rapier\" knows no friction and no rotors, which [arm] asks for; the plant \"rigid\" does",
+                    "仿真模型 \"rapier\" 没有 [arm] 要求的摩擦和转子；仿真模型 \"rigid\" 有"
+                ),
             });
         }
         let mut plant = Self::new(model, arm, q)?;

@@ -2,6 +2,7 @@
 
 use kinematics::collision::{LINKS, LinkIndex};
 use kinematics::{Capsule, DOF, Frames, Pose, RobotModel};
+use messages::Text;
 use nalgebra::Vector3;
 
 use crate::shape::PlacedShape;
@@ -17,6 +18,12 @@ pub const LINK_NAMES: [&str; LINKS] = [
     "wrist_2",
     "wrist_3",
 ];
+
+/// What a link is called in sentences.
+pub(super) fn link_text(link: usize) -> Text {
+    const CHINESE: [&str; LINKS] = ["基座", "肩部", "上臂", "前臂", "手腕 1", "手腕 2", "手腕 3"];
+    Text::fixed(LINK_NAMES[link], CHINESE[link])
+}
 
 /// Whose solid a body is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

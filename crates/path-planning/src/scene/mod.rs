@@ -8,6 +8,7 @@ mod motion_bound;
 mod pair;
 
 use kinematics::{Frames, JointPositions, Pose, RobotModel};
+use messages::{Text, text};
 
 pub use body::LINK_NAMES;
 pub use pair::{Pair, TouchRule, fits_pattern};
@@ -38,7 +39,7 @@ pub enum ObstaclePlace {
 /// What may be touched: an obstacle, a part, a moving piece of a machine.
 #[derive(Clone, Debug)]
 struct Obstacle {
-    name: String,
+    name: Text,
     pieces: Vec<PlacedShape>,
     place: ObstaclePlace,
     /// The pieces in the base frame while it stands.
@@ -106,7 +107,7 @@ impl CollisionScene {
         place: ObstaclePlace,
     ) -> ObstacleId {
         let mut obstacle = Obstacle {
-            name: name.into(),
+            name: Text::verbatim(name.into()),
             pieces,
             place,
             solids: Vec::new(),
@@ -170,7 +171,9 @@ impl CollisionScene {
 
     /// The names of all obstacles.
     pub fn obstacle_names(&self) -> impl Iterator<Item = &str> {
-        self.obstacles.iter().map(|obstacle| &*obstacle.name)
+        self.obstacles
+            .iter()
+            .map(|obstacle| obstacle.name.english())
     }
 
     /// The arm.
@@ -256,8 +259,24 @@ impl CollisionScene {
         let first = self.body_name(pair.body);
         match pair.partner {
             PairPartner::Body(other) => (first, self.body_name(other)),
-            PairPartner::Obstacle(ObstacleId(number)) => (first, &self.obstacles[number].name),
+            PairPartner::Obstacle(ObstacleId(number)) => {
+                (first, self.obstacles[number].name.english())
+            }
         }
+    }
+
+    /// What the two bodies of a pair are called in sentences.
+    pub fn texts(&self, pair: Pair) -> (Text, Text) {
+        let of_body = |body: usize| match self.bodies[body].owner {
+            BodyOwner::Link(link) => body::link_text(link),
+            BodyOwner::Tool => text!("tool", "工具"),
+            BodyOwner::Held(number) => self.obstacles[number].name.clone(),
+        };
+        let second = match pair.partner {
+            PairPartner::Body(other) => of_body(other),
+            PairPartner::Obstacle(ObstacleId(number)) => self.obstacles[number].name.clone(),
+        };
+        (of_body(pair.body), second)
     }
 
     fn body_name(&self, body: usize) -> &str {
@@ -268,7 +287,7 @@ impl CollisionScene {
         match owner {
             BodyOwner::Link(link) => LINK_NAMES[link],
             BodyOwner::Tool => "tool",
-            BodyOwner::Held(number) => &self.obstacles[number].name,
+            BodyOwner::Held(number) => self.obstacles[number].name.english(),
         }
     }
 

@@ -1,5 +1,7 @@
 //! Points as a table: x, y, z and, in six columns, roll, pitch and yaw of the tool in rad.
 
+use messages::{Text, text};
+
 use super::{Point, StepKind, Toolpath, ToolpathError};
 
 /// Reads a table with lengths in `unit_m` metres. A first line without numbers is a head and may name the columns in
@@ -28,7 +30,7 @@ pub fn read(text: &str, unit_m: f64) -> Result<Toolpath, ToolpathError> {
             order = head(&cells, number)?;
             continue;
         }
-        let damaged = |text: String| ToolpathError::Damaged { line: number, text };
+        let damaged = |text: Text| ToolpathError::Damaged { line: number, text };
         if columns == 0 {
             columns = cells.len();
             if order.is_empty() {
@@ -39,8 +41,9 @@ pub fn read(text: &str, unit_m: f64) -> Result<Toolpath, ToolpathError> {
             || !matches!(order.len(), 3 | 6)
             || order.iter().any(|at| *at >= columns)
         {
-            return Err(damaged(format!(
+            return Err(damaged(text!(
                 "{} columns: a point has x, y, z and perhaps rx, ry, rz",
+                "有 {} 列：一个点有 x、y、z，以及可选的 rx、ry、rz",
                 cells.len()
             )));
         }
@@ -51,13 +54,16 @@ pub fn read(text: &str, unit_m: f64) -> Result<Toolpath, ToolpathError> {
                 Ok(number) if number.is_finite() => number,
                 _ => {
                     let shown: String = cell.chars().take(20).collect();
-                    return Err(damaged(format!("'{shown}' is no number")));
+                    return Err(damaged(text!("'{shown}' is no number", "'{shown}' 不是数")));
                 }
             };
         }
         let point: Point = [values[0] * unit_m, values[1] * unit_m, values[2] * unit_m];
         if point.iter().any(|x| x.abs() > 100.0) {
-            return Err(damaged("the point is more than 100 m away".to_owned()));
+            return Err(damaged(text!(
+                "the point is more than 100 m away",
+                "点在 100 m 之外"
+            )));
         }
         path.push(
             number,
@@ -69,7 +75,7 @@ pub fn read(text: &str, unit_m: f64) -> Result<Toolpath, ToolpathError> {
     }
     match path.steps.is_empty() {
         true => Err(ToolpathError::Empty {
-            text: "there is no point in it".to_owned(),
+            text: text!("there is no point in it", "其中没有点"),
         }),
         false => Ok(path),
     }
@@ -91,7 +97,10 @@ fn head(cells: &[String], line: u32) -> Result<Vec<usize>, ToolpathError> {
         (0, 0, count @ (3 | 6)) => Ok((0..count).collect()),
         _ => Err(ToolpathError::Damaged {
             line,
-            text: "the head names no columns x, y, z and perhaps rx, ry, rz".to_owned(),
+            text: text!(
+                "the head names no columns x, y, z and perhaps rx, ry, rz",
+                "表头没有列名 x、y、z 以及可选的 rx、ry、rz"
+            ),
         }),
     }
 }

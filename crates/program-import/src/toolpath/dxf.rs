@@ -5,6 +5,8 @@
 
 use core::f64::consts::{PI, TAU};
 
+use messages::{Text, text};
+
 use super::arc::{Arc, Plane, turn};
 use super::spline::Spline;
 use super::{Point, STEPS_MAX, StepKind, Toolpath, ToolpathError, distance};
@@ -25,13 +27,13 @@ impl Pair<'_> {
             Ok(number) if number.abs() < 1e12 => Ok(number),
             _ => Err(damaged(
                 self.line,
-                format!("'{}' is no number", short(self.value)),
+                text!("'{}' is no number", "'{}' 不是数", short(self.value)),
             )),
         }
     }
 }
 
-fn damaged(line: u32, text: String) -> ToolpathError {
+fn damaged(line: u32, text: Text) -> ToolpathError {
     ToolpathError::Damaged { line, text }
 }
 
@@ -56,7 +58,10 @@ pub fn read(text: &str, layers: &[String], tolerance: f64) -> Result<Toolpath, T
     if text.starts_with("AutoCAD Binary DXF") {
         return Err(damaged(
             1,
-            "this is a binary DXF file: save it as text".to_owned(),
+            text!(
+                "this is a binary DXF file: save it as text",
+                "这是二进制 DXF 文件：请保存为文本格式"
+            ),
         ));
     }
     let pairs = pairs(text)?;
@@ -88,7 +93,10 @@ pub fn read(text: &str, layers: &[String], tolerance: f64) -> Result<Toolpath, T
                 .iter()
                 .position(|pair| (pair.code, pair.value) == (0, "SEQEND"));
             let Some(vertices) = vertices else {
-                return Err(damaged(first.line, "a POLYLINE has no SEQEND".to_owned()));
+                return Err(damaged(
+                    first.line,
+                    text!("a POLYLINE has no SEQEND", "POLYLINE 没有 SEQEND"),
+                ));
             };
             let (vertices, tail) = rest.split_at(vertices);
             rest = tail;
@@ -112,7 +120,11 @@ fn pairs(text: &str) -> Result<Vec<Pair<'_>>, ToolpathError> {
         let Ok(code) = code.parse::<i32>() else {
             return Err(damaged(
                 line,
-                format!("'{}' is no group code of a DXF file", short(code)),
+                text!(
+                    "'{}' is no group code of a DXF file",
+                    "'{}' 不是 DXF 文件的组码",
+                    short(code)
+                ),
             ));
         };
         let value = value.trim();
@@ -145,12 +157,19 @@ fn unit(pairs: &[Pair<'_>], path: &mut Toolpath) -> Result<f64, ToolpathError> {
         "0" => {
             path.left_out(
                 value.line,
-                "the drawing names no unit: millimetres are assumed",
+                text!(
+                    "the drawing names no unit: millimetres are assumed",
+                    "图纸没有给出单位：按毫米处理"
+                ),
             );
             0.001
         }
         other => {
-            let text = format!("$INSUNITS {} is no unit that is driven", short(other));
+            let text = text!(
+                "$INSUNITS {} is no unit that is driven",
+                "$INSUNITS {} 不是可用的单位",
+                short(other)
+            );
             return Err(damaged(value.line, text));
         }
     })
@@ -216,7 +235,11 @@ impl Drawing<'_> {
             (_, None) => {
                 self.path.left_out(
                     line,
-                    format!("{} lies in a tilted plane: left out", short(name)),
+                    text!(
+                        "{} lies in a tilted plane: left out",
+                        "{} 位于倾斜平面内：已略去",
+                        short(name)
+                    ),
                 );
                 return Ok(());
             }
@@ -231,8 +254,14 @@ impl Drawing<'_> {
             "SPLINE" => self.spline(entity),
             "ELLIPSE" => self.ellipse(entity),
             _ => {
-                self.path
-                    .left_out(line, format!("{} is not understood: left out", short(name)));
+                self.path.left_out(
+                    line,
+                    text!(
+                        "{} is not understood: left out",
+                        "不理解 {}：已略去",
+                        short(name)
+                    ),
+                );
                 Ok(())
             }
         }
@@ -250,8 +279,13 @@ impl Drawing<'_> {
         }
         let points = steps.iter().filter_map(end_of).chain([begin]);
         if !points.flatten().all(|x| x.abs() < 100.0) {
-            self.path
-                .impossible(line, "it lies more than 100 m away: are the units right?");
+            self.path.impossible(
+                line,
+                text!(
+                    "it lies more than 100 m away: are the units right?",
+                    "它在 100 m 之外：单位是否正确？"
+                ),
+            );
             return Ok(());
         }
         if !steps.is_empty() {
@@ -267,7 +301,10 @@ impl Drawing<'_> {
         if radius <= 0.0 {
             self.path.impossible(
                 line,
-                format!("a radius of {radius} m: allowed is more than 0"),
+                text!(
+                    "a radius of {radius} m: allowed is more than 0",
+                    "半径为 {radius} m：必须大于 0"
+                ),
             );
             return Ok(());
         }
@@ -341,12 +378,20 @@ impl Drawing<'_> {
         }
         let flags_of = flags(entity)?;
         let Some(is_mirrored) = self.mirror(entity)? else {
-            self.path
-                .left_out(line, "POLYLINE lies in a tilted plane: left out");
+            self.path.left_out(
+                line,
+                text!(
+                    "POLYLINE lies in a tilted plane: left out",
+                    "POLYLINE 位于倾斜平面内：已略去"
+                ),
+            );
             return Ok(());
         };
         if flags_of & (16 | 64) != 0 {
-            self.path.left_out(line, "POLYLINE is a mesh: left out");
+            self.path.left_out(
+                line,
+                text!("POLYLINE is a mesh: left out", "POLYLINE 是网格：已略去"),
+            );
             return Ok(());
         }
         let mut vertices = Vec::new();
@@ -440,7 +485,10 @@ impl Drawing<'_> {
             let Some(fitted) = Spline::through(&through, tangents) else {
                 self.path.impossible(
                     line,
-                    "a spline has neither control points nor two fit points that differ",
+                    text!(
+                        "a spline has neither control points nor two fit points that differ",
+                        "样条曲线既没有控制点，也没有两个不同的拟合点"
+                    ),
                 );
                 return Ok(());
             };
@@ -465,11 +513,13 @@ impl Drawing<'_> {
             number(entity, 230, 1.0)?,
         ];
         let (Some(across), length) = (super::unit(across), super::norm(major)) else {
-            self.path.impossible(line, "an ellipse without a plane");
+            self.path
+                .impossible(line, text!("an ellipse without a plane", "椭圆没有平面"));
             return Ok(());
         };
         if length <= 0.0 || ratio.abs() <= 0.0 || ratio.abs() > 1.0 + 1e-9 {
-            self.path.impossible(line, "an ellipse without a size");
+            self.path
+                .impossible(line, text!("an ellipse without a size", "椭圆没有尺寸"));
             return Ok(());
         }
         let minor = super::plus([0.0; 3], super::cross(across, major), ratio);
@@ -500,12 +550,14 @@ impl Drawing<'_> {
         let mut path = self.path;
         if self.contours.is_empty() {
             let layers = match self.layers {
-                [] => String::new(),
-                some => format!(" on the layer {}", some.join(", ")),
+                [] => Text::verbatim(""),
+                some => text!(" on the layer {}", "（图层 {}）", some.join(", ")),
             };
             if path.remarks.iter().all(|remark| !remark.is_error) {
-                let text =
-                    format!("there is no line, polyline, arc, circle, ellipse or spline{layers}");
+                let text = text!(
+                    "there is no line, polyline, arc, circle, ellipse or spline{layers}",
+                    "没有直线、多段线、圆弧、圆、椭圆或样条曲线{layers}"
+                );
                 return Err(ToolpathError::Empty { text });
             }
         }

@@ -4,6 +4,8 @@
 
 use core::f64::consts::PI;
 
+use messages::{Text, text};
+
 use super::arc::{Arc, Plane, turn};
 use super::{LENGTH_MIN_M, Point, StepKind, Toolpath, ToolpathError, distance};
 
@@ -57,7 +59,10 @@ pub fn read(text: &str, tolerance: f64) -> Result<Toolpath, ToolpathError> {
     for (number, text) in (1..).zip(text.lines()) {
         let block = words(text);
         for word in &block.unknown {
-            path.left_out(number, format!("'{word}' is not understood"));
+            path.left_out(
+                number,
+                text!("'{word}' is not understood", "不理解 '{word}'"),
+            );
         }
         if machine.run(&block, number, &mut path, tolerance)? {
             break;
@@ -72,7 +77,10 @@ pub fn read(text: &str, tolerance: f64) -> Result<Toolpath, ToolpathError> {
     match has_moves {
         true => Ok(path),
         false => Err(ToolpathError::Empty {
-            text: "there is no move (G0 to G3) in it".to_owned(),
+            text: text!(
+                "there is no move (G0 to G3) in it",
+                "其中没有运动（G0 到 G3）"
+            ),
         }),
     }
 }
@@ -177,7 +185,7 @@ impl Machine {
                 ('P', _) if is_dwell => {}
                 _ => path.left_out(
                     line,
-                    format!("{} is not understood", shown(*letter, *value)),
+                    text!("{} is not understood", "不理解 {}", shown(*letter, *value)),
                 ),
             }
         }
@@ -196,7 +204,10 @@ impl Machine {
                 true => path.push(line, StepKind::Dwell(seconds))?,
                 false => path.impossible(
                     line,
-                    format!("a pause of {seconds} s: allowed are 0 to 3600"),
+                    text!(
+                        "a pause of {seconds} s: allowed are 0 to 3600",
+                        "暂停 {seconds} s：允许 0 到 3600"
+                    ),
                 ),
             }
         } else {
@@ -211,7 +222,13 @@ impl Machine {
     fn feed(&mut self, feed: f64, line: u32, path: &mut Toolpath) -> Result<(), ToolpathError> {
         let speed = feed * self.unit_m / 60.0;
         if speed <= 0.0 {
-            path.impossible(line, format!("a feed of {feed}: allowed is more than 0"));
+            path.impossible(
+                line,
+                text!(
+                    "a feed of {feed}: allowed is more than 0",
+                    "进给为 {feed}：必须大于 0"
+                ),
+            );
         } else if self.speed != Some(speed) {
             self.speed = Some(speed);
             path.push(line, StepKind::Speed(speed))?;
@@ -245,7 +262,10 @@ impl Machine {
             }
         }
         if !to.iter().all(|x| x.abs() < 100.0) {
-            path.impossible(line, "the target is more than 100 m away");
+            path.impossible(
+                line,
+                text!("the target is more than 100 m away", "目标在 100 m 之外"),
+            );
             return Ok(());
         }
         let from = std::mem::replace(&mut self.position, to);
@@ -272,7 +292,7 @@ impl Machine {
         centre: [Option<f64>; 3],
         radius: Option<f64>,
         is_clockwise: bool,
-    ) -> Result<Arc, String> {
+    ) -> Result<Arc, Text> {
         let [first, second, across] = self.plane.axes;
         let (begin, end) = ([from[first], from[second]], [to[first], to[second]]);
         let chord = [end[0] - begin[0], end[1] - begin[1]];
@@ -282,11 +302,15 @@ impl Machine {
             Some(given) => {
                 let radius = given.abs() * self.unit_m;
                 if length < LENGTH_MIN_M {
-                    return Err("an arc with R must end somewhere else".to_owned());
+                    return Err(text!(
+                        "an arc with R must end somewhere else",
+                        "用 R 的圆弧，终点必须不同于起点"
+                    ));
                 }
                 if radius < length / 2.0 - RADIUS_DIFFERENCE_M {
-                    return Err(format!(
+                    return Err(text!(
                         "an arc of radius {} mm cannot reach a point {} mm away",
+                        "半径 {} mm 的圆弧到不了 {} mm 外的点",
                         mm(radius),
                         mm(length)
                     ));
@@ -307,7 +331,10 @@ impl Machine {
                 let given =
                     [first, second].map(|axis| centre[axis].map(|value| value * self.unit_m));
                 if given == [None, None] {
-                    return Err("an arc needs a centre (I, J, K) or a radius (R)".to_owned());
+                    return Err(text!(
+                        "an arc needs a centre (I, J, K) or a radius (R)",
+                        "圆弧需要圆心（I、J、K）或半径（R）"
+                    ));
                 }
                 let at = |axis: usize| match (given[axis], self.has_absolute_centres) {
                     (Some(value), true) => value,
@@ -319,15 +346,17 @@ impl Machine {
         let at_begin = (begin[0] - middle[0]).hypot(begin[1] - middle[1]);
         let at_end = (end[0] - middle[0]).hypot(end[1] - middle[1]);
         if !(LENGTH_MIN_M..=1e4).contains(&at_begin) {
-            return Err(format!(
+            return Err(text!(
                 "an arc of radius {} mm cannot be driven",
+                "半径 {} mm 的圆弧无法执行",
                 mm(at_begin)
             ));
         }
         let difference = (at_begin - at_end).abs();
         if difference > RADIUS_DIFFERENCE_M.max(RADIUS_DIFFERENCE_SHARE * at_begin) {
-            return Err(format!(
+            return Err(text!(
                 "the arc begins {} mm from its centre and ends {} mm from it",
+                "圆弧起点距圆心 {} mm，终点距圆心 {} mm",
                 mm(at_begin),
                 mm(at_end)
             ));

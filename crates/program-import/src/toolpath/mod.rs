@@ -11,7 +11,7 @@ pub mod reach;
 mod spline;
 
 use core::fmt;
-use messages::Localized;
+use messages::{Language, Localized, Text, text};
 
 pub use arc::{Arc, Plane};
 
@@ -74,12 +74,20 @@ pub struct Remark {
     /// Whether the path is wrong, or something was left out.
     pub is_error: bool,
     /// A sentence.
-    pub text: String,
+    pub text: Text,
 }
 
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "line {}: {}", self.line, self.text)
+        self.fmt_in(Language::English, f)
+    }
+}
+
+impl Localized for Remark {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { line, text, .. } = self;
+        let said = text!("line {line}: {text}", "第 {line} 行：{text}");
+        f.write_str(said.in_language(language))
     }
 }
 
@@ -100,13 +108,13 @@ pub enum ToolpathError {
         /// The place.
         line: u32,
         /// What is wrong.
-        text: String,
+        text: Text,
     },
     /// There is nothing to drive.
     #[error("{text}")]
     Empty {
         /// What was looked for.
-        text: String,
+        text: Text,
     },
 }
 
@@ -120,16 +128,16 @@ impl Toolpath {
     }
 
     /// Says that something was left out.
-    fn left_out(&mut self, line: u32, text: impl Into<String>) {
-        self.remark(line, false, text.into());
+    fn left_out(&mut self, line: u32, text: Text) {
+        self.remark(line, false, text);
     }
 
     /// Says that something cannot be.
-    fn impossible(&mut self, line: u32, text: impl Into<String>) {
-        self.remark(line, true, text.into());
+    fn impossible(&mut self, line: u32, text: Text) {
+        self.remark(line, true, text);
     }
 
-    fn remark(&mut self, line: u32, is_error: bool, text: String) {
+    fn remark(&mut self, line: u32, is_error: bool, text: Text) {
         // A file of another kind would give one for every line.
         const REMARKS_MAX: usize = 1000;
         if self.remarks.len() < REMARKS_MAX {

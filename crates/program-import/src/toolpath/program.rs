@@ -6,6 +6,7 @@
 use core::fmt::Write;
 
 use kinematics::{Pose, RpyPose};
+use messages::text;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::{
@@ -161,7 +162,12 @@ struct Writer<'o> {
 impl Writer<'_> {
     fn note(&mut self, remark: &Remark) {
         self.end_row();
-        let text: String = remark.text.chars().filter(|c| !c.is_control()).collect();
+        let text: String = remark
+            .text
+            .english()
+            .chars()
+            .filter(|c| !c.is_control())
+            .collect();
         let _ = writeln!(self.out, "# line {}: {text}", remark.line);
     }
 
@@ -195,7 +201,10 @@ impl Writer<'_> {
                 let _ = writeln!(self.out, "{}", text.trim());
             }
             None if !word.is_empty() => {
-                let text = format!("{word} does nothing without {option}");
+                let text = text!(
+                    "{word} does nothing without {option}",
+                    "没有 {option} 时 {word} 不起作用"
+                );
                 let _ = writeln!(self.out, "# line {line}: {text}");
                 self.remarks.push(Remark {
                     line,

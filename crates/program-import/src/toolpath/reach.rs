@@ -1,6 +1,7 @@
 //! Whether an arm reaches the points of a toolpath, and where it may pass through joint space.
 
 use kinematics::{JointPositions, Pose, RobotModel};
+use messages::text;
 
 use super::program::{ProgramOptions, base_pose, end_pose};
 use super::{Point, Remark, StepKind, Toolpath, distance, dot, unit};
@@ -43,8 +44,10 @@ impl Reach<'_> {
                     None if remarks.last().is_some_and(|last| last.line == step.line) => {}
                     None => {
                         let [x, y, z] = pose.translation.into();
-                        let text =
-                            format!("the arm does not reach {x:.4}, {y:.4}, {z:.4} m (base frame)");
+                        let text = text!(
+                            "the arm does not reach {x:.4}, {y:.4}, {z:.4} m (base frame)",
+                            "机械臂到不了 {x:.4}、{y:.4}、{z:.4} m（基座坐标系）"
+                        );
                         remarks.push(Remark {
                             line: step.line,
                             is_error: true,

@@ -1,5 +1,7 @@
 //! B-splines with weights as lines within a tolerance.
 
+use messages::{Text, text};
+
 use super::{Point, distance, dot, minus, plus, unit};
 
 /// A spline of any degree up to [`DEGREE_MAX`].
@@ -67,32 +69,43 @@ impl Spline {
     }
 
     /// A reason why the data are no spline, if there is one.
-    pub fn problem(&self) -> Option<String> {
+    pub fn problem(&self) -> Option<Text> {
         let (count, degree) = (self.points.len(), self.degree);
         if degree == 0 || degree > DEGREE_MAX {
-            return Some(format!(
-                "a spline of degree {degree}: allowed are 1 to {DEGREE_MAX}"
+            return Some(text!(
+                "a spline of degree {degree}: allowed are 1 to {DEGREE_MAX}",
+                "样条曲线的次数为 {degree}：允许 1 到 {DEGREE_MAX}"
             ));
         }
         if count <= degree || self.knots.len() != count + degree + 1 {
-            return Some(format!(
+            return Some(text!(
                 "a spline of degree {degree} with {count} control points has {} knots, and this one {}",
+                "{degree} 次、{count} 个控制点的样条曲线有 {} 个节点，而此曲线有 {} 个",
                 count + degree + 1,
                 self.knots.len()
             ));
         }
         if !self.weights.is_empty() && self.weights.len() != count {
-            return Some(format!(
+            return Some(text!(
                 "{} weights for {count} control points",
+                "{count} 个控制点有 {} 个权重",
                 self.weights.len()
             ));
         }
         if self.weights.iter().any(|weight| *weight <= 0.0) {
-            return Some("a weight of a spline is not above 0".to_owned());
+            return Some(text!(
+                "a weight of a spline is not above 0",
+                "样条曲线有不大于 0 的权重"
+            ));
         }
         let is_in_order = self.knots.windows(2).all(|pair| pair[0] <= pair[1]);
         let has_length = self.knots[degree] < self.knots[count];
-        (!is_in_order || !has_length).then(|| "the knots of a spline are not in order".to_owned())
+        (!is_in_order || !has_length).then(|| {
+            text!(
+                "the knots of a spline are not in order",
+                "样条曲线的节点没有按顺序排列"
+            )
+        })
     }
 
     /// The point at a parameter, by de Boor's algorithm in homogeneous coordinates.

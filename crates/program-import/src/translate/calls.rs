@@ -1,5 +1,7 @@
 //! Calls: of the program's own functions, of those of Universal Robots by the table, of methods.
 
+use messages::{Text, text};
+
 use super::Translator;
 use super::analysis::{LIST_METHODS, is_motion};
 use super::expressions::{Form, without_parens};
@@ -75,7 +77,12 @@ impl Translator<'_> {
                     true => MessageKind::Renamed,
                     false => MessageKind::Helper,
                 };
-                self.say(line, message, name, format!("is {helper} here"));
+                self.say(
+                    line,
+                    message,
+                    name,
+                    text!("is {helper} here", "这里是 {helper}"),
+                );
                 let call = format!("{helper}({value})");
                 return match is_pose && self.analysis.has_pose_objects && form == Form::Value {
                     true => format!("pose_object({call})"),
@@ -88,7 +95,10 @@ impl Translator<'_> {
             return self.missing(
                 line,
                 name,
-                "neither this text nor the manual of Universal Robots defines it",
+                text!(
+                    "neither this text nor the manual of Universal Robots defines it",
+                    "此文本和 Universal Robots 的手册都没有定义它"
+                ),
             );
         };
         let call = self.table_call(row, args, line, scope);
@@ -157,12 +167,19 @@ impl Translator<'_> {
                     line,
                     MessageKind::Renamed,
                     method,
-                    "takes an index there and is pop here",
+                    text!(
+                        "takes an index there and is pop here",
+                        "在那里用下标，这里是 pop"
+                    ),
                 );
                 format!("{object}.pop({values_text})")
             }
             ("slice", [from, to]) => format!("{object}[{from}:{to}]"),
-            ("capacity", _) => self.missing(line, method, "lists grow without a capacity"),
+            ("capacity", _) => self.missing(
+                line,
+                method,
+                text!("lists grow without a capacity", "列表自动增长，没有容量"),
+            ),
             _ => format!("{object}.{method}({values_text})"),
         }
     }
@@ -177,7 +194,7 @@ impl Translator<'_> {
     ) -> String {
         let (name, params) = (row.name(), row.parameters());
         if row.call == "!" {
-            return self.missing(line, name, row.note);
+            return self.missing(line, name, row.note.clone());
         }
         let mut given: Vec<Option<String>> = vec![None; params.len()];
         let mut written = Vec::new();
@@ -190,9 +207,10 @@ impl Translator<'_> {
             };
             let Some(place) = place else {
                 let shown = arg.name.clone().unwrap_or_else(|| format!("{}", index + 1));
-                let text = format!(
-                    "the argument {shown} is left out: {} has none of that name or number",
-                    row.signature.replace([':', '!'], "")
+                let signature = row.signature.replace([':', '!'], "");
+                let text = text!(
+                    "the argument {shown} is left out: {signature} has none of that name or number",
+                    "略去参数 {shown}：{signature} 没有此名称或序号的参数"
                 );
                 self.say(line, MessageKind::Changed, name, text);
                 continue;
@@ -207,15 +225,15 @@ impl Translator<'_> {
         if row.call == "-" || (name == "set_tool_digital_output_mode" && !self.switches_tool_pins())
         {
             let note = if row.note.is_empty() {
-                "no output of the tool is used"
+                text!("no output of the tool is used", "没有使用工具的输出")
             } else {
-                row.note
+                row.note.clone()
             };
             self.say(
                 line,
                 MessageKind::Changed,
                 name,
-                format!("is left out: {note}"),
+                text!("is left out: {note}", "已略去：{note}"),
             );
             return String::new();
         }
@@ -227,7 +245,11 @@ impl Translator<'_> {
                 .filter_map(|(param, _)| Some(format!("{}={}", param.name, param.default?)))
                 .collect();
             if !defaults.is_empty() {
-                let text = format!("its default {} is written out", defaults.join(", "));
+                let text = text!(
+                    "its default {} is written out",
+                    "写出了它的默认值 {}",
+                    defaults.join(", ")
+                );
                 self.say(line, MessageKind::Changed, name, text);
             }
             written.extend(defaults);
@@ -236,7 +258,7 @@ impl Translator<'_> {
                     line,
                     MessageKind::Renamed,
                     name,
-                    format!("is called {new} here"),
+                    text!("is called {new} here", "这里称为 {new}"),
                 );
             }
             let callee = if new.is_empty() { name } else { new };
@@ -267,7 +289,7 @@ impl Translator<'_> {
                     line,
                     MessageKind::Helper,
                     callee,
-                    "joint positions become a pose",
+                    text!("joint positions become a pose", "关节位置换算为位姿"),
                 );
                 format!("get_forward_kin({text})")
             }
@@ -276,7 +298,7 @@ impl Translator<'_> {
                     line,
                     MessageKind::Helper,
                     callee,
-                    "joint positions become a pose",
+                    text!("joint positions become a pose", "关节位置换算为位姿"),
                 );
                 format!("tcp_pose({text})")
             }
@@ -285,7 +307,7 @@ impl Translator<'_> {
                     line,
                     MessageKind::Helper,
                     callee,
-                    "a pose becomes joint positions",
+                    text!("a pose becomes joint positions", "位姿换算为关节位置"),
                 );
                 format!("get_inverse_kin({text})")
             }
@@ -294,13 +316,15 @@ impl Translator<'_> {
                     line,
                     MessageKind::Helper,
                     callee,
-                    "a pose becomes joint positions",
+                    text!("a pose becomes joint positions", "位姿换算为关节位置"),
                 );
                 format!("joint_positions({text})")
             }
             "j" if kind.own.is_unknown() && is_motion(callee) => {
-                let text_of_remark =
-                    "taken as joint positions: the text does not tell whether it is a pose";
+                let text_of_remark = text!(
+                    "taken as joint positions: the text does not tell whether it is a pose",
+                    "按关节位置处理：文本看不出是否为位姿"
+                );
                 self.say(line, MessageKind::Changed, callee, text_of_remark);
                 text
             }
@@ -309,7 +333,10 @@ impl Translator<'_> {
                     line,
                     MessageKind::Helper,
                     callee,
-                    "a pose is written with its rotation vector",
+                    text!(
+                        "a pose is written with its rotation vector",
+                        "位姿以旋转向量写出"
+                    ),
                 );
                 format!("pose_text({text})")
             }
@@ -386,7 +413,7 @@ impl Translator<'_> {
                 line,
                 MessageKind::Changed,
                 name,
-                format!("is left out: {}", row.note),
+                text!("is left out: {}", "已略去：{}", row.note),
             );
         }
         call
@@ -395,25 +422,28 @@ impl Translator<'_> {
     fn say_template(&mut self, row: &UrFunction, head: &str, dropped: &[&str], line: u32) {
         let name = row.name();
         let note = if row.note.is_empty() {
-            String::new()
+            Text::verbatim("")
         } else {
-            format!("; {}", row.note)
+            text!("; {}", "；{}", row.note)
         };
         if HELPERS.iter().any(|helper| helper.name == head) {
-            let text = format!("is {head} of the program's head{note}");
+            let text = text!(
+                "is {head} of the program's head{note}",
+                "是程序头部的 {head}{note}"
+            );
             self.say(line, MessageKind::Helper, name, text);
         } else if head != name && !head.is_empty() {
             self.say(
                 line,
                 MessageKind::Renamed,
                 name,
-                format!("is {head} here{note}"),
+                text!("is {head} here{note}", "这里是 {head}{note}"),
             );
         } else if !row.note.is_empty() && dropped.is_empty() {
-            self.say(line, MessageKind::Changed, name, row.note);
+            self.say(line, MessageKind::Changed, name, row.note.clone());
         }
         if !dropped.is_empty() {
-            let text = format!("{} is left out{note}", dropped.join(", "));
+            let text = text!("{} is left out{note}", "略去 {}{note}", dropped.join(", "));
             self.say(line, MessageKind::Changed, name, text);
         }
     }

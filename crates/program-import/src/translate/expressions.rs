@@ -1,5 +1,7 @@
 //! Expressions: operators, poses, lists, items, fields; and values that are copied where they are stored.
 
+use messages::text;
+
 use super::analysis::rotation_of_one;
 use super::kinds::Kinds;
 use super::messages::MessageKind;
@@ -129,7 +131,14 @@ impl Translator<'_> {
         if is_known {
             return self.name(name, line);
         }
-        self.missing(line, name, "nothing in this text gives it a value")
+        self.missing(
+            line,
+            name,
+            text!(
+                "nothing in this text gives it a value",
+                "此文本中没有给它赋值"
+            ),
+        )
     }
 
     fn binary(
@@ -156,7 +165,7 @@ impl Translator<'_> {
                     self.line,
                     MessageKind::Helper,
                     sign,
-                    "lists are combined number by number",
+                    text!("lists are combined number by number", "列表逐个数运算"),
                 );
                 return (format!("elementwise(\"{sign}\", {left}, {right})"), ATOM);
             }
@@ -184,7 +193,10 @@ impl Translator<'_> {
                 line,
                 MessageKind::Helper,
                 "p[…]",
-                "a pose that knows its rotation vector",
+                text!(
+                    "a pose that knows its rotation vector",
+                    "带有旋转向量的位姿"
+                ),
             );
             return (
                 format!("Pose([{position}], [{}])", texts[3..].join(", ")),
@@ -208,7 +220,10 @@ impl Translator<'_> {
                 line,
                 MessageKind::Helper,
                 "p[…]",
-                format!("the rotation vector {rx}, {ry}, {rz} is roll, pitch, yaw {rpy}"),
+                text!(
+                    "the rotation vector {rx}, {ry}, {rz} is roll, pitch, yaw {rpy}",
+                    "旋转向量 {rx}, {ry}, {rz} 即 roll、pitch、yaw {rpy}"
+                ),
             );
             return (format!("[{position}, {rpy}]"), ATOM);
         }
@@ -216,14 +231,24 @@ impl Translator<'_> {
             line,
             MessageKind::Helper,
             "p[…]",
-            "the rotation vector is converted while the program runs",
+            text!(
+                "the rotation vector is converted while the program runs",
+                "旋转向量在程序运行时换算"
+            ),
         );
         (format!("pose_from_rotvec({})", texts.join(", ")), ATOM)
     }
 
     fn run(&mut self, name: &str, args: &[Argument], line: u32, scope: ScopeId) -> String {
         let Some(callee) = self.analysis.scopes.named(name) else {
-            return self.missing(line, name, "no thread of this text is called so");
+            return self.missing(
+                line,
+                name,
+                text!(
+                    "no thread of this text is called so",
+                    "此文本中没有这个名称的线程"
+                ),
+            );
         };
         let args: Vec<String> = args
             .iter()

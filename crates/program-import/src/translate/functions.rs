@@ -13,10 +13,12 @@
 
 use std::sync::LazyLock;
 
+use messages::Text;
+
 use super::kinds::{Kinds, Type};
 
 /// A function of URScript.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct UrFunction {
     /// Signature in URScript.
     pub signature: &'static str,
@@ -24,8 +26,8 @@ pub struct UrFunction {
     pub call: &'static str,
     /// What it gives: `n`umber, `b`ool, te`x`t, `l`ist, `m`atrix, `p`ose, rpc `h`andle, or nothing.
     gives: &'static str,
-    /// For the report.
-    pub note: &'static str,
+    /// For the report; may be empty.
+    pub note: Text,
 }
 
 /// A parameter of a signature.
@@ -124,6 +126,6 @@ fn row(line: &'static str) -> UrFunction {
         signature: next(),
         call: next(),
         gives: next(),
-        note: next(),
+        note: Text::fixed(next(), next()),
     }
 }

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use messages::{Language, Localized, Text, text};
+
 /// A remark about one line of the original.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
@@ -12,7 +14,7 @@ pub struct Message {
     /// The function or variable it is about.
     pub name: String,
     /// A sentence.
-    pub text: String,
+    pub text: Text,
 }
 
 /// Kinds of remarks.
@@ -38,11 +40,34 @@ impl MessageKind {
             Self::Missing => "missing",
         }
     }
+
+    /// The word for the kind as people are told it.
+    const fn title(self) -> Text {
+        match self {
+            Self::Renamed => text!("renamed", "改名"),
+            Self::Changed => text!("changed", "改动"),
+            Self::Helper => text!("helper", "添加"),
+            Self::Missing => text!("missing", "缺失"),
+        }
+    }
 }
 
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (word, name) = (self.kind.word(), &self.name);
-        write!(f, "line {}: {word}: {name}: {}", self.line, self.text)
+        self.fmt_in(Language::English, f)
+    }
+}
+
+impl Localized for Message {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            line, name, text, ..
+        } = self;
+        let said = text!(
+            "line {line}: {}: {name}: {text}",
+            "第 {line} 行：{}：{name}：{text}",
+            self.kind.title()
+        );
+        f.write_str(said.in_language(language))
     }
 }

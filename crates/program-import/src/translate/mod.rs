@@ -19,6 +19,8 @@ mod statements;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use ::messages::{Language, Text, text};
+
 pub use messages::{Message, MessageKind};
 
 use crate::urscript::{self, Comment, SyntaxError};
@@ -42,8 +44,8 @@ impl Translation {
     }
 
     /// The remarks as a page of Markdown.
-    pub fn report(&self, name: &str) -> String {
-        report::page(self, name)
+    pub fn report(&self, name: &str, language: Language) -> String {
+        report::page(self, name, language)
     }
 }
 
@@ -117,13 +119,13 @@ struct Translator<'t> {
 }
 
 impl Translator<'_> {
-    fn say(&mut self, line: u32, kind: MessageKind, name: &str, text: impl Into<String>) {
+    fn say(&mut self, line: u32, kind: MessageKind, name: &str, text: Text) {
         if self.said.insert((line, kind, name.to_owned())) {
             self.messages.push(Message {
                 line,
                 kind,
                 name: name.to_owned(),
-                text: text.into(),
+                text,
             });
         }
     }
@@ -139,7 +141,10 @@ impl Translator<'_> {
                 line,
                 MessageKind::Renamed,
                 name,
-                format!("is called {new}, because {name} means something else here"),
+                text!(
+                    "is called {new}, because {name} means something else here",
+                    "称为 {new}，因为 {name} 在这里另有含义"
+                ),
             );
         }
         self.names.insert(name.to_owned(), new.clone());
@@ -147,12 +152,12 @@ impl Translator<'_> {
     }
 
     /// A call that raises, for what has no counterpart.
-    fn missing(&mut self, line: u32, name: &str, why: &str) -> String {
+    fn missing(&mut self, line: u32, name: &str, why: Text) -> String {
         let why = match why.is_empty() {
-            true => "it has no counterpart",
+            true => text!("it has no counterpart", "它没有对应"),
             false => why,
         };
-        self.say(line, MessageKind::Missing, name, why);
+        self.say(line, MessageKind::Missing, name, why.clone());
         format!(
             "not_available({})",
             expressions::quoted(&format!("{name}: {why}"))

@@ -1,6 +1,8 @@
 //! Characters to tokens. Line ends are no tokens, because URScript needs none: every token says whether it is the first
 //! of its line.
 
+use messages::text;
+
 use super::SyntaxError;
 
 /// A token with its place.
@@ -140,7 +142,10 @@ impl<'t> Lexer<'t> {
         if !body[end..].starts_with(quote) {
             return Err(SyntaxError::new(
                 self.line,
-                "the text has no end: its quote is missing",
+                text!(
+                    "the text has no end: its quote is missing",
+                    "字符串没有结束：缺少引号"
+                ),
             ));
         }
         self.push(TokenKind::Text(body[..end].to_owned()));
@@ -201,7 +206,10 @@ impl<'t> Lexer<'t> {
             let shown = first.escape_default();
             return Err(SyntaxError::new(
                 self.line,
-                format!("URScript has no character '{shown}'"),
+                text!(
+                    "URScript has no character '{shown}'",
+                    "URScript 没有字符 '{shown}'"
+                ),
             ));
         };
         self.take(symbol.len());

@@ -2,7 +2,7 @@
 //!
 //! Knows the grammar that controllers of Universal Robots accept, the labels (`$ 3 "Waypoint"`) of programs that
 //! PolyScope makes included, and nothing of robots.
-use messages::Localized;
+use messages::{Localized, Text};
 
 pub mod ast;
 mod lexer;
@@ -19,14 +19,11 @@ pub struct SyntaxError {
     /// Line of the text, from 1.
     pub line: u32,
     /// What is wrong.
-    pub text: String,
+    pub text: Text,
 }
 
 impl SyntaxError {
-    fn new(line: u32, text: impl Into<String>) -> Self {
-        Self {
-            line,
-            text: text.into(),
-        }
+    const fn new(line: u32, text: Text) -> Self {
+        Self { line, text }
     }
 }

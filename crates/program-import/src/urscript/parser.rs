@@ -1,6 +1,8 @@
 //! Tokens to the syntax tree. Line ends count in two places only: a `(` or `[` that begins a line begins no call and no
 //! index, and a `return` without a value ends with its line.
 
+use messages::{Text, text};
+
 use super::SyntaxError;
 use super::ast::{
     Argument, BinaryOperator, ElseBlock, Expr, ExprKind, Function, FunctionKind, Scope, Stmt,
@@ -91,26 +93,29 @@ impl Parser {
         found
     }
 
-    fn error<T>(&self, wanted: &str) -> Parsed<T> {
+    fn error<T>(&self, wanted: Text) -> Parsed<T> {
         let found = match self.peek() {
-            TokenKind::Word(word) => format!("'{word}'"),
-            TokenKind::Number(text) => text.clone(),
-            TokenKind::Text(_) => "a text".to_owned(),
-            TokenKind::PoseStart => "'p['".to_owned(),
-            TokenKind::Symbol(symbol) => format!("'{symbol}'"),
-            TokenKind::Label(_) => "a label ($)".to_owned(),
-            TokenKind::End => "the end of the text".to_owned(),
+            TokenKind::Word(word) => Text::verbatim(format!("'{word}'")),
+            TokenKind::Number(text) => Text::verbatim(text.clone()),
+            TokenKind::Text(_) => text!("a text", "字符串"),
+            TokenKind::PoseStart => Text::verbatim("'p['"),
+            TokenKind::Symbol(symbol) => Text::verbatim(format!("'{symbol}'")),
+            TokenKind::Label(_) => text!("a label ($)", "标签（$）"),
+            TokenKind::End => text!("the end of the text", "文本结尾"),
         };
         Err(SyntaxError::new(
             self.line(),
-            format!("here is {found} and not {wanted}"),
+            text!(
+                "here is {found} and not {wanted}",
+                "这里是{found}，而不是{wanted}"
+            ),
         ))
     }
 
     fn expect(&mut self, symbol: &str) -> Parsed<()> {
         match self.accept(symbol) {
             true => Ok(()),
-            false => self.error(&format!("'{symbol}'")),
+            false => self.error(Text::verbatim(format!("'{symbol}'"))),
         }
     }
 
@@ -122,14 +127,17 @@ impl Parser {
                 Ok(word)
             }
             // A variable called `p` before a bracket is read by whoever sees the bracket.
-            _ => self.error("a name"),
+            _ => self.error(text!("a name", "名称")),
         }
     }
 
     /// Runs `inner` one level deeper.
     fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.depth == DEPTH_MAX {
-            let text = format!("blocks and brackets lie more than {DEPTH_MAX} deep");
+            let text = text!(
+                "blocks and brackets lie more than {DEPTH_MAX} deep",
+                "块和括号嵌套超过 {DEPTH_MAX} 层"
+            );
             return Err(SyntaxError::new(self.line(), text));
         }
         self.depth += 1;
@@ -150,7 +158,7 @@ impl Parser {
             }
             TokenKind::Word(word) => self.statement_of_word(&word)?,
             TokenKind::PoseStart => self.assignment(Scope::Free)?,
-            _ => return self.error("a statement"),
+            _ => return self.error(text!("a statement", "语句")),
         };
         let end_line = self.line_before();
         into.push(Stmt {
@@ -234,7 +242,7 @@ impl Parser {
                 return match &target.kind {
                     ExprKind::Name(name) => Err(SyntaxError::new(
                         target.line,
-                        format!("'{name}' alone is no statement"),
+                        text!("'{name}' alone is no statement", "单独的 '{name}' 不是语句"),
                     )),
                     _ => Ok(StmtKind::Expr(target)),
                 };
@@ -251,7 +259,10 @@ impl Parser {
             target.kind,
             ExprKind::Name(_) | ExprKind::Index { .. } | ExprKind::Field(..)
         ) {
-            return Err(SyntaxError::new(target.line, "this cannot be assigned to"));
+            return Err(SyntaxError::new(
+                target.line,
+                text!("this cannot be assigned to", "不能对它赋值"),
+            ));
         }
         self.next += 1;
         let value = self.expression()?;
@@ -283,7 +294,7 @@ impl Parser {
                 };
                 params.push((param, default));
                 if !self.accept(",") && !self.is_symbol(")") {
-                    return self.error("',' or ')'");
+                    return self.error(text!("',' or ')'", "',' 或 ')'"));
                 }
             }
         }
@@ -331,7 +342,7 @@ impl Parser {
             let mut body = Vec::new();
             while !BLOCK_ENDS.iter().any(|word| parser.is_word(word)) {
                 if parser.peek() == &TokenKind::End {
-                    return parser.error("'end'");
+                    return parser.error(Text::verbatim("'end'"));
                 }
                 parser.statement(&mut body)?;
             }
@@ -342,7 +353,7 @@ impl Parser {
     fn end(&mut self) -> Parsed<()> {
         match self.accept_word("end") {
             true => Ok(()),
-            false => self.error("'end'"),
+            false => self.error(Text::verbatim("'end'")),
         }
     }
 
@@ -367,7 +378,10 @@ impl Parser {
                 kind: ExprKind::Binary(operator, Box::new(left), Box::new(right)),
             };
         }
-        let text = format!("more than {CHAIN_MAX} operators in a row");
+        let text = text!(
+            "more than {CHAIN_MAX} operators in a row",
+            "连续的运算符超过 {CHAIN_MAX} 个"
+        );
         Err(SyntaxError::new(self.line(), text))
     }
 
@@ -424,7 +438,10 @@ impl Parser {
                     self.next += 1;
                     let indices = self.items()?;
                     if !matches!(indices.len(), 1 | 2) {
-                        return Err(SyntaxError::new(line, "an item has one index, or two"));
+                        return Err(SyntaxError::new(
+                            line,
+                            text!("an item has one index, or two", "元素有一个或两个下标"),
+                        ));
                     }
                     let base = Box::new(expr);
                     ExprKind::Index { base, indices }
@@ -437,7 +454,10 @@ impl Parser {
             };
             expr = Expr { line, kind };
         }
-        let text = format!("more than {CHAIN_MAX} calls, items and fields in a row");
+        let text = text!(
+            "more than {CHAIN_MAX} calls, items and fields in a row",
+            "连续的调用、元素和字段超过 {CHAIN_MAX} 个"
+        );
         Err(SyntaxError::new(self.line(), text))
     }
 
@@ -466,7 +486,10 @@ impl Parser {
                         indices: items,
                     },
                     count => {
-                        let text = format!("a pose has six numbers, and this one {count}");
+                        let text = text!(
+                            "a pose has six numbers, and this one {count}",
+                            "位姿有六个数，而这里有 {count} 个"
+                        );
                         return Err(SyntaxError::new(line, text));
                     }
                 }
@@ -499,7 +522,7 @@ impl Parser {
                 }
                 _ => ExprKind::Name(self.name()?),
             },
-            _ => return self.error("a value"),
+            _ => return self.error(text!("a value", "值")),
         };
         Ok(Expr { line, kind })
     }
@@ -510,7 +533,7 @@ impl Parser {
         while !self.accept("]") {
             items.push(self.expression()?);
             if !self.accept(",") && !self.is_symbol("]") {
-                return self.error("',' or ']'");
+                return self.error(text!("',' or ']'", "',' 或 ']'"));
             }
         }
         Ok(items)
@@ -533,7 +556,7 @@ impl Parser {
             };
             args.push(argument);
             if !self.accept(",") && !self.is_symbol(")") {
-                return self.error("',' or ')'");
+                return self.error(text!("',' or ')'", "',' 或 ')'"));
             }
         }
         Ok(args)

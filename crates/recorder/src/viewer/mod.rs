@@ -16,11 +16,12 @@ use std::sync::Arc;
 use foxglove::messages as shown;
 use foxglove::messages::Timestamp;
 use kinematics::{DOF, Pose, RobotModel};
+use messages::Text;
 use motion_api::RobotState;
 use nalgebra::Vector3;
 
 use crate::chunks::CHUNK_BYTES;
-use crate::topics::{LogLevel, Topic};
+use crate::topics::{LogLevel, LogTranslation, Topic};
 use meshes::MeshScene;
 pub use scene::{ObstacleShape, SceneBody, SceneFrame, SceneObstacle};
 
@@ -234,15 +235,19 @@ impl ViewerMessages {
     }
 
     /// A message for people, encoded for `/log`.
-    pub fn log(&mut self, time: f64, level: LogLevel, source: &str, message: &str) -> &[u8] {
+    pub fn log(&mut self, time: f64, level: LogLevel, source: &str, message: &Text) -> &[u8] {
         let log = shown::Log {
             timestamp: Some(self.timestamp(time)),
             level: level.number(),
-            message: message.to_owned(),
+            message: message.english().to_owned(),
             name: source.to_owned(),
             ..shown::Log::default()
         };
-        encode(&mut self.buffer, &log)
+        encode(&mut self.buffer, &log);
+        let chinese = message.other_chinese().map(str::to_owned);
+        // Fields behind those of the vendor's message; who does not know them passes over them.
+        prost::Message::encode_raw(&LogTranslation { chinese }, &mut self.buffer);
+        &self.buffer
     }
 
     fn scene_is_due(&self, time: f64) -> bool {

@@ -1,6 +1,6 @@
 //! What is asked of a trajectory before the arm moves.
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use thiserror::Error;
 
 use super::code;
@@ -116,7 +116,7 @@ pub enum TrajectoryError {
     #[zh("{joint} 在 {time:.4} s 处的{what} {value:.4} 超出其极限 {limit:.4}")]
     Limit {
         /// Position or speed.
-        what: &'static str,
+        what: Text,
         /// The joint.
         joint: &'static str,
         /// rad or rad/s.
@@ -142,7 +142,7 @@ pub enum TrajectoryError {
     #[zh("无法跟随 {what}：手臂跟随其六个关节的位置")]
     Unsupported {
         /// What was given.
-        what: &'static str,
+        what: Text,
     },
     /// A tolerance that is no number, or of a joint that there is not.
     #[error(
@@ -274,7 +274,9 @@ pub fn check(
         let speed = optional("velocities", &point.velocities)?;
         let acceleration = optional("accelerations", &point.accelerations)?;
         if !point.effort.is_empty() {
-            return Err(TrajectoryError::Unsupported { what: "efforts" });
+            return Err(TrajectoryError::Unsupported {
+                what: text!("efforts", "力矩"),
+            });
         }
         let time = point.time_from_start.to_secs();
         let before = points.last().map(|before| before.time);
@@ -299,16 +301,16 @@ pub fn check(
                 limit,
             };
             if position[joint] < low {
-                return Err(beyond("position", position[joint], low));
+                return Err(beyond(text!("position", "位置"), position[joint], low));
             }
             if position[joint] > high {
-                return Err(beyond("position", position[joint], high));
+                return Err(beyond(text!("position", "位置"), position[joint], high));
             }
             let most = limits.speeds[joint];
             if let Some(speed) = speed.map(|speed| speed[joint])
                 && speed.abs() > most
             {
-                return Err(beyond("speed", speed, most));
+                return Err(beyond(text!("speed", "速度"), speed, most));
             }
         }
         points.push(Waypoint {

@@ -3,6 +3,8 @@
 //! Where lines meet, no joint can change its speed at once: the corner is rounded, half a thousandth of a radian at
 //! most beside it, evenly before and after.
 
+use messages::text;
+
 use super::check::{CheckedTrajectory, TrajectoryError, TrajectoryLimits, Waypoint};
 use crate::names::JOINTS;
 
@@ -227,13 +229,13 @@ fn within_limits(
         let (low, high) = limits.positions[joint];
         let most = limits.speeds[joint];
         if position[joint] < low - SLACK {
-            return Err(beyond("position", position[joint], low));
+            return Err(beyond(text!("position", "位置"), position[joint], low));
         }
         if position[joint] > high + SLACK {
-            return Err(beyond("position", position[joint], high));
+            return Err(beyond(text!("position", "位置"), position[joint], high));
         }
         if speed[joint].abs() > most + SLACK {
-            return Err(beyond("speed", speed[joint], most));
+            return Err(beyond(text!("speed", "速度"), speed[joint], most));
         }
     }
     Ok(())

@@ -1,8 +1,9 @@
-//! For people at a terminal: a line a test, then what failed and how to run it again, then the sum. In which language
-//! is the caller's to say: the texts are English, and a [`Wording`] puts them into another one.
+//! For people at a terminal, in their language: a line a test, then what failed and how to run it again, then the sum.
 
 use std::fmt::Write as _;
 use std::time::Duration;
+
+use messages::{Language, Text, text};
 
 use super::{plain, repeat_command};
 use crate::runner::{Status, TestResult};
@@ -10,62 +11,51 @@ use crate::runner::{Status, TestResult};
 /// Tests that are told as the slowest, and from what on.
 const SLOWEST: usize = 3;
 const SLOW: Duration = Duration::from_secs(1);
+/// Columns of a simulated time.
+const TIME_COLUMNS: usize = 9;
 /// Lines of what a failed test printed.
 const PRINTS_MAX: usize = 20;
 
-/// What the report is put into another language with. What programs print stays as it is.
-#[derive(Clone, Copy, Debug)]
-pub struct Wording {
-    /// The words for a test that passed, failed, could not be run; equally wide.
-    pub statuses: [&'static str; 3],
-    /// A line of this report, without its end.
-    pub line: fn(&str) -> String,
-    /// What a program or a test reported, several lines.
-    pub report: fn(&str) -> String,
-}
-
-/// The report in English.
-pub const ENGLISH: Wording = Wording {
-    statuses: ["passed", "FAILED", "ERROR "],
-    line: str::to_owned,
-    report: str::to_owned,
-};
-
 /// The line of a test that has ended; `name_width` is that of the longest name.
-pub fn line(result: &TestResult, name_width: usize, wording: &Wording) -> String {
-    let [passed, failed, error] = wording.statuses;
+pub fn line(result: &TestResult, name_width: usize, language: Language) -> String {
+    // Equally wide in each language.
     let word = match result.status {
-        Status::Passed => passed,
-        Status::Failed => failed,
-        Status::Error => error,
+        Status::Passed => language.pick("passed", "通过"),
+        Status::Failed => language.pick("FAILED", "失败"),
+        Status::Error => language.pick("ERROR ", "错误"),
     };
-    let times = format!(
-        "{:>9} simulated in {:>8}",
-        time(result.time),
-        time(result.wall.as_secs_f64())
+    let (simulated, wall) = (time(result.time), time(result.wall.as_secs_f64()));
+    let blanks = " ".repeat(TIME_COLUMNS.saturating_sub(simulated.chars().count()));
+    let times = text!(
+        "{blanks}{simulated} simulated in {wall:>8}",
+        "{blanks}仿真 {simulated}，用时 {wall:>8}"
     );
     format!(
         "{word}  {:name_width$}  {}  {}\n",
         result.case.name,
-        (wording.line)(&times),
+        times.in_language(language),
         result.case.file.path.display(),
     )
 }
 
 /// What failed, the slowest, and the sum. `wall` is the time of all.
-pub fn summary(results: &[TestResult], wall: Duration, wording: &Wording) -> String {
+pub fn summary(results: &[TestResult], wall: Duration, language: Language) -> String {
     let mut out = String::new();
     let failed = results.iter().filter(|r| r.status != Status::Passed);
-    for result in failed.clone() {
-        failure(result, wording, &mut out);
+    for result in failed {
+        failure(result, language, &mut out);
     }
     let mut slow: Vec<&TestResult> = results.iter().filter(|r| r.wall >= SLOW).collect();
     slow.sort_by_key(|result| std::cmp::Reverse(result.wall));
     if !slow.is_empty() {
         let slow = slow.iter().take(SLOWEST);
         let slow = slow.map(|r| format!("{} {}", r.case.name, time(r.wall.as_secs_f64())));
-        let slow = format!("slowest: {}", slow.collect::<Vec<_>>().join(", "));
-        let _ = writeln!(out, "{}", (wording.line)(&slow));
+        let slow = slow.collect::<Vec<_>>().join(", ");
+        say(
+            &mut out,
+            &text!("slowest: {slow}", "最慢：{slow}"),
+            language,
+        );
     }
     let count = |status| results.iter().filter(|r| r.status == status).count();
     let (passed, failures, errors) = (
@@ -73,45 +63,55 @@ pub fn summary(results: &[TestResult], wall: Duration, wording: &Wording) -> Str
         count(Status::Failed),
         count(Status::Error),
     );
+    let passed = text!("{passed} passed", "通过 {passed}");
+    let failures = (failures > 0).then(|| text!("{failures} failed", "失败 {failures}"));
+    let errors = (errors > 0).then(|| text!("{errors} could not be run", "无法运行 {errors}"));
+    let counts = [Some(passed), failures, errors];
+    let counts = Text::joined(counts.into_iter().flatten(), ", ", "，");
     let simulated: f64 = results.iter().map(|r| r.time).sum();
     let (simulated, wall) = (time(simulated), time(wall.as_secs_f64()));
-    let sum = match (failures, errors) {
-        (0, 0) => format!("{passed} passed; {simulated} simulated in {wall}"),
-        (_, 0) => format!("{passed} passed, {failures} failed; {simulated} simulated in {wall}"),
-        (0, _) => {
-            format!("{passed} passed, {errors} could not be run; {simulated} simulated in {wall}")
-        }
-        _ => format!(
-            "{passed} passed, {failures} failed, {errors} could not be run; {simulated} simulated in {wall}"
-        ),
-    };
-    let _ = writeln!(out, "{}", (wording.line)(&sum));
+    let sum = text!(
+        "{counts}; {simulated} simulated in {wall}",
+        "{counts}；仿真 {simulated}，用时 {wall}"
+    );
+    say(&mut out, &sum, language);
     out
 }
 
-fn failure(result: &TestResult, wording: &Wording, out: &mut String) {
-    let told = wording.line;
+fn failure(result: &TestResult, language: Language, out: &mut String) {
     let path = result.case.file.path.display();
     let _ = writeln!(out, "\n{path}:{}: {}", result.line, result.case.name);
-    for line in (wording.report)(&plain(&result.report)).lines() {
+    for line in plain(result.report.in_language(language)).lines() {
         let _ = writeln!(out, "  {line}");
     }
     if !result.prints.is_empty() {
-        let _ = writeln!(out, "{}", told("  printed:"));
+        say(out, &text!("  printed:", "  输出："), language);
         let hidden = result.prints.len().saturating_sub(PRINTS_MAX);
         if hidden > 0 {
-            let _ = writeln!(out, "{}", told(&format!("    … {hidden} lines before")));
+            let text = text!("    … {hidden} lines before", "    … 前面还有 {hidden} 行");
+            say(out, &text, language);
         }
         for line in result.prints.iter().skip(hidden) {
             let _ = writeln!(out, "    {}", plain(line));
         }
     }
     if let Some(recording) = &result.recording {
-        let text = format!("  recording: {}", recording.display());
-        let _ = writeln!(out, "{}", told(&text));
+        let recording = recording.display();
+        let text = text!("  recording: {recording}", "  记录：{recording}");
+        say(out, &text, language);
     }
-    let again = format!("  again: {}", repeat_command(result));
-    let _ = writeln!(out, "{}\n", told(&again));
+    let again = repeat_command(result);
+    say(
+        out,
+        &text!("  again: {again}", "  再次运行：{again}"),
+        language,
+    );
+    out.push('\n');
+}
+
+fn say(out: &mut String, text: &Text, language: Language) {
+    out.push_str(text.in_language(language));
+    out.push('\n');
 }
 
 /// A time in few characters.

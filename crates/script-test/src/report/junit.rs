@@ -64,7 +64,7 @@ fn case(out: &mut String, path: &str, result: &TestResult) {
     let _ = writeln!(
         out,
         ">\n      <{element} message=\"{}\">{}</{element}>",
-        escape(&result.message),
+        escape(result.message.english()),
         escape(&text)
     );
     if !result.prints.is_empty() {

@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use io_bus::SimulatedPeers;
 use io_bus::modbus_server::codec::message_bytes;
+use messages::{Text, text};
 use parking_lot::Mutex;
 use platform::sockets::{self, LocalStream};
 
@@ -95,17 +96,25 @@ impl PeerRegistry {
     ///
     /// # Errors
     /// A sentence.
-    pub(crate) fn open(&self, port: u16, kind: ServerKind) -> Result<(usize, u16), String> {
+    pub(crate) fn open(&self, port: u16, kind: ServerKind) -> Result<(usize, u16), Text> {
         let mut servers = self.servers.lock();
         if servers.len() >= SERVERS_MAX {
-            return Err(format!("{SERVERS_MAX} servers are open already"));
+            return Err(text!(
+                "{SERVERS_MAX} servers are open already",
+                "已打开 {SERVERS_MAX} 个服务器"
+            ));
         }
         let is_taken = |port: u16| servers.iter().any(|server| server.port == port);
         let port = match port {
             0 => (FIRST_FREE_PORT..=u16::MAX).find(|port| !is_taken(*port)),
             port => Some(port).filter(|port| !is_taken(*port)),
         };
-        let port = port.ok_or_else(|| "another server of this test has that port".to_owned())?;
+        let port = port.ok_or_else(|| {
+            text!(
+                "another server of this test has that port",
+                "此测试的另一个服务器已占用该端口"
+            )
+        })?;
         let asks = match &kind {
             ServerKind::Socket(answers) => answers
                 .iter()

@@ -7,6 +7,7 @@ use elite_runtime::panel::Popup;
 use elite_runtime::{ProgramText, TaskState};
 use io_bus::ControlMode;
 use kinematics::{Payload, RpyPose};
+use messages::{Text, text};
 use motion_api::{
     CommandKind, MachineCommand, Origin, ProgramId, RobotMode, RobotState, SettingCommand,
 };
@@ -118,7 +119,7 @@ impl DashboardBackend for PortBackend {
                 // No line is lost: whoever writes faster than that waits for its reply.
                 let due = self.log_pace.lock().next(tokio::time::Instant::now());
                 tokio::time::sleep_until(due).await;
-                let text = EscapedText(&text).to_string();
+                let text = Text::verbatim(EscapedText(&text).to_string());
                 let message = Message::log(Severity::Info, Origin::default(), text);
                 self.announcer.message(&message);
             }
@@ -187,15 +188,16 @@ impl DashboardBackend for PortBackend {
         status.state == TaskState::Running && played.as_ref().is_some_and(is_it)
     }
 
-    async fn play(&self) -> Result<(), String> {
+    async fn play(&self) -> Result<(), Text> {
         if self.supervisor.status().state == TaskState::Paused {
             self.supervisor.resume();
             return Ok(());
         }
         let Some(name) = self.loaded_task() else {
-            return Err("no task is loaded".to_owned());
+            return Err(text!("no task is loaded", "没有载入任务"));
         };
-        let (task, _) = shipped_tasks::task(&self.task_folder, &name).map_err(|e| e.to_string())?;
+        let (task, _) =
+            shipped_tasks::task(&self.task_folder, &name).map_err(|error| Text::of(&error))?;
         self.take_variables();
         let beginning = self.variables.lock().beginning(task.text);
         let program = ProgramText {
@@ -204,7 +206,7 @@ impl DashboardBackend for PortBackend {
         };
         let presets = beginning.presets.into();
         let started = self.supervisor.submit_with(program, SENDER, presets).await;
-        let id = started.map_err(|error| error.to_string())?;
+        let id = started.map_err(|error| Text::of(&error))?;
         self.variables.lock().runs(id);
         // The program may be over already.
         self.take_variables();

@@ -23,6 +23,7 @@ use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{NoAnswer, Robot, Supervisor};
 use elite_syntax::{KnownNames, SourceFile};
 use io_bus::{ControlMode, Fieldbus};
+use messages::text;
 use motion::realtime::ClockMetrics;
 use motion_api::{
     CommandId, CommandKind, MachineCommand, MotionMode, Origin, ProgramId, RegisterImages,
@@ -203,7 +204,7 @@ impl PortBackend {
                     Exception::Script {
                         line,
                         column,
-                        text: report.clone(),
+                        text: report.english().to_owned(),
                     },
                 )
             }
@@ -219,7 +220,7 @@ impl PortBackend {
                     Severity::Warning => ExceptionLevel::Warning,
                     Severity::Error => ExceptionLevel::Error,
                 };
-                let data = ErrorData::Text(text.clone());
+                let data = ErrorData::Text(text.english().to_owned());
                 let source = match *code {
                     RECORDING_ALARM_CODE => ExceptionSource::Controller,
                     _ => ExceptionSource::Safety,
@@ -239,16 +240,16 @@ impl PortBackend {
                 severity: Severity::Warning,
                 origin,
                 text,
-            } if text.starts_with("[SEC] ") => {
+            } if text.english().starts_with("[SEC] ") => {
                 let exception = Exception::Script {
                     line: clamp(origin.line),
                     column: 1,
-                    text: text.clone(),
+                    text: text.english().to_owned(),
                 };
                 (ExceptionSource::Controller, exception)
             }
-            Message::Log { origin, text, .. } if text.starts_with(REPLACED) => {
-                return self.announce_replacement(origin.program, text);
+            Message::Log { origin, text, .. } if text.english().starts_with(REPLACED) => {
+                return self.announce_replacement(origin.program, text.english());
             }
             Message::Print { .. } | Message::Log { .. } => return,
         };
@@ -436,7 +437,10 @@ impl http::HttpBackend for PortBackend {
 
     fn set_inputs(&self, changes: &http::io::IoChanges) -> Result<(), SetInputsError> {
         if self.robot.is_abandoned() {
-            let text = "the control cycle has ended; nothing was set".to_owned();
+            let text = text!(
+                "the control cycle has ended; nothing was set",
+                "控制周期已结束；没有设置任何内容"
+            );
             return Err(SetInputsError::Unavailable(text));
         }
         let points = changes.points.iter();
@@ -445,7 +449,12 @@ impl http::HttpBackend for PortBackend {
             .collect();
         // First what may be refused: it is all or nothing.
         let sent = self.robot.send_all(Origin::default(), &points);
-        sent.map_err(|full| SetInputsError::Unavailable(format!("nothing was set: {full}")))?;
+        sent.map_err(|full| {
+            SetInputsError::Unavailable(text!(
+                "nothing was set: {full}",
+                "没有设置任何内容：{full}"
+            ))
+        })?;
         for (direction, value) in &changes.registers {
             value.write(*direction, self.robot.registers());
         }

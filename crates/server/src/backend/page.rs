@@ -13,6 +13,7 @@ use elite_runtime::panel::PopupId;
 use elite_runtime::task_folder::TaskFolder;
 use elite_runtime::{CompilePool, ProgramText, TaskState};
 use kinematics::{JointPositions, Pose, RpyPose};
+use messages::{Localized, Text, text};
 use motion_api::{
     CommandId, CommandKind, MachineCommand, MotionMode, OnlineCommand, Origin, Outcome,
     SensingCommand, SettingCommand,
@@ -38,7 +39,7 @@ const ANSWERED_WITHIN: Duration = Duration::from_millis(300);
 const OVERLAP_MAX: f64 = 0.015;
 
 impl PageBackend for PortBackend {
-    fn read_only(&self) -> Option<String> {
+    fn read_only(&self) -> Option<Text> {
         None
     }
 
@@ -92,7 +93,7 @@ impl PageBackend for PortBackend {
         broadcast::Receiver<controller::LogLine>,
         Option<broadcast::Receiver<Message>>,
     ) {
-        let alarms = self.announcer.subscribe_in_english();
+        let alarms = self.announcer.subscribe_alarms();
         (self.log_lines.subscribe(), Some(alarms))
     }
 
@@ -101,7 +102,7 @@ impl PageBackend for PortBackend {
         Some(watch.lock().look(world))
     }
 
-    async fn order(&self, order: PageOrder) -> Result<Value, String> {
+    async fn order(&self, order: PageOrder) -> Result<Value, Text> {
         tracing::debug!(?order, "page");
         match order {
             PageOrder::PowerOn => self.request_outcome(MachineCommand::PowerOn).await,
@@ -150,7 +151,10 @@ impl PageBackend for PortBackend {
             }
             PageOrder::Step => {
                 if self.supervisor.status().state != TaskState::Paused {
-                    return Err("no program is held; pause it first".to_owned());
+                    return Err(text!(
+                        "no program is held; pause it first",
+                        "没有停住的程序；请先暂停"
+                    ));
                 }
                 self.hold_at_next_line();
                 self.supervisor.resume();
@@ -159,7 +163,7 @@ impl PageBackend for PortBackend {
             PageOrder::Run { name, text, step } => self.run(ProgramText { name, text }, step).await,
             PageOrder::RunTask { name } => {
                 let task = self.task_folder.task(&name);
-                let task = task.map_err(|error| error.to_string())?;
+                let task = task.map_err(|error| Text::of(&error))?;
                 let (name, text) = (task.name, task.text);
                 self.run(ProgramText { name, text }, false).await
             }
@@ -171,7 +175,7 @@ impl PageBackend for PortBackend {
                 let is_closed = self.supervisor.panel().close_popup(PopupId(popup));
                 match is_closed || stop {
                     true => Ok(Value::Null),
-                    false => Err(format!("popup {popup} is not open")),
+                    false => Err(text!("popup {popup} is not open", "弹窗 {popup} 没有打开")),
                 }
             }
             PageOrder::Inputs { values } => {
@@ -184,17 +188,26 @@ impl PageBackend for PortBackend {
             PageOrder::Jog { .. }
             | PageOrder::MoveTo { .. }
             | PageOrder::Freedrive
-            | PageOrder::Release => Err("what is held is held by a page".to_owned()),
+            | PageOrder::Release => Err(text!(
+                "what is held is held by a page",
+                "按住的动作由页面保持"
+            )),
         }
     }
 
-    fn sentence(&self, about: &dyn std::fmt::Display) -> String {
+    fn sentence(&self, about: &impl Localized) -> Text {
         self.robot.sentence(about)
     }
 
-    fn begin_hold(&self, command: CommandKind) -> Result<CommandId, String> {
+    fn begin_hold(&self, command: CommandKind) -> Result<CommandId, Text> {
         let asked = self.robot.request(Origin::default(), command);
-        asked.map_err(|full| format!("{} was not begun: {full}", command.name()))
+        asked.map_err(|full| {
+            text!(
+                "{} was not begun: {full}",
+                "没有开始 {}：{full}",
+                command.name()
+            )
+        })
     }
 
     fn end_hold(&self, command: CommandKind) {
@@ -209,9 +222,12 @@ impl PageBackend for PortBackend {
         self.robot.forget(id);
     }
 
-    fn reach(&self, pose: [f64; 6]) -> Result<[f64; 6], String> {
+    fn reach(&self, pose: [f64; 6]) -> Result<[f64; 6], Text> {
         if pose.iter().any(|x| !x.is_finite()) {
-            return Err("a pose has six finite numbers".to_owned());
+            return Err(text!(
+                "a pose has six finite numbers",
+                "位姿需要六个有限的数"
+            ));
         }
         let state = self.robot.state();
         let base_from_tcp = Pose::from_rpy(&RpyPose::from_array(pose));
@@ -220,15 +236,16 @@ impl PageBackend for PortBackend {
         let found = model.inverse_nearest(&base_from_tcp, &flange_from_tcp, &state.target_q);
         found
             .map(|joints| joints.0)
-            .ok_or_else(|| "the pose is out of reach".to_owned())
+            .ok_or_else(|| text!("the pose is out of reach", "位姿不可达"))
     }
 
-    fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], String> {
+    fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], Text> {
         let limits = self.description.position_limits.iter().enumerate();
         for ((joint, (min, max)), q) in limits.zip(joints) {
             if !(*min..=*max).contains(&q) {
-                return Err(format!(
+                return Err(text!(
                     "joint {} would stand at {q:.4} rad, allowed is {min:.4} to {max:.4} rad",
+                    "关节 {} 将位于 {q:.4} rad，允许 {min:.4} 到 {max:.4} rad",
                     joint + 1
                 ));
             }
@@ -236,8 +253,9 @@ impl PageBackend for PortBackend {
         let model = self.robot.model();
         let frames = model.forward(&JointPositions(joints));
         match model.collision().self_distance(&frames) {
-            Some(near) if near.distance < -OVERLAP_MAX => Err(format!(
+            Some(near) if near.distance < -OVERLAP_MAX => Err(text!(
                 "{} and {} of the arm would touch",
+                "机械臂的{}和{}会相碰",
                 kinematics::collision::link_name(near.links.0),
                 kinematics::collision::link_name(near.links.1)
             )),
@@ -249,16 +267,17 @@ impl PageBackend for PortBackend {
         Some((&self.task_folder, &self.task_dir))
     }
 
-    fn recording(&self) -> Result<Recording, String> {
+    fn recording(&self) -> Result<Recording, Text> {
         let Some(path) = &self.recording_path else {
-            return Err(
-                "this server records nothing, so there is nothing to look through".to_owned(),
-            );
+            return Err(text!(
+                "this server records nothing, so there is nothing to look through",
+                "此服务器没有记录，没有内容可查"
+            ));
         };
-        Recording::open(path).map_err(|error| error.to_string())
+        Recording::open(path).map_err(|error| Text::of(&error))
     }
 
-    fn rehearsal(&self) -> Result<ControllerConfig, String> {
+    fn rehearsal(&self) -> Result<ControllerConfig, Text> {
         let state = self.robot.state();
         Ok(ControllerConfig {
             home: state.target_q,
@@ -276,26 +295,29 @@ impl PageBackend for PortBackend {
 
 impl PortBackend {
     /// Puts a part somewhere, at rest, while no program could be surprised by it.
-    fn place_part(&self, part: &str, pose: [f64; 6]) -> Result<Value, String> {
+    fn place_part(&self, part: &str, pose: [f64; 6]) -> Result<Value, Text> {
         let Some((world, _)) = &self.world else {
-            return Err("the cell has no parts".to_owned());
+            return Err(text!("the cell has no parts", "单元中没有工件"));
         };
         if self.supervisor.status().state != TaskState::Stopped {
-            let text = "a program runs; stop it before a part is placed by hand";
-            return Err(text.to_owned());
+            let text = text!(
+                "a program runs; stop it before a part is placed by hand",
+                "程序正在运行；请先停止程序，再手动放置工件"
+            );
+            return Err(text);
         }
         let order = WorldOrder::Place {
             name: part.to_owned(),
             pose,
         };
-        world.order(order).map_err(|error| error.to_string())?;
+        world.order(order).map_err(|error| Text::of(&error))?;
         tracing::info!(part, "page: a part was placed by hand");
         Ok(Value::Null)
     }
 
     /// Sets inputs or outputs that were read from an order.
-    fn set_points(&self, changes: Result<io::IoChanges, io::InputError>) -> Result<Value, String> {
-        let changes = changes.map_err(|error| error.to_string())?;
+    fn set_points(&self, changes: Result<io::IoChanges, io::InputError>) -> Result<Value, Text> {
+        let changes = changes.map_err(|error| Text::of(&error))?;
         match self.set_inputs(&changes) {
             Ok(()) => Ok(Value::Null),
             Err(SetInputsError::ReadOnly(reason) | SetInputsError::Unavailable(reason)) => {
@@ -305,7 +327,7 @@ impl PortBackend {
     }
 
     /// Asks the arm for something and says how that went, as far as it is known soon.
-    async fn request_outcome(&self, command: impl Into<CommandKind>) -> Result<Value, String> {
+    async fn request_outcome(&self, command: impl Into<CommandKind>) -> Result<Value, Text> {
         let id = self.begin_hold(command.into())?;
         let patience = tokio::time::Instant::now() + ANSWERED_WITHIN;
         loop {
@@ -321,12 +343,12 @@ impl PortBackend {
         }
     }
 
-    async fn run(&self, program: ProgramText, steps: bool) -> Result<Value, String> {
+    async fn run(&self, program: ProgramText, steps: bool) -> Result<Value, Text> {
         if steps {
             self.hold_at_next_line();
         }
         let started = self.supervisor.submit(program, SENDER).await;
-        let id = started.map_err(|error| error.to_string())?;
+        let id = started.map_err(|error| Text::of(&error))?;
         Ok(json!({"program": id.0}))
     }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use elite_runtime::{ProgramText, TaskState};
 use elite_syntax::SourceFile;
 use io_bus::ControlMode;
+use messages::Text;
 use motion_api::{CycleFrame, MachineCommand, ProgramId, SettingCommand};
 use tokio::sync::watch;
 
@@ -165,7 +166,7 @@ impl primary::PrimaryBackend for PortBackend {
 impl PortBackend {
     /// What is said of the first name in the text that nothing has: the line would fail when it has taken the place of
     /// what runs.
-    async fn undefined_name(&self, text: &str) -> Option<String> {
+    async fn undefined_name(&self, text: &str) -> Option<Text> {
         let (known, text) = (self.known.clone(), text.to_owned());
         let pool = self.supervisor.compile_pool();
         let checking = pool.run(text.len(), move || {

@@ -1,7 +1,7 @@
 //! The command line in Chinese: help texts, and what is wrong with what was typed.
 //!
-//! The declaration stays English; its texts are exchanged before it is parsed with. clap's own sentences about wrong
-//! arguments are exchanged line by line when they are shown.
+//! The declaration stays English; its texts are exchanged before it is parsed with. What clap says of wrong
+//! arguments is the business of [`super::refusal`].
 
 use std::ffi::OsString;
 use std::io::{IsTerminal as _, Write as _};
@@ -11,6 +11,7 @@ use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _, Parser as _};
 use controller::options::ControllerOptions;
 use messages::{Language, LocalizedHelp as _};
 
+use super::refusal::refusal;
 use super::{
     BuiltinsArgs, CellArgs, CheckArgs, Cli, CliCommand, CompletionsArgs, ControllerArgs,
     DoctorArgs, FindingFormat, FleetArgs, ListFormat, LogArgs, LspArgs, ManArgs, RunArgs,
@@ -134,7 +135,7 @@ pub fn parse(arguments: Vec<OsString>, language: Language) -> Cli {
     parsed.unwrap_or_else(|error| {
         // Whoever reads may have seen enough; the status still tells.
         let _ = match error.use_stderr() {
-            true => std::io::stderr().write_all(refusal(&error.render().to_string()).as_bytes()),
+            true => std::io::stderr().write_all(with_headings(refusal(&error)).as_bytes()),
             false => {
                 let text = match std::io::stdout().is_terminal() {
                     true => error.render().ansi().to_string(),
@@ -263,11 +264,6 @@ fn with_headings(help: String) -> String {
     HEADINGS.iter().fold(help, |help, (english, chinese)| {
         help.replace(english, chinese)
     })
-}
-
-/// What clap says of a wrong command line.
-fn refusal(english: &str) -> String {
-    with_headings(language::in_chinese(english))
 }
 
 /// Lines that are no longer than [`COLUMNS`]: Chinese has no blanks at which clap could break.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use messages::LocalizedHelp;
+use messages::{LocalizedHelp, Text, text};
 
 use super::paths::recorded_time;
 use super::{ControllerArgs, FindingFormat, LogArgs};
@@ -119,9 +119,9 @@ pub enum ExciteTarget {
     Tool,
 }
 
-fn speed_factor(text: &str) -> Result<f64, String> {
+fn speed_factor(text: &str) -> Result<f64, Text> {
     match text.parse() {
         Ok(factor) if (0.05..=1.0).contains(&factor) => Ok(factor),
-        _ => Err("allowed are numbers from 0.05 to 1".to_owned()),
+        _ => Err(text!("allowed are numbers from 0.05 to 1", "允许 0.05 到 1 的数").to_owned()),
     }
 }

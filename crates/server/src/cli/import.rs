@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use controller::options::{ModelChoice, Tcp};
-use messages::LocalizedHelp;
+use messages::{LocalizedHelp, Text, text};
 
 use super::{FindingFormat, LogArgs};
 
@@ -134,7 +134,7 @@ impl LengthUnit {
     }
 }
 
-fn axis(text: &str) -> Result<ToolAxis, String> {
+fn axis(text: &str) -> Result<ToolAxis, Text> {
     let numbers: Vec<f64> = text
         .split(',')
         .filter_map(|number| number.trim().parse().ok())
@@ -142,25 +142,32 @@ fn axis(text: &str) -> Result<ToolAxis, String> {
         .collect();
     match numbers[..] {
         [x, y, z] if x * x + y * y + z * z > 1e-12 => Ok(ToolAxis([x, y, z])),
-        _ => Err("three numbers that are not all 0 are needed, as in 0,0,-1".to_owned()),
+        _ => Err(text!(
+            "three numbers that are not all 0 are needed, as in 0,0,-1",
+            "需要三个不全为 0 的数，如 0,0,-1"
+        )
+        .to_owned()),
     }
 }
 
-fn positive(text: &str, unit: &str) -> Result<f64, String> {
+fn positive(text: &str, unit: &str) -> Result<f64, Text> {
     match text.parse() {
         Ok(number) if number > 0.0 && number <= 1000.0 => Ok(number),
-        _ => Err(format!("allowed are numbers above 0, up to 1000{unit}")),
+        _ => Err(text!(
+            "allowed are numbers above 0, up to 1000{unit}",
+            "允许大于 0、不超过 1000{unit} 的数"
+        )),
     }
 }
 
-fn speed(text: &str) -> Result<f64, String> {
+fn speed(text: &str) -> Result<f64, Text> {
     positive(text, " m/s")
 }
 
-fn factor(text: &str) -> Result<f64, String> {
+fn factor(text: &str) -> Result<f64, Text> {
     positive(text, "")
 }
 
-fn length(text: &str) -> Result<f64, String> {
+fn length(text: &str) -> Result<f64, Text> {
     positive(text, " m")
 }

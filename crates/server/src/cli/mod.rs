@@ -9,6 +9,7 @@ mod examples;
 mod identify;
 mod import;
 mod paths;
+mod refusal;
 mod replay;
 mod robot;
 mod ros2;
@@ -19,7 +20,7 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use messages::LocalizedHelp;
+use messages::{LocalizedHelp, Text, text};
 
 use controller::options::{ControllerOptions, HomeJoints, ModelChoice, Tcp};
 use elite_runtime::Preset;
@@ -332,10 +333,11 @@ pub enum TextLanguage {
 }
 
 impl std::str::FromStr for TextLanguage {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        ValueEnum::from_str(text, false).map_err(|_| "allowed are en and zh".to_owned())
+    fn from_str(text: &str) -> Result<Self, Text> {
+        ValueEnum::from_str(text, false)
+            .map_err(|_| text!("allowed are en and zh", "允许 en 和 zh").to_owned())
     }
 }
 
@@ -537,7 +539,7 @@ pub struct RunArgs {
 }
 
 /// A global of `--set`.
-fn preset(text: &str) -> Result<Preset, &'static str> {
+fn preset(text: &str) -> Result<Preset, Text> {
     Preset::parse(text).map_err(|error| error.why)
 }
 
@@ -684,12 +686,12 @@ pub struct WaitArgs {
 }
 
 /// A time in seconds, not negative and at most a day.
-fn seconds(text: &str) -> Result<std::time::Duration, String> {
+fn seconds(text: &str) -> Result<std::time::Duration, Text> {
     match text.parse() {
         Ok(secs) if (0.0..=86_400.0).contains(&secs) => {
             Ok(std::time::Duration::from_secs_f64(secs))
         }
-        _ => Err("allowed are seconds from 0 to 86400".to_owned()),
+        _ => Err(text!("allowed are seconds from 0 to 86400", "允许 0 到 86400 秒").to_owned()),
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use controller::options::HomeJoints;
 use controller::planned_path::{DEFAULT_ACCELERATION, DEFAULT_SPEED, PathTarget};
-use messages::LocalizedHelp;
+use messages::{LocalizedHelp, Text, text};
 
 use super::{ControllerArgs, FindingFormat, RunArgs};
 
@@ -147,11 +147,12 @@ const RECORDED_MAX: f64 = 1e9;
 /// Longest search, s.
 const SEARCH_MAX: f64 = 3600.0;
 
-fn number(text: &str, allowed: core::ops::RangeInclusive<f64>, unit: &str) -> Result<f64, String> {
+fn number(text: &str, allowed: core::ops::RangeInclusive<f64>, unit: &str) -> Result<f64, Text> {
     match text.parse() {
         Ok(number) if allowed.contains(&number) => Ok(number),
-        _ => Err(format!(
+        _ => Err(text!(
             "allowed are numbers from {} to {} {unit}",
+            "允许 {} 到 {} {unit} 的数",
             allowed.start(),
             allowed.end()
         )),
@@ -159,45 +160,47 @@ fn number(text: &str, allowed: core::ops::RangeInclusive<f64>, unit: &str) -> Re
 }
 
 /// A time of a recording.
-pub(super) fn recorded_time(text: &str) -> Result<f64, String> {
+pub(super) fn recorded_time(text: &str) -> Result<f64, Text> {
     number(text, 0.0..=RECORDED_MAX, "s")
 }
 
-pub(super) fn margin(text: &str) -> Result<f64, String> {
+pub(super) fn margin(text: &str) -> Result<f64, Text> {
     number(text, 0.0..=LENGTH_MAX, "m")
 }
 
-fn approach(text: &str) -> Result<f64, String> {
+fn approach(text: &str) -> Result<f64, Text> {
     number(text, 0.0..=LENGTH_MAX, "m")
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
+fn seconds(text: &str) -> Result<f64, Text> {
     number(text, 0.001..=SIMULATED_MAX, "s")
 }
 
-fn search_time(text: &str) -> Result<Duration, String> {
+fn search_time(text: &str) -> Result<Duration, Text> {
     number(text, 0.001..=SEARCH_MAX, "s").map(Duration::from_secs_f64)
 }
 
-fn joint_speed(text: &str) -> Result<f64, String> {
+fn joint_speed(text: &str) -> Result<f64, Text> {
     number(text, 0.001..=100.0, "rad/s")
 }
 
-fn joint_acceleration(text: &str) -> Result<f64, String> {
+fn joint_acceleration(text: &str) -> Result<f64, Text> {
     number(text, 0.001..=100.0, "rad/s²")
 }
 
-fn lines(text: &str) -> Result<(u32, u32), String> {
+fn lines(text: &str) -> Result<(u32, u32), Text> {
     let (first, last) = text.split_once('-').unwrap_or((text, text));
     match (first.trim().parse(), last.trim().parse()) {
         (Ok(first), Ok(last)) if 1 <= first && first <= last => Ok((first, last)),
-        _ => {
-            Err("allowed are a line from 1, or the first and the last one, as in 12-30".to_owned())
-        }
+        _ => Err(text!(
+            "allowed are a line from 1, or the first and the last one, as in 12-30",
+            "允许从 1 数起的行号，或首行和末行，如 12-30"
+        )
+        .to_owned()),
     }
 }
 
-fn area(text: &str) -> Result<[f64; 4], String> {
+fn area(text: &str) -> Result<[f64; 4], Text> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
     match numbers.ok().and_then(|numbers| <[f64; 4]>::try_from(numbers).ok()) {
         Some([x_min, x_max, y_min, y_max])
@@ -208,7 +211,7 @@ fn area(text: &str) -> Result<[f64; 4], String> {
             Ok([x_min, x_max, y_min, y_max])
         }
         _ => Err(
-            "four numbers in m are needed, least and largest x, least and largest y, as in -1,1,-0.5,0.5"
+            text!("four numbers in m are needed, least and largest x, least and largest y, as in -1,1,-0.5,0.5", "需要四个以 m 为单位的数：最小和最大 x、最小和最大 y，如 -1,1,-0.5,0.5")
                 .to_owned(),
         ),
     }

@@ -4,7 +4,7 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 
 use clap::Args;
-use messages::LocalizedHelp;
+use messages::{LocalizedHelp, Text, text};
 
 use super::LogArgs;
 use super::paths::recorded_time;
@@ -139,9 +139,13 @@ pub struct ReplayPortArgs {
 }
 
 /// A speed of `--serve`.
-fn rate(text: &str) -> Result<f64, String> {
+fn rate(text: &str) -> Result<f64, Text> {
     match text.parse() {
         Ok(rate) if (0.01..=100.0).contains(&rate) => Ok(rate),
-        _ => Err("allowed are numbers from 0.01 to 100; 1 is as recorded".to_owned()),
+        _ => Err(text!(
+            "allowed are numbers from 0.01 to 100; 1 is as recorded",
+            "允许 0.01 到 100 的数；1 为记录时的速度"
+        )
+        .to_owned()),
     }
 }

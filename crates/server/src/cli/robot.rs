@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use messages::LocalizedHelp;
+use messages::{LocalizedHelp, Text, text};
 
 use super::LogArgs;
 use crate::config::{DASHBOARD_PORT, HTTP_PORT, INTERPRETER_PORT, PRIMARY_PORT, RTSI_PORT};
@@ -141,9 +141,9 @@ pub struct RecordArgs {
     pub robot: RemoteRobotArgs,
 }
 
-fn record_rate(text: &str) -> Result<f64, String> {
+fn record_rate(text: &str) -> Result<f64, Text> {
     let most = robot_client::rtsi::FREQUENCY_MAX;
-    let allowed = format!("1 to {most} Hz are allowed");
+    let allowed = text!("1 to {most} Hz are allowed", "允许 1 到 {most} Hz");
     let value: f64 = text.parse().map_err(|_| allowed.clone())?;
     match (1.0..=most).contains(&value) {
         true => Ok(value),
@@ -151,8 +151,12 @@ fn record_rate(text: &str) -> Result<f64, String> {
     }
 }
 
-fn duration(text: &str) -> Result<f64, String> {
-    let allowed = "a number of seconds above 0 is needed, at most 1e9".to_owned();
+fn duration(text: &str) -> Result<f64, Text> {
+    let allowed = text!(
+        "a number of seconds above 0 is needed, at most 1e9",
+        "需要大于 0、不超过 1e9 的秒数"
+    )
+    .to_owned();
     let value: f64 = text.parse().map_err(|_| allowed.clone())?;
     match value > 0.0 && value <= 1e9 {
         true => Ok(value),
@@ -212,12 +216,12 @@ pub struct CompareArgs {
     pub log: LogArgs,
 }
 
-fn bound(text: &str) -> Result<f64, String> {
+fn bound(text: &str) -> Result<f64, Text> {
     let value = text
         .parse()
-        .map_err(|_| "a number of rad is needed".to_owned())?;
+        .map_err(|_| text!("a number of rad is needed", "需要以 rad 为单位的数").to_owned())?;
     match (0.0..f64::INFINITY).contains(&value) {
         true => Ok(value),
-        false => Err("a number >= 0 is needed".to_owned()),
+        false => Err(text!("a number >= 0 is needed", "需要不小于 0 的数").to_owned()),
     }
 }

@@ -3,7 +3,7 @@
 use std::net::IpAddr;
 
 use clap::{Args, ValueEnum};
-use messages::LocalizedHelp;
+use messages::{LocalizedHelp, Text, text};
 
 use crate::options::{RosFactor, RosName, RosPrefix, RosRate};
 
@@ -68,11 +68,16 @@ pub enum RosMiddleware {
 }
 
 impl std::str::FromStr for RosMiddleware {
-    type Err = String;
+    type Err = Text;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        <Self as ValueEnum>::from_str(text, false)
-            .map_err(|_| "allowed are fastdds and cyclonedds".to_owned())
+    fn from_str(text: &str) -> Result<Self, Text> {
+        <Self as ValueEnum>::from_str(text, false).map_err(|_| {
+            text!(
+                "allowed are fastdds and cyclonedds",
+                "允许 fastdds 和 cyclonedds"
+            )
+            .to_owned()
+        })
     }
 }
 

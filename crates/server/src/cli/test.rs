@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use messages::LocalizedHelp;
+use messages::{LocalizedHelp, Text, text};
 use motion_api::Seconds;
 
 use super::LogArgs;
@@ -93,17 +93,22 @@ pub struct TestArgs {
 /// Longest time that can be asked for, s.
 const TIME_MAX: f64 = 1e9;
 
-pub(crate) fn seconds(text: &str) -> Result<f64, String> {
+pub(crate) fn seconds(text: &str) -> Result<f64, Text> {
     let time: Option<f64> = text.parse().ok();
     let time = time.filter(|time| *time > 0.0 && *time <= TIME_MAX);
-    time.ok_or_else(|| format!("allowed are seconds above 0, up to {TIME_MAX}"))
+    time.ok_or_else(|| {
+        text!(
+            "allowed are seconds above 0, up to {TIME_MAX}",
+            "允许大于 0、不超过 {TIME_MAX} 秒"
+        )
+    })
 }
 
-fn simulated(text: &str) -> Result<Seconds, String> {
+fn simulated(text: &str) -> Result<Seconds, Text> {
     // Above 0 and bounded it is a time.
     Ok(Seconds::new(seconds(text)?).unwrap_or_default())
 }
 
-pub(super) fn wall(text: &str) -> Result<Duration, String> {
+pub(super) fn wall(text: &str) -> Result<Duration, Text> {
     seconds(text).map(Duration::from_secs_f64)
 }

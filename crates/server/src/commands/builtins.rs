@@ -4,11 +4,12 @@ use std::fmt::Write;
 
 use elite_runtime::builtins::all;
 use elite_runtime::builtins::declare::{Builtin, FROM_OUTPUT};
+use messages::{Text, text};
 use serde_json::{Value, json};
 
 use editor::analysis::describe;
 use editor::analysis::library::searched_text;
-use editor::analysis::words::{Language, LanguageWords as _};
+use editor::analysis::words::Language;
 use elite_syntax::nearest;
 
 use crate::cli::{BuiltinsArgs, ListFormat};
@@ -101,15 +102,15 @@ fn has_words(builtin: &Builtin, words: &str) -> bool {
 
 fn not_found(asked: &str, near: Option<&str>) -> String {
     let asked: String = asked.chars().take(80).collect();
-    let hint = match (near, language::is_chinese()) {
-        (Some(near), true) => format!("；是不是 {near}？"),
-        (Some(near), false) => format!("; did you mean {near}?"),
-        (None, _) => String::new(),
+    let hint = match near {
+        Some(near) => text!("; did you mean {near}?", "；是不是 {near}？"),
+        None => Text::verbatim(""),
     };
-    match language::is_chinese() {
-        true => format!("没有名称或说明中包含 {asked:?} 的函数{hint}\n"),
-        false => format!("no function has {asked:?} in its name or description{hint}\n"),
-    }
+    let said = text!(
+        "no function has {asked:?} in its name or description{hint}",
+        "没有名称或说明中包含 {asked:?} 的函数{hint}"
+    );
+    format!("{}\n", language::shown(&said))
 }
 
 /// A function as the reference describes it, for a terminal.
@@ -117,7 +118,7 @@ fn description(builtin: &Builtin, language: Language) -> String {
     let mut out = format!(
         "{}\n\n  {}\n",
         builtin.signature(),
-        language.summary(builtin)
+        builtin.summary.in_language(language)
     );
     let width = builtin
         .params
@@ -133,7 +134,11 @@ fn description(builtin: &Builtin, language: Language) -> String {
         let _ = writeln!(out, "  {:<width$}  {told}", parameter.name);
     }
     let returns = language.pick("Returns", "返回值");
-    let _ = writeln!(out, "\n{returns}\n  {}", language.phrase(builtin.returns));
+    let _ = writeln!(
+        out,
+        "\n{returns}\n  {}",
+        builtin.returns.in_language(language)
+    );
     if builtin.waits {
         let waits = language.pick("The call waits until it is done.", "调用会等待到完成。");
         let _ = writeln!(out, "  {waits}");
@@ -209,7 +214,7 @@ fn table(builtins: &[&Builtin], language: Language) -> String {
             "{section:<8} {:<10} {:<width$}  {}{source}",
             b.category.name(),
             b.signature(),
-            language.summary(b)
+            b.summary.in_language(language)
         );
     }
     out
@@ -227,7 +232,7 @@ fn row(b: &Builtin) -> Value {
                 "range": p.kind.range_text(),
                 "unit": p.unit,
                 "written": p.to_string(),
-                "meaning": p.meaning,
+                "meaning": p.meaning.english(),
             })
         })
         .collect();
@@ -240,9 +245,9 @@ fn row(b: &Builtin) -> Value {
             section => format!("manual {section}"),
         },
         "category": b.category.name(),
-        "summary": b.summary,
+        "summary": b.summary.english(),
         "params": params,
-        "returns": b.returns,
+        "returns": b.returns.english(),
         "waits": b.waits,
     })
 }

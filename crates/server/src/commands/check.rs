@@ -15,6 +15,7 @@ use elite_runtime::builtins::TOOL_LENGTH_MAX;
 use elite_runtime::task_folder::is_xml;
 use elite_syntax::{Diagnostic, KnownNames, Severity, SourceFile, Span};
 use kinematics::{ModelError, RobotModel, RpyPose};
+use messages::{Language, Text, text};
 use serde_json::{Value as Json, json};
 
 use crate::cli::{CheckArgs, ControllerArgs, FindingFormat, RunArgs};
@@ -22,8 +23,7 @@ use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::run::SCRIPT_BYTES_MAX;
 use crate::config::RunConfig;
 use crate::language;
-use crate::logging;
-use crate::ports::escape::{EscapedLines, EscapedText};
+use crate::ports::escape::{EscapedLines, EscapedText, escaped};
 
 /// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
 pub fn check(args: &CheckArgs) -> CommandResult {
@@ -59,17 +59,18 @@ pub fn check(args: &CheckArgs) -> CommandResult {
                 }
                 if findings.len() == elite_syntax::DIAGNOSTICS_MAX {
                     let most = elite_syntax::DIAGNOSTICS_MAX;
-                    logging::say(&language::told(&format!(
-                        "eliteserver: {}: only the first {most} findings are shown",
+                    language::complain(&text!(
+                        "{}: only the first {most} findings are shown",
+                        "{}：只显示前 {most} 个发现",
                         file.name()
-                    )));
+                    ));
                 }
                 if !findings.is_empty() {
                     status = status.max(CommandStatus::Negative);
                 }
             }
             Err(sentence) => {
-                logging::say(&language::told(&format!("eliteserver: {sentence}")));
+                language::complain(&sentence);
                 status = CommandStatus::NotDone;
             }
         }
@@ -104,11 +105,12 @@ fn findings_of_run(
     let options = MeasureOptions::default();
     let run = measure(&config.robot, program, &options, &mut || true)?;
     if run.end != MeasuredEnd::Finished {
-        logging::say(&language::told(&format!(
-            "eliteserver: {}: distances are known as far as it runs: {}",
+        language::complain(&text!(
+            "{}: distances are known as far as it runs: {}",
+            "{}：只有运行到的部分才知道间隙：{}",
             EscapedText(file.name()),
-            EscapedText(&run.end.to_string())
-        )));
+            escaped(&run.end)
+        ));
     }
     Ok(clearance_findings(&run, file, args.margin.unwrap_or(0.0)))
 }
@@ -135,27 +137,37 @@ pub(crate) fn clearance_findings(
     let findings = nearest.into_iter().map(|(line, least)| {
         let span = line_span(file, line);
         let (a, b) = (&least.a, &least.b);
+        let (a_name, b_name) = (a.to_string(), b.to_string());
         let [x, y, z, ..] = least.tcp;
-        let place = format!(
+        let place = text!(
             "at {:.3} s, with the TCP at {x:.3}, {y:.3}, {z:.3} m",
+            "{:.3} s 时，TCP 位于 {x:.3}、{y:.3}、{z:.3} m",
             least.time
         );
         if least.distance < -TOUCHING {
-            Diagnostic::error(
-                "collision",
-                span,
-                format!("{a} runs {:.1} mm into {b} {place}", -least.distance * 1e3),
-            )
-            .with_help("`eliteserver plan` finds a way around; what may touch is named by [[touch]] in the cell file")
+            let depth_mm = -least.distance * 1e3;
+            let text = text!(
+                "{a} runs {depth_mm:.1} mm into {b} {place}",
+                "{a}与{b}重叠 {depth_mm:.1} mm，{place}"
+            );
+            Diagnostic::error("collision", span, text).with_help(text!(
+                "`eliteserver plan` finds a way around; what may touch is named by [[touch]] in \
+                 the cell file",
+                "`eliteserver plan` 可求绕行的路径；允许接触的物体在单元文件的 [[touch]] 中给出"
+            ))
         } else if least.distance <= TOUCHING {
-            Diagnostic::warning("near", span, format!("{a} touches {b} {place}"))
-                .with_help(format!("where it may, the cell file says so: [[touch]], a = {a:?}, b = {b:?}"))
+            let text = text!("{a} touches {b} {place}", "{a}与{b}接触，{place}");
+            Diagnostic::warning("near", span, text).with_help(text!(
+                "where it may, the cell file says so: [[touch]], a = {a_name:?}, b = {b_name:?}",
+                "允许接触时，请在单元文件中写明：[[touch]]，a = {a_name:?}，b = {b_name:?}"
+            ))
         } else {
-            Diagnostic::warning(
-                "near",
-                span,
-                format!("{a} comes within {:.1} mm of {b} {place}", least.distance * 1e3),
-            )
+            let distance_mm = least.distance * 1e3;
+            let text = text!(
+                "{a} comes within {distance_mm:.1} mm of {b} {place}",
+                "{a}与{b}相距不到 {distance_mm:.1} mm，{place}"
+            );
+            Diagnostic::warning("near", span, text)
         }
     });
     findings.collect()
@@ -186,7 +198,11 @@ fn scripts(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CommandError> {
         }
         let below = script_test::scripts_below(path)?;
         if below.is_empty() {
-            let text = format!("there is no script (*.script) below {}", path.display());
+            let text = text!(
+                "there is no script (*.script) below {}",
+                "{} 之内没有脚本（*.script）",
+                path.display()
+            );
             return Err(CommandError::sentence(text));
         }
         found.extend(below);
@@ -200,7 +216,11 @@ pub(crate) fn model_of(choice: &ModelChoice) -> Result<RobotModel, CommandError>
         ModelChoice::BuiltIn(name) => Ok(RobotModel::built_in(name)?),
         ModelChoice::Urdf(path) => {
             let unusable = |error: ModelError| {
-                CommandError::sentence(format!("cannot use the model {}: {error}", path.display()))
+                CommandError::sentence(text!(
+                    "cannot use the model {}: {error}",
+                    "无法使用型号 {}：{error}",
+                    path.display()
+                ))
             };
             RobotModel::open(&path.to_string_lossy()).map_err(unusable)
         }
@@ -236,8 +256,8 @@ fn findings(file: &Arc<SourceFile>, known: KnownNames, is_test: bool) -> Vec<Dia
 }
 
 /// A finding with the source line and a caret, for people.
-pub(crate) fn render_text(finding: &Diagnostic, file: &SourceFile) -> String {
-    let picture = elite_syntax::render_human(finding, file, false);
+pub(crate) fn render_text(finding: &Diagnostic, file: &SourceFile, language: Language) -> String {
+    let picture = elite_syntax::render_human(finding, file, language, false);
     let picture = picture.trim_end_matches('\n');
     picture
         .lines()
@@ -261,9 +281,8 @@ pub(crate) fn row(finding: &Diagnostic, file: &SourceFile) -> Json {
 }
 
 fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> String {
-    let finding = &*language::finding(finding);
     match format {
-        FindingFormat::Human => render_text(finding, file),
+        FindingFormat::Human => render_text(finding, file, language::chosen()),
         FindingFormat::Json => format!("{}\n", row(finding, file)),
     }
 }
@@ -278,7 +297,7 @@ pub fn display_name(path: &Path) -> String {
 }
 
 /// Reads a script, `-` from stdin; the error is a sentence. For the pendant's XML that is the program beside it.
-pub fn read_script(path: &Path) -> Result<ProgramText, String> {
+pub fn read_script(path: &Path) -> Result<ProgramText, Text> {
     program_of(path, &|path| -> io::Result<Box<dyn Read>> {
         match path == Path::new("-") {
             true => Ok(Box::new(io::stdin().lock())),
@@ -291,29 +310,33 @@ pub fn read_script(path: &Path) -> Result<ProgramText, String> {
 pub(crate) fn program_of<R: Read>(
     path: &Path,
     open: &dyn Fn(&Path) -> io::Result<R>,
-) -> Result<ProgramText, String> {
+) -> Result<ProgramText, Text> {
     let bytes = read_bytes(path, open)?;
     if !is_xml(&bytes) {
         return text_of(path, bytes);
     }
     let task = display_name(path);
     if path == Path::new("-") {
-        return Err(format!("the script {task} is XML, not a program"));
+        return Err(text!(
+            "the script {task} is XML, not a program",
+            "脚本 {task} 是 XML，不是程序"
+        ));
     }
     let mut beside = path.as_os_str().to_owned();
     beside.push(".script");
     let beside = Path::new(&beside);
     let name = display_name(beside);
-    let is_a_task_in_xml = format!("{task} is a task of the pendant in XML, and {name}");
     if open(beside).is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
-        return Err(format!(
-            "{is_a_task_in_xml}, the program that it sends, is not beside it"
+        return Err(text!(
+            "{task} is a task of the pendant in XML, and {name}, the program that it sends, is not beside it",
+            "{task} 是示教器的 XML 任务，而它所发送的程序 {name} 不在旁边"
         ));
     }
     let bytes = read_bytes(beside, open)?;
     match is_xml(&bytes) {
-        true => Err(format!(
-            "{is_a_task_in_xml}, the program that it sends, is XML too"
+        true => Err(text!(
+            "{task} is a task of the pendant in XML, and {name}, the program that it sends, is XML too",
+            "{task} 是示教器的 XML 任务，而它所发送的程序 {name} 也是 XML"
         )),
         false => text_of(beside, bytes),
     }
@@ -322,29 +345,36 @@ pub(crate) fn program_of<R: Read>(
 fn read_bytes<R: Read>(
     path: &Path,
     open: &dyn Fn(&Path) -> io::Result<R>,
-) -> Result<Vec<u8>, String> {
+) -> Result<Vec<u8>, Text> {
     let mut bytes = Vec::new();
     let limit = SCRIPT_BYTES_MAX as u64 + 1;
     let read = open(path).and_then(|file| file.take(limit).read_to_end(&mut bytes));
     let name = display_name(path);
-    read.map_err(|error| format!("cannot read the script {name}: {error}"))?;
+    read.map_err(|error| {
+        text!(
+            "cannot read the script {name}: {error}",
+            "无法读取脚本 {name}：{error}"
+        )
+    })?;
     if bytes.len() > SCRIPT_BYTES_MAX {
-        return Err(format!(
+        return Err(text!(
             "the script {name} is larger than the {} MiB allowed",
+            "脚本 {name} 超过允许的 {} MiB",
             SCRIPT_BYTES_MAX >> 20
         ));
     }
     Ok(bytes)
 }
 
-fn text_of(path: &Path, bytes: Vec<u8>) -> Result<ProgramText, String> {
+fn text_of(path: &Path, bytes: Vec<u8>) -> Result<ProgramText, Text> {
     let name = display_name(path);
     match String::from_utf8(bytes) {
         Ok(text) => Ok(ProgramText { name, text }),
         Err(error) => {
             let byte = error.utf8_error().valid_up_to() + 1;
-            Err(format!(
-                "the script {name} is not UTF-8 text (byte {byte} is not)"
+            Err(text!(
+                "the script {name} is not UTF-8 text (byte {byte} is not)",
+                "脚本 {name} 不是 UTF-8 文本（第 {byte} 个字节不是）"
             ))
         }
     }

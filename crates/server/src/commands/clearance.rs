@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use controller::clearance::{ClearanceRun, MeasureOptions, MeasuredEnd, MotionClearance, measure};
-use editor::analysis::words::Language;
+use messages::{Language, Text, text};
 use serde_json::{Value as Json, json};
 
 use crate::cli::{ClearanceArgs, FindingFormat, RunArgs};
@@ -12,8 +12,14 @@ use crate::commands::check::read_script;
 use crate::config::RunConfig;
 use crate::language;
 use crate::logging;
-use crate::ports::escape::EscapedText;
+use crate::ports::escape::{EscapedText, escaped};
 use crate::shutdown::Shutdown;
+
+/// Above the rows for people.
+const HEAD: Text = text!(
+    "line  motion      distance  between                       at       joint range  singular value",
+    "行    运动            间隙  之间                              时刻     关节余量      奇异值"
+);
 
 /// Exit status: 0 every distance is at least the margin, 1 one is not, or the program failed, 2 it cannot be run.
 ///
@@ -24,8 +30,9 @@ pub fn clearance(args: &ClearanceArgs, config: &RunConfig) -> CommandResult {
     let shutdown = Shutdown::start(CommandStatus::NotDone)?;
     let program = read_script(&config.file).map_err(CommandError::sentence)?;
     if config.robot.cell.is_none() {
-        logging::say(&language::told(
-            "eliteserver: there is no --cell: only the links and the tool are measured, against each other",
+        language::complain(&text!(
+            "there is no --cell: only the links and the tool are measured, against each other",
+            "没有 --cell：只测量连杆和工具之间的距离"
         ));
     }
     let mut keep_going = || !shutdown.token().is_cancelled();
@@ -45,16 +52,17 @@ pub fn clearance(args: &ClearanceArgs, config: &RunConfig) -> CommandResult {
     if let Some(path) = &args.plot {
         crate::plot::clearance::draw(path, &run, args.margin)?;
     }
-    if let Some(report) = run.result.report.as_deref() {
-        logging::say(&language::report(report.trim_end()));
+    if let Some(report) = &run.result.report {
+        logging::say(report.in_language(language::chosen()).trim_end());
     }
     match &run.end {
         MeasuredEnd::Finished => {}
-        end => logging::say(&language::told(&format!(
-            "eliteserver: {}: {}",
+        end => language::complain(&text!(
+            "{}: {}",
+            "{}：{}",
             EscapedText(&config.file.display().to_string()),
-            EscapedText(&end.to_string())
-        ))),
+            escaped(end)
+        )),
     }
     Ok(status(&run, args.margin))
 }
@@ -76,19 +84,28 @@ pub(crate) fn refuse_ignored(args: &RunArgs, command: &str) -> Result<(), Comman
     use controller::options::{ClockChoice, PlantChoice};
     let given = &args.shared.options;
     let wrong = match () {
-        () if given.plant.is_some_and(|plant| plant != PlantChoice::Ideal) => {
-            Some("--plant: the arm is always ideal here, so that the path is measured")
-        }
-        () if given.clock == Some(ClockChoice::Realtime) => {
-            Some("--clock: time is always simulated here")
-        }
-        () if given.record.is_some() => Some("--record: nothing is recorded; run --record does"),
-        () if args.shared.log_dir.is_some() => Some("--log-dir: no log files are written"),
+        () if given.plant.is_some_and(|plant| plant != PlantChoice::Ideal) => Some(text!(
+            "--plant: the arm is always ideal here, so that the path is measured",
+            "--plant：这里机械臂总是理想的，以便测量路径"
+        )),
+        () if given.clock == Some(ClockChoice::Realtime) => Some(text!(
+            "--clock: time is always simulated here",
+            "--clock：这里时间总是仿真的"
+        )),
+        () if given.record.is_some() => Some(text!(
+            "--record: nothing is recorded; run --record does",
+            "--record：这里不作记录；请用 run --record"
+        )),
+        () if args.shared.log_dir.is_some() => Some(text!(
+            "--log-dir: no log files are written",
+            "--log-dir：这里不写日志文件"
+        )),
         () => None,
     };
     match wrong {
-        Some(text) => Err(CommandError::sentence(format!(
-            "{command} does not take {text}"
+        Some(text) => Err(CommandError::sentence(text!(
+            "{command} does not take {text}",
+            "{command} 不接受 {text}"
         ))),
         None => Ok(()),
     }
@@ -138,26 +155,24 @@ fn lines(run: &ClearanceRun, margin: f64) -> String {
 
 /// For people: a line a motion, and one for all.
 pub(crate) fn table(run: &ClearanceRun, margin: f64, language: Language) -> String {
-    let told = |english: &str| language::told_in(language, english).into_owned();
     let mut text = String::new();
     if !run.rows.is_empty() {
-        text.push_str(&told(
-            "line  motion      distance  between                       at       joint range  singular value\n",
-        ));
+        text.push_str(HEAD.in_language(language));
+        text.push('\n');
     }
     for row in &run.rows {
         let (distance, between, time) = match &row.least {
             Some(least) => (
                 format!("{:.1} mm", least.distance * 1e3),
-                format!("{} and {}", EscapedText(&least.a), EscapedText(&least.b)),
+                text!("{} and {}", "{}与{}", escaped(&least.a), escaped(&least.b)),
                 format!("{:.3} s", least.time),
             ),
-            None => ("–".to_owned(), String::new(), String::new()),
+            None => ("–".to_owned(), Text::verbatim(""), String::new()),
         };
         let mark = match row.distance() {
-            distance if distance < 0.0 => "  touches",
-            distance if distance < margin => "  too near",
-            _ => "",
+            distance if distance < 0.0 => text!("  touches", "  相碰"),
+            distance if distance < margin => text!("  too near", "  过近"),
+            _ => Text::verbatim(""),
         };
         let node = row
             .node
@@ -168,38 +183,44 @@ pub(crate) fn table(run: &ClearanceRun, margin: f64, language: Language) -> Stri
             row.line,
             row.kind,
             distance,
-            language::padded(&told(&between), 28),
+            language::padded(between.in_language(language), 28),
             time,
             row.joint_margin,
             row.singularity,
-            told(mark),
+            mark.in_language(language),
             node.unwrap_or_default()
         ));
     }
     let motions = match run.rows.len() {
-        1 => "1 motion".to_owned(),
-        count => format!("{count} motions"),
+        1 => text!("1 motion", "1 个运动"),
+        count => text!("{count} motions", "{count} 个运动"),
     };
     let said = match run
         .nearest()
         .and_then(|row| Some((row, row.least.as_ref()?)))
     {
-        None => format!("{motions}, nothing that could be touched\n"),
+        None => text!(
+            "{motions}, nothing that could be touched",
+            "{motions}，没有可能碰到的物体"
+        ),
         Some((row, least)) => {
-            let (a, b) = (EscapedText(&least.a), EscapedText(&least.b));
+            let (a, b) = (escaped(&least.a), escaped(&least.b));
             let (line, time) = (row.line, least.time);
             match least.distance < 0.0 {
-                true => format!(
-                    "{motions}: {a} and {b} run {:.1} mm into each other in line {line} at {time:.3} s\n",
+                true => text!(
+                    "{motions}: {a} and {b} run {:.1} mm into each other in line {line} at {time:.3} s",
+                    "{motions}：{a}与{b}重叠 {:.1} mm，第 {line} 行，{time:.3} s 时",
                     -least.distance * 1e3
                 ),
-                false => format!(
-                    "{motions}, least distance {:.1} mm: {a} and {b} in line {line} at {time:.3} s\n",
+                false => text!(
+                    "{motions}, least distance {:.1} mm: {a} and {b} in line {line} at {time:.3} s",
+                    "{motions}，最小间隙 {:.1} mm：{a}与{b}，第 {line} 行，{time:.3} s 时",
                     least.distance * 1e3
                 ),
             }
         }
     };
-    text.push_str(&told(&said));
+    text.push_str(said.in_language(language));
+    text.push('\n');
     text
 }

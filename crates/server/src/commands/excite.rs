@@ -8,6 +8,7 @@ use std::io::Write;
 use controller::clearance::{MeasureOptions, MeasuredEnd, measure};
 use elite_runtime::ProgramText;
 use kinematics::{DOF, JointPositions};
+use messages::{Text, text};
 
 use crate::cli::{ExciteArgs, ExciteTarget, RunArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
@@ -55,7 +56,7 @@ pub fn excite(args: &ExciteArgs, config: &RunConfig) -> CommandResult {
     refuse_ignored(&run, "excite")?;
     let shutdown = Shutdown::start(CommandStatus::NotDone)?;
     let mut keep_going = || !shutdown.token().is_cancelled();
-    let mut why = String::new();
+    let mut why = Text::verbatim("");
     for size in SIZES {
         let program = match args.what {
             ExciteTarget::Payload => joint_motion(&config.robot.home, size, args.speed, [2.0, 4.0]),
@@ -83,16 +84,21 @@ pub fn excite(args: &ExciteArgs, config: &RunConfig) -> CommandResult {
                 return Ok(CommandStatus::Success);
             }
             MeasuredEnd::Finished => {
-                why = format!("something comes nearer than {} mm", CLEARANCE_M * 1e3);
+                why = text!(
+                    "something comes nearer than {} mm",
+                    "有物体距离小于 {} mm",
+                    CLEARANCE_M * 1e3
+                );
             }
-            end => why = end.to_string(),
+            end => why = Text::of(end),
         }
         if !keep_going() {
             break;
         }
     }
-    Err(CommandError::sentence(format!(
-        "there is no room for the motion about --home: {why}"
+    Err(CommandError::sentence(text!(
+        "there is no room for the motion about --home: {why}",
+        "--home 附近没有运动的空间：{why}"
     )))
 }
 

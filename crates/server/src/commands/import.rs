@@ -7,6 +7,7 @@ use std::path::Path;
 
 use elite_syntax::SourceFile;
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
+use messages::text;
 use program_import::toolpath::program::{ProgramOptions, write as program_of};
 use program_import::toolpath::reach::{Reach, work_top};
 use program_import::toolpath::{Remark, Toolpath, ToolpathError, csv, dxf, gcode};
@@ -16,7 +17,7 @@ use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::check::{diagnostics_of, display_name, render_text};
 use crate::commands::translate::write;
 use crate::language;
-use crate::ports::escape::EscapedText;
+use crate::ports::escape::{EscapedText, escaped};
 
 /// Files are read up to this size.
 const FILE_BYTES_MAX: u64 = 64 << 20;
@@ -42,7 +43,7 @@ pub fn import(args: &ImportArgs) -> CommandResult {
     refuse_unused(args, format)?;
     let text = read(&args.file, &name)?;
     let path = path_of(format, &text, args).map_err(|error| {
-        CommandError::sentence(format!("{name}: {}", EscapedText(&error.to_string())))
+        CommandError::sentence(text!("{name}: {}", "{name}：{}", escaped(&error)))
     })?;
     let options = options_of(args, format);
     let model = args
@@ -79,8 +80,8 @@ pub fn import(args: &ImportArgs) -> CommandResult {
     let said: String = remarks
         .iter()
         .map(|remark: &Remark| {
-            let said = EscapedText(&remark.to_string()).to_string();
-            format!("{name}: {}\n", language::told(&said))
+            let said = language::shown(remark).to_string();
+            format!("{name}: {}\n", EscapedText(&said))
         })
         .collect();
     let _ = std::io::stderr().write_all(said.as_bytes());
@@ -103,8 +104,9 @@ fn format_of(path: &Path, name: &str) -> Result<Format, CommandError> {
         "gcode" | "nc" | "ngc" => Ok(Format::Gcode),
         "dxf" => Ok(Format::Dxf),
         "csv" => Ok(Format::Csv),
-        _ => Err(CommandError::sentence(format!(
-            "{name}: allowed are files that end with .gcode, .nc, .ngc, .dxf or .csv"
+        _ => Err(CommandError::sentence(text!(
+            "{name}: allowed are files that end with .gcode, .nc, .ngc, .dxf or .csv",
+            "{name}：只允许以 .gcode、.nc、.ngc、.dxf 或 .csv 结尾的文件"
         ))),
     }
 }
@@ -113,10 +115,16 @@ fn format_of(path: &Path, name: &str) -> Result<Format, CommandError> {
 fn refuse_unused(args: &ImportArgs, format: Format) -> Result<(), CommandError> {
     let refusal = match format {
         Format::Gcode | Format::Csv if !args.layer.is_empty() => {
-            "--layer is for drawings (.dxf): other files have no layers"
+            text!(
+                "--layer is for drawings (.dxf): other files have no layers",
+                "--layer 用于图纸（.dxf）：其他文件没有图层"
+            )
         }
         Format::Gcode | Format::Dxf if args.units.is_some() => {
-            "--units is for tables (.csv): G-code and drawings say their unit themselves"
+            text!(
+                "--units is for tables (.csv): G-code and drawings say their unit themselves",
+                "--units 用于表格（.csv）：G 代码和图纸自带单位"
+            )
         }
         _ => return Ok(()),
     };
@@ -128,10 +136,16 @@ fn read(path: &Path, name: &str) -> Result<String, CommandError> {
     let mut bytes = Vec::new();
     File::open(path)
         .and_then(|file| file.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes))
-        .map_err(|error| CommandError::sentence(format!("cannot read {name}: {error}")))?;
+        .map_err(|error| {
+            CommandError::sentence(text!(
+                "cannot read {name}: {error}",
+                "无法读取 {name}：{error}"
+            ))
+        })?;
     if bytes.len() as u64 > FILE_BYTES_MAX {
-        return Err(CommandError::sentence(format!(
+        return Err(CommandError::sentence(text!(
             "{name} is larger than the {} MiB allowed",
+            "{name} 超过允许的 {} MiB",
             FILE_BYTES_MAX >> 20
         )));
     }
@@ -166,10 +180,10 @@ fn options_of(args: &ImportArgs, format: Format) -> ProgramOptions {
 
 /// What `check` would say about the program.
 fn check(program: &str) -> CommandStatus {
-    let file = SourceFile::new(&*language::told("the program"), program);
+    let file = SourceFile::new(language::pick("the program", "程序"), program);
     let findings = diagnostics_of(&file, false);
     for finding in &findings {
-        let shown = render_text(&language::finding(finding), &file);
+        let shown = render_text(finding, &file, language::chosen());
         let _ = std::io::stderr().write_all(shown.as_bytes());
     }
     CommandStatus::of_answer(findings.is_empty())

@@ -4,6 +4,7 @@ use std::io;
 use std::path::Path;
 
 use clap::CommandFactory as _;
+use messages::text;
 
 use crate::cli::{Cli, ManArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
@@ -12,7 +13,10 @@ use crate::command::{CommandError, CommandResult, CommandStatus};
 pub fn man(args: &ManArgs) -> CommandResult {
     let folder = args.folder.display();
     write_pages(&args.folder).map_err(|error| {
-        CommandError::sentence(format!("cannot write the pages into {folder}: {error}"))
+        CommandError::sentence(text!(
+            "cannot write the pages into {folder}: {error}",
+            "无法将手册页写入 {folder}：{error}"
+        ))
     })?;
     Ok(CommandStatus::Success)
 }

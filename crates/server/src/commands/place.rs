@@ -6,6 +6,7 @@ use std::path::Path;
 use controller::clearance::collision_scene;
 use kinematics::text_file::read_text_file;
 use kinematics::{Pose, RpyPose};
+use messages::{Text, text};
 use path_planning::placement::{PlacementRequest, place as best_place};
 use serde_json::json;
 
@@ -13,8 +14,7 @@ use crate::cli::{FindingFormat, PlaceArgs, RunArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::clearance::refuse_ignored;
 use crate::config::RunConfig;
-use crate::language::told;
-use crate::logging;
+use crate::language;
 use crate::shutdown::Shutdown;
 
 /// Most points of a file.
@@ -71,29 +71,32 @@ pub fn place(args: &PlaceArgs, config: &RunConfig) -> CommandResult {
     match (&found, args.format) {
         (Ok(found), FindingFormat::Human) => {
             let (count, margin, time) = (request.points.len(), found.joint_margin, found.time);
-            logging::say(&told(&match found.distance.is_finite() {
-                true => format!(
+            language::say(&match found.distance.is_finite() {
+                true => text!(
                     "all {count} points are reached at least {:.1} mm from everything, {margin:.3} rad from the ends of \
                      the joints' ranges, in {time:.3} s from first to last",
+                    "全部 {count} 个点都可到达，与所有物体至少相距 {:.1} mm，距关节范围的边界 {margin:.3} rad，从第一点到最后一点 {time:.3} s",
                     found.distance * 1e3
                 ),
-                false => format!(
+                false => text!(
                     "all {count} points are reached {margin:.3} rad from the ends of the joints' ranges, in {time:.3} s \
-                     from first to last"
+                     from first to last",
+                    "全部 {count} 个点都可到达，距关节范围的边界 {margin:.3} rad，从第一点到最后一点 {time:.3} s"
                 ),
-            }));
+            });
         }
         (Err(failing), FindingFormat::Human) => {
             let points: Vec<String> = failing
                 .iter()
                 .map(|number| (number + 1).to_string())
                 .collect();
-            logging::say(&told(&format!(
-                "eliteserver: no base pose in the area reaches all points with {:.1} mm to spare; from the best one \
-                 these are not reached: {}",
+            language::complain(&text!(
+                "no base pose in the area reaches all points with {:.1} mm to spare; from the best one these are not \
+                 reached: {}",
+                "区域内没有基座位姿能以 {:.1} mm 的间隙到达所有点；最好的位姿到达不了的点：{}",
                 args.margin * 1e3,
                 points.join(", ")
-            )));
+            ));
         }
         _ => {}
     }
@@ -118,10 +121,14 @@ fn area_around(points: &[Pose], scene: &path_planning::CollisionScene) -> [f64; 
 }
 
 /// Six numbers a line, separated by commas or blanks; `#` begins a comment.
-fn read_points(path: &Path) -> Result<Vec<Pose>, String> {
+fn read_points(path: &Path) -> Result<Vec<Pose>, Text> {
     let name = path.display();
-    let text =
-        read_text_file(path).map_err(|error| format!("cannot read the points {name}: {error}"))?;
+    let text = read_text_file(path).map_err(|error| {
+        text!(
+            "cannot read the points {name}: {error}",
+            "无法读取点文件 {name}：{error}"
+        )
+    })?;
     let mut points = Vec::new();
     for (line, number) in text.lines().zip(1..) {
         let line = line.split('#').next().unwrap_or_default().trim();
@@ -140,16 +147,22 @@ fn read_points(path: &Path) -> Result<Vec<Pose>, String> {
             .collect();
         let numbers = numbers.and_then(|numbers| <[f64; 6]>::try_from(numbers).ok());
         let numbers = numbers.ok_or_else(|| {
-            format!("{name} line {number}: six numbers up to 1000 are needed, x y z Rx Ry Rz in m and rad")
+            text!(
+"{name} line {number}: six numbers up to 1000 are needed, x y z Rx Ry Rz in m and rad",
+"{name} 第 {number} 行：需要六个不超过 1000 的数，x y z Rx Ry Rz，单位 m 和 rad")
         })?;
         points.push(Pose::from_rpy(&RpyPose::from_array(numbers)));
         if points.len() > POINTS_MAX {
-            return Err(format!("{name} has more than {POINTS_MAX} points"));
+            return Err(text!(
+                "{name} has more than {POINTS_MAX} points",
+                "{name} 的点超过 {POINTS_MAX} 个"
+            ));
         }
     }
     match points.is_empty() {
-        true => Err(format!(
-            "{name} has no points: six numbers a line are needed, x y z Rx Ry Rz"
+        true => Err(text!(
+            "{name} has no points: six numbers a line are needed, x y z Rx Ry Rz",
+            "{name} 中没有点：每行需要六个数，x y z Rx Ry Rz"
         )),
         false => Ok(points),
     }

@@ -3,14 +3,14 @@
 use std::io::Write;
 
 use controller::planned_path::{PlanError, PlanOptions, PlannedPath, plan_path};
+use messages::{Text, text};
 use serde_json::{Value as Json, json};
 
 use crate::cli::{FindingFormat, PlanArgs, RunArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::clearance::refuse_ignored;
 use crate::config::RunConfig;
-use crate::language::told;
-use crate::logging;
+use crate::language;
 use crate::shutdown::Shutdown;
 
 /// Exit status: 0 there is a path, 1 there is none, 2 what was asked for makes no sense.
@@ -29,8 +29,9 @@ pub fn plan(args: &PlanArgs, config: &RunConfig) -> CommandResult {
         robot.home = from.0;
     }
     if robot.cell.is_none() {
-        logging::say(&told(
-            "eliteserver: there is no --cell: the path only keeps the arm from itself",
+        language::complain(&text!(
+            "there is no --cell: the path only keeps the arm from itself",
+            "没有 --cell：路径只避免机械臂碰到自身"
         ));
     }
     let options = PlanOptions {
@@ -48,10 +49,9 @@ pub fn plan(args: &PlanArgs, config: &RunConfig) -> CommandResult {
         Ok(planned) => planned,
         Err(PlanError::NoPath { reason, detail }) => {
             match args.format {
-                FindingFormat::Human => logging::say(&told(&format!(
-                    "eliteserver: {}: {detail}",
-                    reason.as_str()
-                ))),
+                FindingFormat::Human => {
+                    language::complain(&text!("{}: {detail}", "{}：{detail}", reason.as_str()));
+                }
                 FindingFormat::Json => print(&format!(
                     "{}\n",
                     json!({"ok": false, "reason": reason.as_str(), "detail": detail})
@@ -62,11 +62,15 @@ pub fn plan(args: &PlanArgs, config: &RunConfig) -> CommandResult {
         Err(error) => return Err(error.into()),
     };
     for warning in &planned.warnings {
-        logging::say(&told(&format!("eliteserver: warning: {warning}")));
+        language::complain(&text!("warning: {warning}", "警告：{warning}"));
     }
     if let Some(path) = &args.output {
         std::fs::write(path, &planned.program).map_err(|error| {
-            CommandError::sentence(format!("cannot write {}: {error}", path.display()))
+            CommandError::sentence(text!(
+                "cannot write {}: {error}",
+                "无法写入 {}：{error}",
+                path.display()
+            ))
         })?;
     }
     match args.format {
@@ -75,7 +79,7 @@ pub fn plan(args: &PlanArgs, config: &RunConfig) -> CommandResult {
             if args.output.is_none() {
                 print(&planned.program);
             }
-            logging::say(&told(&sentence(&planned)));
+            language::say(&sentence(&planned));
         }
     }
     Ok(CommandStatus::Success)
@@ -97,18 +101,25 @@ pub(crate) fn answer(planned: &PlannedPath) -> Json {
 }
 
 /// A path for people.
-pub(crate) fn sentence(planned: &PlannedPath) -> String {
+pub(crate) fn sentence(planned: &PlannedPath) -> Text {
     let motions = match planned.waypoints.len().saturating_sub(1) {
-        1 => "1 motion".to_owned(),
-        count => format!("{count} motions"),
+        1 => text!("1 motion", "1 个运动"),
+        count => text!("{count} motions", "{count} 个运动"),
     };
     let distance = match planned.distance {
-        Some(distance) => format!("at least {:.1} mm from everything", distance * 1e3),
-        None => "nothing to keep a distance from".to_owned(),
+        Some(distance) => text!(
+            "at least {:.1} mm from everything",
+            "与所有物体至少相距 {:.1} mm",
+            distance * 1e3
+        ),
+        None => text!("nothing to keep a distance from", "没有需要保持间隙的物体"),
     };
-    format!(
+    text!(
         "{motions}, {:.3} rad in {:.3} s, {distance}; planned in {:.2} s",
-        planned.length, planned.time, planned.planning_time
+        "{motions}，{1:.3} s 内转动 {0:.3} rad，{distance}；规划用时 {2:.2} s",
+        planned.length,
+        planned.time,
+        planned.planning_time
     )
 }
 

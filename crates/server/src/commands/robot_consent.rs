@@ -4,7 +4,7 @@
 use std::io::{self, IsTerminal};
 use std::time::Duration;
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use robot_client::{PrimaryClient, PrimaryError, RobotAddress, dashboard};
 use thiserror::Error;
 use tokio::time::timeout;
@@ -12,7 +12,6 @@ use wire::primary::Message;
 
 use crate::cli::RemoteRobotArgs;
 use crate::language;
-use crate::logging;
 
 /// States come ten times a second: without one for so long there are none.
 const STATE_PATIENCE: Duration = Duration::from_secs(1);
@@ -42,13 +41,14 @@ pub(super) enum ConsentError {
 pub(super) async fn ask_consent(
     args: &RemoteRobotArgs,
     address: &RobotAddress,
-    what: &str,
+    what: &Text,
 ) -> Result<(), ConsentError> {
     let must_ask = !args.yes && !address.is_this_machine().await && io::stdin().is_terminal();
     if must_ask {
-        logging::say(&language::told(&format!(
-            "{what} the robot at {address}? It may move. [y/N]"
-        )));
+        language::say(&text!(
+            "{what} the robot at {address}? It may move. [y/N]",
+            "{what}机器人 {address}？它可能会运动。[y/N]"
+        ));
         let mut answer = String::new();
         io::stdin().read_line(&mut answer)?;
         if !matches!(answer.trim(), "y" | "Y" | "yes") {
@@ -73,7 +73,7 @@ async fn serves_clients(address: &RobotAddress) -> bool {
 }
 
 /// Stops the program on the robot; whether it stood in time, and the sentence about it.
-pub(super) async fn stop(robot: &mut PrimaryClient) -> Result<&'static str, PrimaryError> {
+pub(super) async fn stop(robot: &mut PrimaryClient) -> Result<Text, PrimaryError> {
     robot.send("stop task\n").await?;
     let standing = async {
         loop {
@@ -85,7 +85,10 @@ pub(super) async fn stop(robot: &mut PrimaryClient) -> Result<&'static str, Prim
         }
     };
     match timeout(STOP_PATIENCE, standing).await {
-        Ok(stood) => stood.map(|()| "the program was stopped"),
-        Err(_) => Ok("the robot still runs its program 3 s after it was told to stop"),
+        Ok(stood) => stood.map(|()| text!("the program was stopped", "程序已停止")),
+        Err(_) => Ok(text!(
+            "the robot still runs its program 3 s after it was told to stop",
+            "要求停止 3 s 后机器人仍在运行程序"
+        )),
     }
 }

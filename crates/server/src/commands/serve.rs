@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use controller::cell_world::CellWorld;
 use editor::dap::DebugHub;
+use messages::text;
 
 pub use super::serve_error::ServeError;
 use crate::backend::{Lifetime, PortBackend, forward_messages};
@@ -217,8 +218,9 @@ fn open_page(
     let page = Arc::new(Page::new(backend.clone(), is_given)?);
     if !is_given && config.ports.http != PortSetting::Off {
         // For whoever started the server; pages from other machines are asked for it.
-        crate::logging::say(&format!(
-            "eliteserver: the token of the pendant page is {}",
+        crate::language::complain(&text!(
+            "the token of the pendant page is {}",
+            "示教器页面的令牌是 {}",
             page.token().reveal()
         ));
     }
@@ -413,10 +415,10 @@ async fn serve_ports(
         tracing::info!("grippers on {}:{port}", Ipv4Addr::LOCALHOST);
     }
     if let Some(address) = page_address(config.bind, &bound) {
-        crate::logging::say(&match crate::language::is_chinese() {
-            true => format!("示教器页面：{address}"),
-            false => format!("the pendant page: {address}"),
-        });
+        crate::language::say(&text!(
+            "the pendant page: {address}",
+            "示教器页面：{address}"
+        ));
     }
     if let Some(path) = controller.recording_path() {
         tracing::info!("recording into {}", path.display());

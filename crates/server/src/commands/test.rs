@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use controller::options::Permission;
 use elite_runtime::SandboxRoots;
+use messages::{Text, text};
 use motion_api::Seconds;
 use script_test::report::{github, human, json, junit, lcov};
 use script_test::{
@@ -20,7 +21,7 @@ use script_test::{
 };
 
 use crate::cli::{TestArgs, TestFormat};
-use crate::command::{CommandError, CommandResult, CommandStatus};
+use crate::command::{CommandResult, CommandStatus};
 use crate::config::robot_for_tests;
 use crate::language;
 
@@ -29,19 +30,25 @@ const SETTINGS: &str = "test.toml";
 
 /// Exit status: 0 all passed, 1 some failed, 2 nothing to run.
 pub fn test(args: &TestArgs) -> CommandResult {
-    let all_passed = try_test(args).map_err(CommandError::sentence)?;
+    let all_passed = try_test(args)?;
     Ok(CommandStatus::of_answer(all_passed))
 }
 
-fn try_test(args: &TestArgs) -> Result<bool, String> {
-    let mut cases = discover(&args.paths).map_err(|error| error.to_string())?;
+fn try_test(args: &TestArgs) -> Result<bool, Text> {
+    let mut cases = discover(&args.paths).map_err(|error| Text::of(&error))?;
     if let Some(text) = &args.select {
         select(&mut cases, text);
     }
     if cases.is_empty() {
         return Err(match &args.select {
-            Some(text) => format!("no test has {text:?} in its path or name"),
-            None => "there is no test: tests are functions test_… in files test_*.script or *_test.script".to_owned(),
+            Some(text) => text!(
+                "no test has {text:?} in its path or name",
+                "没有测试的路径或名称包含 {text:?}"
+            ),
+            None => text!(
+                "there is no test: tests are functions test_… in files test_*.script or *_test.script",
+                "没有测试：测试是文件 test_*.script 或 *_test.script 中名为 test_… 的函数"
+            ),
         });
     }
     if args.list {
@@ -67,27 +74,27 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
         files: FileScope::default(),
         stop: Arc::default(),
     };
-    let wording = &wording();
+    let language = language::chosen();
     let width = cases.iter().map(|case| case.name.chars().count()).max();
     let (width, started) = (width.unwrap_or(0), Instant::now());
     let mut results: Vec<TestResult> = Vec::new();
     let counts = run(&cases, &options, &|case| settings.of(case), &mut |result| {
         match args.format {
             TestFormat::Json => say(&json::line(&result)),
-            TestFormat::Human | TestFormat::Github => say(&human::line(&result, width, wording)),
+            TestFormat::Human | TestFormat::Github => say(&human::line(&result, width, language)),
         }
         results.push(result);
     })
-    .map_err(|error| format!("the tests cannot be run: {error}"))?;
+    .map_err(|error| text!("the tests cannot be run: {error}", "无法运行测试：{error}"))?;
     results.sort_by(by_place);
     match args.format {
         TestFormat::Json => {}
-        TestFormat::Human => say(&human::summary(&results, started.elapsed(), wording)),
+        TestFormat::Human => say(&human::summary(&results, started.elapsed(), language)),
         TestFormat::Github => {
             results
                 .iter()
                 .for_each(|result| say(&github::annotation(result)));
-            say(&human::summary(&results, started.elapsed(), wording));
+            say(&human::summary(&results, started.elapsed(), language));
         }
     }
     if let Some(path) = &args.junit {
@@ -97,18 +104,6 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
         write(path, &lcov::trace_file(&counts))?;
     }
     Ok(results.iter().all(|result| result.status == Status::Passed))
-}
-
-/// The report in the language of this process.
-fn wording() -> human::Wording {
-    match language::is_chinese() {
-        true => human::Wording {
-            statuses: ["通过", "失败", "错误"],
-            line: language::test_line_in_chinese,
-            report: language::test_report_in_chinese,
-        },
-        false => human::ENGLISH,
-    }
 }
 
 /// Orders results by path and line.
@@ -130,7 +125,7 @@ pub(crate) fn select(cases: &mut Vec<TestCase>, text: &str) {
 pub(crate) struct Settings(BTreeMap<PathBuf, TestSettings>);
 
 impl Settings {
-    fn read(cases: &[TestCase], seed: Option<u64>) -> Result<Self, String> {
+    fn read(cases: &[TestCase], seed: Option<u64>) -> Result<Self, Text> {
         Self::read_within(cases, seed, None)
     }
 
@@ -144,7 +139,7 @@ impl Settings {
         seed: Option<u64>,
         folders: &SandboxRoots,
         root: &Path,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Text> {
         let mut all = Self::read_within(cases, seed, Some(folders))?;
         for (folder, settings) in &mut all.0 {
             let config = &mut settings.robot;
@@ -157,9 +152,11 @@ impl Settings {
                         Permission::FsIn(root.to_owned())
                     }
                     Permission::FsIn(_) | Permission::Process | Permission::Env => {
-                        return Err(format!(
+                        return Err(text!(
                             "the settings of the tests in {} allow more than there is here: of files fs, which is \
                              the folder that eliteserver mcp was started in, of machines those that a test plays",
+                            "{} 中测试的设置允许的超出此处所有：文件只有 fs，即启动 eliteserver mcp 的文件夹，\
+                             机器只有测试所扮演的",
                             folder.display()
                         ));
                     }
@@ -176,14 +173,14 @@ impl Settings {
         cases: &[TestCase],
         seed: Option<u64>,
         within: Option<&SandboxRoots>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Text> {
         let mut known = BTreeMap::new();
         for case in cases {
             let folder = folder_of(case);
             if let Entry::Vacant(place) = known.entry(folder) {
                 let file = settings_file(place.key(), &case.root);
                 let config = robot_for_tests(file.as_deref(), seed, within);
-                place.insert(config.map_err(|error| error.to_string())?);
+                place.insert(config.map_err(|error| Text::of(&error))?);
             }
         }
         Ok(Self(known))
@@ -201,10 +198,10 @@ impl Settings {
         }
     }
 
-    pub(crate) fn of(&self, case: &TestCase) -> Result<TestSettings, String> {
+    pub(crate) fn of(&self, case: &TestCase) -> Result<TestSettings, Text> {
         let folder = folder_of(case);
         let config = self.0.get(&folder).cloned();
-        config.ok_or_else(|| format!("{} has no settings", folder.display()))
+        config.ok_or_else(|| text!("{} has no settings", "{} 没有设置", folder.display()))
     }
 }
 
@@ -235,6 +232,12 @@ fn say(text: &str) {
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
 }
 
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    std::fs::write(path, text).map_err(|error| format!("cannot write {}: {error}", path.display()))
+fn write(path: &Path, text: &str) -> Result<(), Text> {
+    std::fs::write(path, text).map_err(|error| {
+        text!(
+            "cannot write {}: {error}",
+            "无法写入 {}：{error}",
+            path.display()
+        )
+    })
 }

@@ -3,13 +3,14 @@
 use std::io::Write;
 use std::path::Path;
 
+use messages::text;
 use program_import::translate::{Message, translate as translated};
 use serde_json::json;
 
 use crate::cli::{FindingFormat, TranslateArgs};
 use crate::command::{CommandError, CommandResult, CommandStatus};
 use crate::commands::check::{display_name, read_script};
-use crate::language::told;
+use crate::language;
 use crate::logging;
 use crate::ports::escape::EscapedText;
 
@@ -22,9 +23,9 @@ pub fn translate(args: &TranslateArgs) -> CommandResult {
         .file_name()
         .map_or_else(|| name.clone(), |file| file.to_string_lossy().into_owned());
     let translation = translated(&source.text, &short_name)
-        .map_err(|error| CommandError::sentence(format!("{name}: {error}")))?;
+        .map_err(|error| CommandError::sentence(text!("{name}: {error}", "{name}：{error}")))?;
     if let Some(path) = &args.report {
-        write(path, &told(&translation.report(&short_name)))?;
+        write(path, &translation.report(&short_name, language::chosen()))?;
     }
     let remarks: String = translation
         .messages
@@ -49,8 +50,8 @@ pub fn translate(args: &TranslateArgs) -> CommandResult {
 fn remark(message: &Message, format: FindingFormat) -> String {
     match format {
         FindingFormat::Human => {
-            let said = EscapedText(&message.to_string()).to_string();
-            format!("{}\n", told(&said))
+            let said = language::shown(message).to_string();
+            format!("{}\n", EscapedText(&said))
         }
         FindingFormat::Json => {
             let row = json!({
@@ -67,6 +68,10 @@ fn remark(message: &Message, format: FindingFormat) -> String {
 /// Writes a file; the error is a sentence with its name.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), CommandError> {
     std::fs::write(path, text).map_err(|error| {
-        CommandError::sentence(format!("cannot write {}: {error}", display_name(path)))
+        CommandError::sentence(text!(
+            "cannot write {}: {error}",
+            "无法写入 {}：{error}",
+            display_name(path)
+        ))
     })
 }

@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use thiserror::Error;
 use tokio::io::AsyncReadExt;
 use tokio::net::TcpStream;
@@ -26,7 +26,7 @@ const ATTEMPT: Duration = Duration::from_secs(1);
 pub struct NoAnswer {
     address: SocketAddr,
     waited: Duration,
-    reason: String,
+    reason: Text,
 }
 
 /// The command: exit status 0 once a server answers, 1 with a sentence on stderr when none did in time.
@@ -38,7 +38,10 @@ pub fn run(args: &WaitArgs) -> CommandResult {
         Ok(runtime) => runtime
             .block_on(wait(SocketAddr::new(args.host, args.port), args.timeout))
             .map_err(CommandError::from),
-        Err(error) => Err(CommandError::sentence(format!("cannot wait: {error}"))),
+        Err(error) => Err(CommandError::sentence(text!(
+            "cannot wait: {error}",
+            "无法等待：{error}"
+        ))),
     };
     match answered {
         Ok(()) => Ok(CommandStatus::Success),
@@ -48,17 +51,23 @@ pub fn run(args: &WaitArgs) -> CommandResult {
 
 /// Waits until the primary port at `address` sends a state message, at most `patience`.
 pub async fn wait(address: SocketAddr, patience: Duration) -> Result<(), NoAnswer> {
-    let mut reason = "there was no time to try".to_owned();
+    let mut reason = text!("there was no time to try", "没有时间尝试");
     let attempts = async {
         loop {
             match timeout(ATTEMPT, first_message(address)).await {
                 Ok(Ok(ROBOT_STATE)) => return,
                 Ok(Ok(kind)) => {
-                    reason = format!("something else listens there (message type {kind})");
+                    reason = text!(
+                        "something else listens there (message type {kind})",
+                        "那里监听的是其他程序（消息类型 {kind}）"
+                    );
                 }
-                Ok(Err(error)) => reason = error.to_string(),
+                Ok(Err(error)) => reason = Text::of(&error),
                 Err(_elapsed) => {
-                    reason = "something listens there but sends no robot state".to_owned();
+                    reason = text!(
+                        "something listens there but sends no robot state",
+                        "那里有程序监听，但不发送机器人状态"
+                    );
                 }
             }
             sleep(RETRY).await;

@@ -7,6 +7,7 @@ use controller::cell::line_of;
 use controller::options::{OptionSlot, OptionValue, keys_of};
 use controller::read_text_within;
 use elite_runtime::SandboxRoots;
+use messages::{Text, text};
 
 use super::{ConfigError, ros2};
 use crate::cli::ServeArgs;
@@ -16,7 +17,7 @@ use crate::cli::ServeArgs;
 pub(super) struct TestSeconds(pub(super) f64);
 
 impl OptionValue for TestSeconds {
-    fn from_option(text: &str) -> Result<Self, String> {
+    fn from_option(text: &str) -> Result<Self, Text> {
         crate::cli::seconds_of_test(text).map(Self)
     }
 }
@@ -144,22 +145,28 @@ impl FileEntry<'_> {
         for item in &items {
             let text = text_of(item);
             texts.push(text.ok_or_else(|| {
-                self.refusal(item, "a text, a number or a list of them is needed")
+                self.refusal(
+                    item,
+                    text!(
+                        "a text, a number or a list of them is needed",
+                        "需要文本、数或它们的列表"
+                    ),
+                )
             })?);
         }
         slot.fill(&texts).map_err(|refused| {
             let at = texts.iter().position(|text| *text == refused.given);
             let item = at.and_then(|at| items.get(at)).unwrap_or(&self.value);
-            self.refusal(item, &refused.allowed)
+            self.refusal(item, refused.allowed)
         })
     }
 
-    fn refusal(&self, value: &toml::Value, allowed: &str) -> ConfigError {
+    fn refusal(&self, value: &toml::Value, allowed: Text) -> ConfigError {
         ConfigError::BadValue {
             path: self.path.to_owned(),
             key: self.key.to_owned(),
             given: value.to_string().replace('\n', " "),
-            allowed: allowed.to_owned(),
+            allowed,
         }
     }
 }

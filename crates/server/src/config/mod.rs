@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use elite_runtime::{Preset, SandboxRoots};
-use messages::Localized;
+use messages::{Localized, Text};
 use motion_api::Seconds;
 use script_test::TestSettings;
 use thiserror::Error;
@@ -108,7 +108,7 @@ pub enum ConfigError {
         /// The value as written.
         given: String,
         /// What is allowed.
-        allowed: String,
+        allowed: Text,
     },
     /// The options make no robot: the calibration file is not usable, or for another model.
     #[error(transparent)]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use elite_runtime::message::{Message, Observer, Severity};
 use kinematics::RobotModel;
+use messages::Text;
 use motion_api::{Origin, ProgramId, ThreadNumber};
 use parking_lot::Mutex;
 use tokio::io::AsyncReadExt as _;
@@ -50,21 +51,29 @@ async fn say_something() {
         thread: ThreadNumber(thread),
         line,
     };
-    announcer.message(&Message::log(Severity::Info, origin(0, 3), "picking"));
-    announcer.message(&Message::log(Severity::Warning, origin(2, 17), "late"));
+    announcer.message(&Message::log(
+        Severity::Info,
+        origin(0, 3),
+        Text::verbatim("picking"),
+    ));
+    announcer.message(&Message::log(
+        Severity::Warning,
+        origin(2, 17),
+        Text::verbatim("late"),
+    ));
     announcer.message(&Message::Robot {
         origin: Origin::default(),
         code: 100,
         sub_code: 3,
         severity: Severity::Error,
-        text: "protective stop: too fast".to_owned(),
+        text: Text::verbatim("protective stop: too fast"),
     });
     announcer.message(&Message::ScriptError {
         program,
         line: 4,
         column: 2,
-        summary: "ValueError: no".to_owned(),
-        report: "line 4\nValueError: no".to_owned(),
+        summary: Text::verbatim("ValueError: no"),
+        report: Text::verbatim("line 4\nValueError: no"),
     });
     announcer.program_ended(program);
 

@@ -7,6 +7,7 @@ use std::io::Read as _;
 use std::sync::LazyLock;
 
 use flate2::read::ZlibDecoder;
+use messages::text;
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash,
     Transform,
@@ -65,10 +66,13 @@ pub(super) struct Canvas {
 impl Canvas {
     /// An empty picture.
     pub(super) fn new(width: u32, height: u32, paper: Color) -> Result<Self, PlotError> {
-        let mut pixmap = Pixmap::new(width, height).ok_or(PlotError::Draw("it is too large"))?;
+        let mut pixmap =
+            Pixmap::new(width, height).ok_or(PlotError::Draw(text!("it is too large", "过大")))?;
         pixmap.fill(paper);
         let face = |data: &'static [u8]| {
-            Face::parse(data, 0).map_err(|_| PlotError::Draw("the compiled-in font is broken"))
+            Face::parse(data, 0).map_err(|_| {
+                PlotError::Draw(text!("the compiled-in font is broken", "内置字体损坏"))
+            })
         };
         let [regular, bold] = &*FONTS;
         Ok(Self {

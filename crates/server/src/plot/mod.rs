@@ -36,7 +36,7 @@ mod palette;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use messages::Localized;
+use messages::{Localized, Text};
 use thiserror::Error;
 
 /// Points of one curve that are drawn; of more, every column of the picture keeps its smallest and largest value.
@@ -51,7 +51,7 @@ pub enum PlotError {
     /// The compiled-in font cannot be read, or there is no memory for the picture.
     #[error("the picture cannot be drawn: {0}")]
     #[zh("无法绘制图片：{0}")]
-    Draw(&'static str),
+    Draw(Text),
     /// The picture cannot be encoded.
     #[error("the picture cannot be encoded: {0}")]
     #[zh("无法编码图片：{0}")]

@@ -3,6 +3,8 @@
 use core::fmt::{self, Write};
 use std::io;
 
+use messages::{Language, Localized, Text};
+
 /// Longest text that is shown, characters; the rest is cut off with a mark.
 pub const SHOWN_CHARS_MAX: usize = 400;
 
@@ -38,6 +40,15 @@ impl fmt::Display for EscapedText<'_> {
         }
         Ok(())
     }
+}
+
+/// A text in which words of somebody else may stand, as [`EscapedText`].
+pub fn escaped(text: &(impl Localized + ?Sized)) -> Text {
+    let [english, chinese] = [Language::English, Language::Chinese].map(|language| {
+        let words = text.in_language(language).to_string();
+        EscapedText(&words).to_string()
+    });
+    Text::new(english, chinese)
 }
 
 /// A text of several lines, which stay lines, with tabs as they are.

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use messages::{Language, Localized};
+
 use super::fields::{FieldCodec, FieldReader, FieldWriter, append_length_prefixed};
 use super::{DecodeError, ROBOT_EXCEPTION};
 
@@ -64,19 +66,28 @@ pub enum ErrorData {
     Joint(i32),
 }
 
-impl fmt::Display for ErrorData {
+impl Localized for ErrorData {
     /// Writes the data the way people read it; [`Self::None`] writes nothing. A text comes from the peer unchanged:
     /// whoever shows it has to make it harmless.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::None => Ok(()),
-            Self::Unsigned(value) => value.fmt(f),
-            Self::Signed(value) => value.fmt(f),
-            Self::Float(value) => value.fmt(f),
+            Self::Unsigned(value) => fmt::Display::fmt(value, f),
+            Self::Signed(value) => fmt::Display::fmt(value, f),
+            Self::Float(value) => fmt::Display::fmt(value, f),
             Self::Hex(value) => write!(f, "{value:#x}"),
             Self::Text(text) => f.write_str(text),
-            Self::Joint(joint) => write!(f, "joint {}", joint.saturating_add(1)),
+            Self::Joint(joint) => {
+                let word = language.pick("joint", "关节");
+                write!(f, "{word} {}", joint.saturating_add(1))
+            }
         }
+    }
+}
+
+impl fmt::Display for ErrorData {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.fmt_in(Language::English, f)
     }
 }
 
@@ -91,13 +102,22 @@ pub struct RobotErrorDisplay<'a> {
     pub data: &'a ErrorData,
 }
 
-impl fmt::Display for RobotErrorDisplay<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Localized for RobotErrorDisplay<'_> {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}.{}", self.code, self.sub_code)?;
         match self.data {
             ErrorData::None => Ok(()),
-            data => write!(f, ": {data}"),
+            data => {
+                f.write_str(language.pick(": ", "："))?;
+                data.fmt_in(language, f)
+            }
         }
+    }
+}
+
+impl fmt::Display for RobotErrorDisplay<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.fmt_in(Language::English, f)
     }
 }
 

@@ -57,14 +57,13 @@ pub(super) trait FieldCodec {
 
 /// Reads fields from bytes.
 pub(super) struct FieldReader<'a> {
-    what: &'static str,
     rest: &'a [u8],
 }
 
 impl<'a> FieldReader<'a> {
-    /// A reader of the fields of `what`, which is named in errors.
-    pub(super) const fn new(what: &'static str, bytes: &'a [u8]) -> Self {
-        Self { what, rest: bytes }
+    /// A reader of the fields in these bytes.
+    pub(super) const fn new(bytes: &'a [u8]) -> Self {
+        Self { rest: bytes }
     }
 
     /// What has not been read.
@@ -75,8 +74,7 @@ impl<'a> FieldReader<'a> {
     fn take<const N: usize>(&mut self) -> Result<[u8; N], DecodeError> {
         let Some((field, rest)) = self.rest.split_first_chunk::<N>() else {
             let missing = N - self.rest.len();
-            let what = self.what;
-            return Err(DecodeError::UnexpectedEnd { what, missing });
+            return Err(DecodeError::UnexpectedEnd { missing });
         };
         self.rest = rest;
         Ok(*field)

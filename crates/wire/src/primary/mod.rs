@@ -49,12 +49,10 @@ pub enum DecodeError {
         /// What is there.
         left: usize,
     },
-    /// The message ends inside a value.
-    #[error("{what} ends {missing} bytes too early")]
-    #[zh("{what} 提前 {missing} 字节结束")]
+    /// An exception ends inside a value; a part of a state that does is an unknown one.
+    #[error("an exception ends {missing} bytes too early")]
+    #[zh("异常消息提前 {missing} 字节结束")]
     UnexpectedEnd {
-        /// What is too short.
-        what: &'static str,
         /// Number of bytes that are missing.
         missing: usize,
     },
@@ -112,7 +110,7 @@ pub fn decode_message(frame: &MessageFrame<'_>) -> Result<Message, DecodeError> 
     match frame.kind {
         ROBOT_STATE => Ok(Message::State(Box::new(State::decode(frame.body)?))),
         ROBOT_EXCEPTION => Ok(
-            match exception::decode(&mut FieldReader::new("an exception", frame.body))? {
+            match exception::decode(&mut FieldReader::new(frame.body))? {
                 Some(exception) => Message::Exception(exception),
                 None => Message::Unknown(frame.kind),
             },

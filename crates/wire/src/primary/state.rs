@@ -266,7 +266,7 @@ impl Joints {
 
 /// Defines the message: its parts in the order of the wire, with their types.
 macro_rules! parts {
-    ($( $(#[$doc:meta])* $kind:literal $field:ident: $part:ident, $what:literal; )*) => {
+    ($( $(#[$doc:meta])* $kind:literal $field:ident: $part:ident; )*) => {
         /// A state message. What a controller leaves out is absent.
         #[derive(Clone, Debug, Default, PartialEq, Serialize)]
         pub struct State {
@@ -283,7 +283,7 @@ macro_rules! parts {
                         // A longer part is a newer one: what is known of it stands in front. A shorter one is of a
                         // version that is not known here.
                         let mut part = $part::default();
-                        match part.visit(&mut FieldReader::new($what, body)) {
+                        match part.visit(&mut FieldReader::new(body)) {
                             Ok(()) => self.$field = Some(part),
                             Err(_) => self.unknown.push(kind),
                         }
@@ -311,23 +311,23 @@ macro_rules! parts {
 
 parts! {
     /// What the robot and its program are doing.
-    0 mode: ModeData, "the robot's modes";
+    0 mode: ModeData;
     /// Every joint.
-    1 joints: Joints, "the joints' part";
+    1 joints: Joints;
     /// Pose of the tool.
-    4 cartesian: Cartesian, "the tool's place";
+    4 cartesian: Cartesian;
     /// The arm.
-    6 configuration: Configuration, "the arm's configuration";
+    6 configuration: Configuration;
     /// Inputs, outputs, power, safety.
-    3 masterboard: Masterboard, "the masterboard's part";
+    3 masterboard: Masterboard;
     /// Freedrive and collisions.
-    8 additional: AdditionalInfo, "additional information";
+    8 additional: AdditionalInfo;
     /// The tool's connector.
-    2 tool: Tool, "the tool's part";
+    2 tool: Tool;
     /// The safety system.
-    10 safety: Safety, "the safety state";
+    10 safety: Safety;
     /// The tool's serial port.
-    11 tool_communication: ToolCommunication, "the tool's communication";
+    11 tool_communication: ToolCommunication;
 }
 
 impl State {

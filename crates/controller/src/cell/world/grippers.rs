@@ -1,5 +1,6 @@
 //! `[[gripper]]`: cups, fingers, and the buses that fingers are told by.
 
+use messages::{Text, text};
 use motion_api::IoPoint;
 use world::description::*;
 
@@ -50,14 +51,26 @@ fn vacuum(check: &TableCheck, table: &GripperTable) -> Result<Vacuum, InvalidVal
     if let (Some(IoPoint::Digital(_) | IoPoint::BooleanRegister(_)), Some(given)) =
         (gauge, table.gauge)
     {
-        return Err(check.wrong("gauge", given, "an analog input is needed"));
+        return Err(check.wrong(
+            "gauge",
+            given,
+            text!("an analog input is needed", "需要一个模拟输入"),
+        ));
     }
     Ok(Vacuum {
-        cups: cups.ok_or_else(|| check.missing("cups", "the middles of the rims are needed"))?,
+        cups: cups.ok_or_else(|| {
+            check.missing(
+                "cups",
+                text!("the middles of the rims are needed", "需要各吸盘口的中心"),
+            )
+        })?,
         direction: table.direction.unwrap_or([0.0, 0.0, 1.0]),
-        radius: table
-            .radius
-            .ok_or_else(|| check.missing("radius", "cups need their radius, m"))?,
+        radius: table.radius.ok_or_else(|| {
+            check.missing(
+                "radius",
+                text!("cups need their radius, m", "吸盘需要半径，m"),
+            )
+        })?,
         pressure: table.pressure.unwrap_or(60_000.0),
         reach: table.reach.unwrap_or(0.003),
         build_up: table.build_up.unwrap_or(0.1),
@@ -97,19 +110,34 @@ fn fingers(
     let finger = table.finger.as_ref().ok_or_else(|| {
         check.missing(
             "finger",
-            "the shape of a finger is needed: { size = […], pose = […] } for a box",
+            text!(
+                "the shape of a finger is needed: {{ size = […], pose = […] }} for a box",
+                "需要手指的形状：箱体用 {{ size = […], pose = […] }}"
+            ),
         )
     })?;
     let shape = solid(check, &finger.shape_keys(), meshes)?;
-    let number = |key: &'static str, value: Option<f64>, what: &str| {
+    let number = |key: &'static str, value: Option<f64>, what: Text| {
         value.ok_or_else(|| check.missing(key, what))
     };
     Ok(Fingers {
-        stroke: number("stroke", table.stroke, "the opening in m is needed")?,
+        stroke: number(
+            "stroke",
+            table.stroke,
+            text!("the opening in m is needed", "需要开口宽度，m"),
+        )?,
         axis: table.axis.unwrap_or([0.0, 1.0, 0.0]),
         finger: (shape, pose_of(&finger.pose)),
-        force: number("force", table.force, "the force in N is needed")?,
-        speed: number("speed", table.speed, "the speed in m/s is needed")?,
+        force: number(
+            "force",
+            table.force,
+            text!("the force in N is needed", "需要力，N"),
+        )?,
+        speed: number(
+            "speed",
+            table.speed,
+            text!("the speed in m/s is needed", "需要速度，m/s"),
+        )?,
         friction: table.friction.unwrap_or(0.5),
         control,
         opened: optional(check, "opened", table.opened, IoDirection::In)?,
@@ -126,13 +154,22 @@ fn finger_control(check: &TableCheck, table: &GripperTable) -> Result<FingerCont
             ("slave", table.slave.is_some()),
         ] {
             if given {
-                return Err(check.wrong(key, "given", "it goes with protocol"));
+                return Err(check.needless(
+                    key,
+                    text!("it goes with protocol", "它与 protocol 一起使用"),
+                ));
             }
         }
         let close = optional(check, "close", table.close, IoDirection::Out)?;
         let open = optional(check, "open", table.open, IoDirection::Out)?;
         if close.is_none() && open.is_none() {
-            return Err(check.missing("close", "an output close or open is needed"));
+            return Err(check.missing(
+                "close",
+                text!(
+                    "an output close or open is needed",
+                    "需要输出 close 或 open"
+                ),
+            ));
         }
         return Ok(FingerControl::Points { close, open });
     }
@@ -144,19 +181,35 @@ fn finger_control(check: &TableCheck, table: &GripperTable) -> Result<FingerCont
         ("gripping", table.gripping),
     ] {
         if let Some(point) = given {
-            return Err(check.wrong(key, point, "a gripper with protocol has no points"));
+            return Err(check.wrong(
+                key,
+                point,
+                text!(
+                    "a gripper with protocol has no points",
+                    "带 protocol 的夹爪没有输入输出点"
+                ),
+            ));
         }
     }
-    let buses = "a bus is needed: \"tool\", \"masterboard\" or \"tcp:PORT\"";
+    let buses = text!(
+        "a bus is needed: \"tool\", \"masterboard\" or \"tcp:PORT\"",
+        "需要总线：\"tool\"、\"masterboard\" 或 \"tcp:端口\""
+    );
     let bus = table.bus.as_ref();
     let bus = bus.ok_or_else(|| check.missing("bus", buses))?;
     if table.modbus_bus().is_none() {
-        let allowed =
-            "allowed are \"tool\", \"masterboard\" and \"tcp:PORT\" with a port from 1 to 65535";
+        let allowed = text!(
+            "allowed are \"tool\", \"masterboard\" and \"tcp:PORT\" with a port from 1 to 65535",
+            "允许 \"tool\"、\"masterboard\" 和 \"tcp:端口\"，端口为 1 到 65535"
+        );
         return Err(check.wrong("bus", format_args!("{bus:?}"), allowed));
     }
     if !(1..=247).contains(&table.slave_number()) {
-        return Err(check.wrong("slave", table.slave_number(), "allowed are 1 to 247"));
+        return Err(check.wrong(
+            "slave",
+            table.slave_number(),
+            text!("allowed are 1 to 247", "允许 1 到 247"),
+        ));
     }
     Ok(FingerControl::Orders)
 }
@@ -171,14 +224,22 @@ pub(super) fn check_buses(tables: &Tables) -> Result<(), InvalidValue> {
         let leads_out = |serial: &schema::Serial| GripperBus::Serial(serial.port) == bus;
         if tables.serial.iter().any(leads_out) {
             let given = format!("{:?}", table.bus.as_deref().unwrap_or_default());
-            return Err(check.wrong("bus", given, "a [[serial]] has this line already"));
+            return Err(check.wrong(
+                "bus",
+                given,
+                text!(
+                    "a [[serial]] has this line already",
+                    "已有 [[serial]] 使用此串口"
+                ),
+            ));
         }
         let same = |other: &&GripperTable| {
             other.modbus_bus() == Some(bus) && other.slave_number() == table.slave_number()
         };
         if let Some(other) = tables.gripper[..index].iter().find(same) {
-            let allowed = format!(
+            let allowed = text!(
                 "gripper {:?} has this number on the bus already",
+                "夹爪 {:?} 已在此总线上使用该号码",
                 other.name
             );
             return Err(check.wrong("slave", table.slave_number(), allowed));

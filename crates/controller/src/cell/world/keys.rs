@@ -1,5 +1,6 @@
 //! Keys that one kind of an entry needs and another does not have, and the points that they name.
 
+use messages::text;
 use motion_api::IoPoint;
 use world::description::Trigger;
 
@@ -13,7 +14,8 @@ pub(super) fn needed(
     point: Option<IoPointName>,
     direction: IoDirection,
 ) -> Result<IoPoint, InvalidValue> {
-    let point = point.ok_or_else(|| check.missing(key, "this kind needs one"))?;
+    let point = point
+        .ok_or_else(|| check.missing(key, text!("this kind needs one", "这一类需要给出它")))?;
     optional(check, key, Some(point), direction).map(|_| point.io_point())
 }
 
@@ -36,9 +38,13 @@ pub(super) fn refuse_keys(
     keys: &[(&'static str, bool)],
 ) -> Result<(), InvalidValue> {
     match keys.iter().find(|(_, is_given)| *is_given) {
-        Some((key, _)) => {
-            Err(check.wrong(key, "given", format!("kind = \"{kind}\" has no such key")))
-        }
+        Some((key, _)) => Err(check.needless(
+            key,
+            text!(
+                "kind = \"{kind}\" has no such key",
+                "kind = \"{kind}\" 没有此键"
+            ),
+        )),
         None => Ok(()),
     }
 }
@@ -50,9 +56,11 @@ pub(super) fn edge(
     point: IoPointName,
 ) -> Result<Trigger, InvalidValue> {
     match (point.io_point(), point.direction) {
-        (IoPoint::IntegerRegister(_) | IoPoint::FloatRegister(_), _) => {
-            Err(check.wrong(key, point, "a point with levels is needed"))
-        }
+        (IoPoint::IntegerRegister(_) | IoPoint::FloatRegister(_), _) => Err(check.wrong(
+            key,
+            point,
+            text!("a point with levels is needed", "需要一个数字点"),
+        )),
         (at, IoDirection::Out) => Ok(Trigger::Output(at)),
         (at, IoDirection::In) => Ok(Trigger::Input(at)),
     }

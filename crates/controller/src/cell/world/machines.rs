@@ -1,5 +1,6 @@
 //! What moves parts and sees them: `[[conveyor]]`, `[[source]]`, `[[detector]]`, `[[actuator]]`.
 
+use messages::text;
 use motion_api::IoPoint;
 use world::description::*;
 
@@ -18,7 +19,15 @@ pub(super) fn conveyor(
 ) -> Result<ConveyorDescription, InvalidValue> {
     let numbered = TableCheck::numbered("conveyor", number);
     let name = table.name.clone();
-    let name = name.ok_or_else(|| numbered.missing("name", "a conveyor that carries needs one"))?;
+    let name = name.ok_or_else(|| {
+        numbered.missing(
+            "name",
+            text!(
+                "a conveyor that carries needs one",
+                "运送工件的传送带需要给出它"
+            ),
+        )
+    })?;
     let check = TableCheck::named("conveyor", &name);
     let surface = match (
         table.pose,
@@ -39,14 +48,18 @@ pub(super) fn conveyor(
         _ => {
             return Err(check.missing(
                 "pose",
-                "a belt that carries has pose, size and direction, a turntable center and radius",
+                text!("a belt that carries has pose, size and direction, a turntable center and radius", "运送工件的皮带有 pose、size 和 direction，转台有 center 和 radius"),
             ));
         }
     };
     if let Some(point) = table.speed_from {
         check.direction("speed_from", point, IoDirection::Out)?;
         if !matches!(point.io_point(), IoPoint::Analog(_)) {
-            return Err(check.wrong("speed_from", point, "an analog output is needed"));
+            return Err(check.wrong(
+                "speed_from",
+                point,
+                text!("an analog output is needed", "需要一个模拟输出"),
+            ));
         }
     }
     Ok(ConveyorDescription {
@@ -68,9 +81,18 @@ pub(super) fn source(table: &SourceTable) -> Result<SourceDescription, InvalidVa
         (Some(period), None) => Trigger::Time(period),
         (None, Some(point)) => edge(&check, "when", point)?,
         (Some(period), Some(_)) => {
-            return Err(check.wrong("every", period, "either every or when is needed"));
+            return Err(check.wrong(
+                "every",
+                period,
+                text!("either every or when is needed", "需要 every 或 when 之一"),
+            ));
         }
-        (None, None) => return Err(check.missing("every", "either every or when is needed")),
+        (None, None) => {
+            return Err(check.missing(
+                "every",
+                text!("either every or when is needed", "需要 every 或 when 之一"),
+            ));
+        }
     };
     Ok(SourceDescription {
         name: table.name.clone(),
@@ -92,9 +114,9 @@ pub(super) fn detector(table: &DetectorTable) -> Result<Detector, InvalidValue> 
         IoPoint::Digital(_) | IoPoint::BooleanRegister(_) if !is_analog => {}
         _ => {
             let allowed = if is_analog {
-                "an analog input is needed"
+                text!("an analog input is needed", "需要一个模拟输入")
             } else {
-                "an input with levels is needed"
+                text!("an input with levels is needed", "需要一个数字输入")
             };
             return Err(check.wrong("to", table.to, allowed));
         }
@@ -124,9 +146,18 @@ pub(super) fn detector(table: &DetectorTable) -> Result<Detector, InvalidValue> 
         }
         (kind, ..) => {
             let (word, allowed) = match kind {
-                DetectorKindName::Beam => ("\"beam\"", "a beam has from and until"),
-                DetectorKindName::Presence => ("\"presence\"", "a presence has pose and size"),
-                DetectorKindName::Distance => ("\"distance\"", "a distance has pose and range"),
+                DetectorKindName::Beam => (
+                    "\"beam\"",
+                    text!("a beam has from and until", "光束有 from 和 until"),
+                ),
+                DetectorKindName::Presence => (
+                    "\"presence\"",
+                    text!("a presence has pose and size", "存在检测有 pose 和 size"),
+                ),
+                DetectorKindName::Distance => (
+                    "\"distance\"",
+                    text!("a distance has pose and range", "测距有 pose 和 range"),
+                ),
             };
             return Err(check.wrong("kind", word, allowed));
         }
@@ -150,10 +181,20 @@ pub(super) fn actuator(table: &ActuatorTable) -> Result<Actuator, InvalidValue> 
         }
         (kind, ..) => {
             let (word, allowed) = match kind {
-                ActuatorKindName::Linear => ("\"linear\"", "a linear one has axis and stroke"),
-                ActuatorKindName::Rotary => {
-                    ("\"rotary\"", "a rotary one has axis, point and angle")
-                }
+                ActuatorKindName::Linear => (
+                    "\"linear\"",
+                    text!(
+                        "a linear one has axis and stroke",
+                        "直线型有 axis 和 stroke"
+                    ),
+                ),
+                ActuatorKindName::Rotary => (
+                    "\"rotary\"",
+                    text!(
+                        "a rotary one has axis, point and angle",
+                        "旋转型有 axis、point 和 angle"
+                    ),
+                ),
             };
             return Err(check.wrong("kind", word, allowed));
         }

@@ -1,5 +1,6 @@
 //! `[[part]]`, and the solids of whatever is no plane.
 
+use messages::text;
 use world::description::{BodyShape, Copies, Mass, PartDescription};
 
 use crate::cell::check::{InvalidValue, TableCheck};
@@ -26,9 +27,24 @@ pub(super) fn part(table: &PartTable, meshes: &Meshes) -> Result<PartDescription
         (Some(mass), None) => Mass::Total(mass),
         (None, Some(density)) => Mass::Density(density),
         (Some(mass), Some(_)) => {
-            return Err(check.wrong("mass", mass, "either mass or density is needed"));
+            return Err(check.wrong(
+                "mass",
+                mass,
+                text!(
+                    "either mass or density is needed",
+                    "需要 mass 或 density 之一"
+                ),
+            ));
         }
-        (None, None) => return Err(check.missing("mass", "either mass or density is needed")),
+        (None, None) => {
+            return Err(check.missing(
+                "mass",
+                text!(
+                    "either mass or density is needed",
+                    "需要 mass 或 density 之一"
+                ),
+            ));
+        }
     };
     let copies = match (table.copies, table.pitch) {
         (Some(count), Some(pitch)) => Some(Copies { count, pitch }),
@@ -37,9 +53,18 @@ pub(super) fn part(table: &PartTable, meshes: &Meshes) -> Result<PartDescription
             count,
             pitch: [0.0; 3],
         }),
-        (Some(_), None) => return Err(check.missing("pitch", "copies need their distances")),
+        (Some(_), None) => {
+            return Err(check.missing(
+                "pitch",
+                text!("copies need their distances", "copies 需要间距"),
+            ));
+        }
         (None, Some(pitch)) => {
-            return Err(check.wrong("pitch", format_args!("{pitch:?}"), "it goes with copies"));
+            return Err(check.wrong(
+                "pitch",
+                format_args!("{pitch:?}"),
+                text!("it goes with copies", "它与 copies 一起使用"),
+            ));
         }
     };
     if let Some(color) = &table.color
@@ -48,7 +73,10 @@ pub(super) fn part(table: &PartTable, meshes: &Meshes) -> Result<PartDescription
         return Err(check.wrong(
             "color",
             format_args!("{color:?}"),
-            "a text like \"#3a7f00\" is needed",
+            text!(
+                "a text like \"#3a7f00\" is needed",
+                "需要如 \"#3a7f00\" 的文本"
+            ),
         ));
     }
     Ok(PartDescription {

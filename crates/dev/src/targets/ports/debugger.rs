@@ -11,7 +11,7 @@ use serde_json::Value as Json;
 /// Whatever is launched is this.
 const PROGRAM: &str = "def f(n):\n    m = n\n    return m\nx = [1]\nsleep(0.02)\ny = f(2)\n1 / 0\n";
 
-fn launch(_: &Json) -> Result<RunTarget, String> {
+fn launch(_: &Json) -> Result<RunTarget, messages::Text> {
     Ok(RunTarget {
         program: ProgramText {
             name: "program.script".to_owned(),

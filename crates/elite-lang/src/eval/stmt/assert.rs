@@ -2,6 +2,7 @@
 
 use elite_syntax::Span;
 use elite_syntax::ast::CompareOp;
+use messages::{Text, text};
 
 use crate::errors::ExceptionKind;
 use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
@@ -78,24 +79,23 @@ fn fail(
     if let (Some((left, right)), Unwind::Exception(exception)) = (sides, &error)
         && let Some(state) = exception.exception()
     {
-        let sides = [("left", &left), ("right", &right)];
-        let mut lines = Vec::new();
-        let mut is_cut = false;
-        for (name, value) in sides {
-            let (shown, is_whole) = attempt!(short_repr(ev, value));
-            lines.push(format!("the {name} side is {shown}"));
-            is_cut |= !is_whole;
-        }
+        let (left_shown, left_is_whole) = attempt!(short_repr(ev, &left));
+        let (right_shown, right_is_whole) = attempt!(short_repr(ev, &right));
+        let mut parts = vec![
+            text!("the left side is {left_shown}", "左边为 {left_shown}"),
+            text!("the right side is {right_shown}", "右边为 {right_shown}"),
+        ];
+        let is_cut = !(left_is_whole && right_is_whole);
         if is_cut && let Some(place) = attempt!(first_difference(ev, &left, &right)) {
-            lines.push(place);
+            parts.push(place);
         }
-        *state.help.borrow_mut() = Some(lines.join(", ").into());
+        *state.help.borrow_mut() = Some(Box::new(Text::joined(&parts, ", ", "，")));
     }
     Flow::Raise(ev.trace(f, span, error))
 }
 
 /// A value in a few words, and whether that is all of it; a `__repr__` that fails is not this statement's error.
-fn short_repr(ev: &Evaluator<'_>, value: &Value) -> R<(String, bool)> {
+fn short_repr(ev: &Evaluator<'_>, value: &Value) -> R<(Text, bool)> {
     let name = ev.core.types.name_of(value);
     let length = ev.len(value).ok().filter(|items| *items > ITEMS_MAX);
     if let (Some(length), false) = (length, matches!(value, Value::Str(_))) {
@@ -104,19 +104,29 @@ fn short_repr(ev: &Evaluator<'_>, value: &Value) -> R<(String, bool)> {
         for item in items.iter().take(ITEMS_SHOWN) {
             shown.push(cut_repr(ev, item)?.0);
         }
-        let beginning = match shown.is_empty() {
-            true => String::new(),
-            false => format!(": {}, …", shown.join(", ")),
+        let text = match shown.is_empty() {
+            true => text!("a {name} of {length} items", "{length} 项的 {name}"),
+            false => text!(
+                "a {name} of {length} items: {}, …",
+                "{length} 项的 {name}：{}, …",
+                shown.join(", ")
+            ),
         };
-        return Ok((format!("a {name} of {length} items{beginning}"), false));
+        return Ok((text, false));
     }
     let (text, is_whole) = cut_repr(ev, value)?;
     match (value, is_whole) {
         (Value::Str(string), false) => {
             let length = string.as_str().chars().count();
-            Ok((format!("a text of {length} characters: {text}"), false))
+            Ok((
+                text!(
+                    "a text of {length} characters: {text}",
+                    "{length} 个字符的字符串：{text}"
+                ),
+                false,
+            ))
         }
-        _ => Ok((text, is_whole)),
+        _ => Ok((Text::verbatim(text), is_whole)),
     }
 }
 
@@ -132,11 +142,16 @@ fn cut_repr(ev: &Evaluator<'_>, value: &Value) -> R<(String, bool)> {
 }
 
 /// Where two lists or texts differ first. A comparison that fails is not this statement's error.
-fn first_difference(ev: &Evaluator<'_>, left: &Value, right: &Value) -> R<Option<String>> {
+fn first_difference(ev: &Evaluator<'_>, left: &Value, right: &Value) -> R<Option<Text>> {
     if let (Value::Str(a), Value::Str(b)) = (left, right) {
         let (a, b) = (a.as_str().chars(), b.as_str().chars());
         let index = a.zip(b).position(|(a, b)| a != b);
-        return Ok(index.map(|index| format!("they differ first at character {index}")));
+        return Ok(index.map(|index| {
+            text!(
+                "they differ first at character {index}",
+                "首个不同在下标 {index} 处"
+            )
+        }));
     }
     let (Some(a), Some(b)) = (left.as_items(), right.as_items()) else {
         return Ok(None);
@@ -146,8 +161,9 @@ fn first_difference(ev: &Evaluator<'_>, left: &Value, right: &Value) -> R<Option
             Ok(true) => {}
             Ok(false) => {
                 let (a, b) = (cut_repr(ev, a)?.0, cut_repr(ev, b)?.0);
-                return Ok(Some(format!(
-                    "they differ first at item {index}: {a} and {b}"
+                return Ok(Some(text!(
+                    "they differ first at item {index}: {a} and {b}",
+                    "首个不同在下标 {index} 处：{a} 与 {b}"
                 )));
             }
             Err(Unwind::Stop) => return Err(Unwind::Stop),
@@ -156,8 +172,9 @@ fn first_difference(ev: &Evaluator<'_>, left: &Value, right: &Value) -> R<Option
     }
     let longer = a.len() != b.len();
     Ok(longer.then(|| {
-        format!(
+        text!(
             "one ends after item {}",
+            "其一在下标 {} 之后结束",
             a.len().min(b.len()).saturating_sub(1)
         )
     }))

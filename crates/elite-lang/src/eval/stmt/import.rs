@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use elite_syntax::Span;
+use messages::{Text, text};
 
 use super::target::Target;
 use crate::errors::ExceptionKind;
@@ -178,9 +179,9 @@ fn star_names(ev: &Evaluator<'_>, module: &Value) -> R<Vec<Symbol>> {
 }
 
 /// What to say beside a message about an unknown name.
-fn suggestion(name: &str, names: impl Iterator<Item = impl AsRef<str>>) -> Option<String> {
+fn suggestion(name: &str, names: impl Iterator<Item = impl AsRef<str>>) -> Option<Text> {
     let near = elite_syntax::nearest(name, names)?;
-    Some(format!("did you mean '{near}'?"))
+    Some(text!("did you mean '{near}'?", "是否想写 '{near}'？"))
 }
 
 impl Evaluator<'_> {
@@ -221,7 +222,13 @@ impl Evaluator<'_> {
         let Some((package, _)) = name.rsplit_once('.') else {
             let hint = suggestion(name, elite_syntax::python_names::module_names());
             let names: Vec<&str> = elite_syntax::python_names::module_names().collect();
-            let help = hint.unwrap_or_else(|| format!("programs can import {}", names.join(", ")));
+            let help = hint.unwrap_or_else(|| {
+                text!(
+                    "programs can import {}",
+                    "程序可以导入 {}",
+                    names.join(", ")
+                )
+            });
             return Err(self.not_found(format!("No module named '{name}'"), name, Some(help)));
         };
         let text = match crate::stdlib::is_package(package) {
@@ -236,7 +243,7 @@ impl Evaluator<'_> {
         modules.iter().find(|module| &*module.name == name).cloned()
     }
 
-    fn not_found(&self, text: String, name: &str, help: Option<String>) -> Unwind {
+    fn not_found(&self, text: String, name: &str, help: Option<Text>) -> Unwind {
         self.import_error(ExceptionKind::ModuleNotFoundError, text, Some(name), help)
     }
 
@@ -246,7 +253,7 @@ impl Evaluator<'_> {
         kind: ExceptionKind,
         text: String,
         name: Option<&str>,
-        help: Option<String>,
+        help: Option<Text>,
     ) -> Unwind {
         let raised = self.raise(kind, text);
         if let Unwind::Exception(exception) = &raised
@@ -256,7 +263,7 @@ impl Evaluator<'_> {
                 let attribute = self.core.symbols.intern("name");
                 exception.set(attribute, Value::str(name), &self.core.symbols);
             }
-            *state.help.borrow_mut() = help.map(Into::into);
+            *state.help.borrow_mut() = help.map(Box::new);
         }
         raised
     }

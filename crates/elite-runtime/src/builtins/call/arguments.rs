@@ -4,6 +4,7 @@ use std::fmt::Display;
 
 use ::kinematics::{JointPositions, RpyPose};
 use elite_lang::{ExceptionKind, Unwind, Value};
+use messages::{Text, text};
 use motion_api::FreedriveFrame;
 
 use super::super::declare::{ParameterDefault, ParameterType, Range, alternatives};
@@ -40,14 +41,18 @@ impl Call<'_, '_> {
                 };
                 Err(self.out_of_range(index, range, value))
             }
-            None => Err(self.wrong_type(index, "a number", value)),
+            None => Err(self.wrong_type(index, &text!("a number", "数"), value)),
         }
     }
 
     fn out_of_range(&mut self, index: usize, range: Range, value: &Value) -> Unwind {
         match self.show(value) {
             Ok(shown) => {
-                let text = format!("{} must be {range}, got {shown}", self.place(index));
+                let text = text!(
+                    "{} must be {range}, got {shown}",
+                    "{} 必须是{range}，给出的是 {shown}",
+                    self.place(index)
+                );
                 self.error(ExceptionKind::ValueError, text)
             }
             Err(raised) => raised,
@@ -65,15 +70,15 @@ impl Call<'_, '_> {
         let value = self.required(index);
         let Some(n) = value.as_i64() else {
             let wanted = match &*value.type_name() {
-                "int" => "an integer of at most 64 bits",
-                _ => "an integer",
+                "int" => text!("an integer of at most 64 bits", "不超过 64 位的整数"),
+                _ => text!("an integer", "整数"),
             };
-            return Err(self.wrong_type(index, wanted, &value));
+            return Err(self.wrong_type(index, &wanted, &value));
         };
         let allowed = match kind {
             ParameterType::Integer(min, max) if n < min || n > max => match max {
-                i64::MAX => format!("at least {min}"),
-                _ => format!("{min} to {max}"),
+                i64::MAX => text!("at least {min}", "至少 {min}"),
+                _ => text!("{min} to {max}", "{min} 到 {max}"),
             },
             ParameterType::OneOf(numbers) if !numbers.contains(&n) => alternatives(numbers),
             _ => return Ok(n),
@@ -84,12 +89,16 @@ impl Call<'_, '_> {
     /// A whole number that fits a byte: the declared range does.
     pub fn byte(&mut self, index: usize) -> Result<u8, Unwind> {
         let n = self.integer(index)?;
-        u8::try_from(n).map_err(|_| self.not_allowed(index, "0 to 255", n))
+        u8::try_from(n).map_err(|_| self.not_allowed(index, &text!("0 to 255", "0 到 255"), n))
     }
 
     /// `f(): x must be ALLOWED, got GIVEN`.
-    pub fn not_allowed(&mut self, index: usize, allowed: &str, given: impl Display) -> Unwind {
-        let text = format!("{} must be {allowed}, got {given}", self.place(index));
+    pub fn not_allowed(&mut self, index: usize, allowed: &Text, given: impl Display) -> Unwind {
+        let text = text!(
+            "{} must be {allowed}, got {given}",
+            "{} 必须是{allowed}，给出的是 {given}",
+            self.place(index)
+        );
         self.error(ExceptionKind::ValueError, text)
     }
 
@@ -98,7 +107,7 @@ impl Call<'_, '_> {
         &mut self,
         index: usize,
         k: usize,
-        allowed: &str,
+        allowed: &Text,
         item: &Value,
     ) -> Unwind {
         let kind = match item.as_i64() {
@@ -107,7 +116,11 @@ impl Call<'_, '_> {
         };
         match self.show(item) {
             Ok(shown) => {
-                let text = format!("{}[{k}] must be {allowed}, got {shown}", self.place(index));
+                let text = text!(
+                    "{}[{k}] must be {allowed}, got {shown}",
+                    "{}[{k}] 必须是{allowed}，给出的是 {shown}",
+                    self.place(index)
+                );
                 self.error(kind, text)
             }
             Err(raised) => raised,
@@ -115,7 +128,7 @@ impl Call<'_, '_> {
     }
 
     /// `f(): x must be ALLOWED, not TYPE`.
-    pub fn not_this_type(&mut self, index: usize, wanted: &str) -> Unwind {
+    pub fn not_this_type(&mut self, index: usize, wanted: &Text) -> Unwind {
         let value = self.required(index);
         self.wrong_type(index, wanted, &value)
     }
@@ -130,7 +143,7 @@ impl Call<'_, '_> {
         let value = self.required(index);
         match value.as_str() {
             Some(text) => Ok(text.to_owned()),
-            None => Err(self.wrong_type(index, "a string", &value)),
+            None => Err(self.wrong_type(index, &text!("a string", "字符串"), &value)),
         }
     }
 
@@ -156,7 +169,7 @@ impl Call<'_, '_> {
         };
         match value.as_bool() {
             Some(b) => Ok(b),
-            None => Err(self.wrong_type(index, "True or False", &value)),
+            None => Err(self.wrong_type(index, &text!("True or False", "True 或 False"), &value)),
         }
     }
 
@@ -170,14 +183,15 @@ impl Call<'_, '_> {
         &mut self,
         index: usize,
         value: &Value,
-        wanted: &str,
+        wanted: &Text,
     ) -> Result<[f64; N], Unwind> {
         let Some(items) = value.as_items() else {
             return Err(self.wrong_type(index, wanted, value));
         };
         if items.len() != N {
-            let text = format!(
+            let text = text!(
                 "{} must be {wanted}, got {} numbers",
+                "{} 必须是{wanted}，给出了 {} 个数",
                 self.place(index),
                 items.len()
             );
@@ -193,8 +207,9 @@ impl Call<'_, '_> {
     /// Entry `k` of a list argument, which must be a finite number.
     fn finite_item(&mut self, index: usize, k: usize, item: &Value) -> Result<f64, Unwind> {
         let Some(x) = item.as_f64() else {
-            let text = format!(
+            let text = text!(
                 "{}[{k}] must be a number, not {} ({})",
+                "{}[{k}] 必须是数，不能是 {}（{}）",
                 self.place(index),
                 item.type_name(),
                 self.show(item)?
@@ -202,8 +217,9 @@ impl Call<'_, '_> {
             return Err(self.error(ExceptionKind::TypeError, text));
         };
         if !x.is_finite() {
-            let text = format!(
+            let text = text!(
                 "{}[{k}] must be a finite number, got {}",
+                "{}[{k}] 必须是有限的数，给出的是 {}",
                 self.place(index),
                 self.show(item)?
             );
@@ -216,15 +232,15 @@ impl Call<'_, '_> {
     pub fn list(&mut self, index: usize) -> Result<Vec<Value>, Unwind> {
         let value = self.required(index);
         let wanted = match self.parameter(index).kind {
-            ParameterType::NumberOrList => "a number or a list of numbers",
-            ParameterType::NumberList => "a list of numbers",
-            ParameterType::Booleans(_) => "a list of True and False",
-            ParameterType::ListOrText => "a list or a string",
-            _ => "a list",
+            ParameterType::NumberOrList => text!("a number or a list of numbers", "数或数的列表"),
+            ParameterType::NumberList => text!("a list of numbers", "数的列表"),
+            ParameterType::Booleans(_) => text!("a list of True and False", "True 和 False 的列表"),
+            ParameterType::ListOrText => text!("a list or a string", "列表或字符串"),
+            _ => text!("a list", "列表"),
         };
         value
             .as_items()
-            .ok_or_else(|| self.wrong_type(index, wanted, &value))
+            .ok_or_else(|| self.wrong_type(index, &wanted, &value))
     }
 
     /// Any count of finite numbers; a single one counts as a list where that is declared.
@@ -248,8 +264,9 @@ impl Call<'_, '_> {
         if let ParameterType::Booleans(Some(count)) = self.parameter(index).kind
             && items.len() != count
         {
-            let text = format!(
+            let text = text!(
                 "{} must be a list of {count} entries, each 0 or 1, got {} entries",
+                "{} 必须是 {count} 项的列表，每项为 0 或 1，给出了 {} 项",
                 self.place(index),
                 items.len()
             );
@@ -261,8 +278,9 @@ impl Call<'_, '_> {
                 Some(0.0) => flags.push(false),
                 Some(1.0) => flags.push(true),
                 known => {
-                    let text = format!(
+                    let text = text!(
                         "{}[{k}] must be True, False, 0 or 1, got {}",
+                        "{}[{k}] 必须是 True、False、0 或 1，给出的是 {}",
                         self.place(index),
                         self.show(item)?
                     );
@@ -281,22 +299,37 @@ impl Call<'_, '_> {
     pub fn numbers<const N: usize>(&mut self, index: usize) -> Result<[f64; N], Unwind> {
         match self.given(index).cloned() {
             None => Ok([0.0; N]),
-            Some(value) => self.fixed(index, &value, &format!("a list of {N} numbers")),
+            Some(value) => self.fixed(
+                index,
+                &value,
+                &text!("a list of {N} numbers", "{N} 个数的列表"),
+            ),
         }
     }
 
     /// Six joint positions.
     pub fn joints(&mut self, index: usize) -> Result<JointPositions, Unwind> {
         let value = self.required(index);
-        self.fixed(index, &value, "six joint positions in rad")
-            .map(JointPositions)
+        self.fixed(
+            index,
+            &value,
+            &text!("six joint positions in rad", "六个关节位置（rad）"),
+        )
+        .map(JointPositions)
     }
 
     /// A pose.
     pub fn pose(&mut self, index: usize) -> Result<RpyPose, Unwind> {
         let value = self.required(index);
-        self.fixed(index, &value, "a pose [x, y, z, Rx, Ry, Rz] in m and rad")
-            .map(RpyPose::from_array)
+        self.fixed(
+            index,
+            &value,
+            &text!(
+                "a pose [x, y, z, Rx, Ry, Rz] in m and rad",
+                "位姿 [x, y, z, Rx, Ry, Rz]（m 和 rad）"
+            ),
+        )
+        .map(RpyPose::from_array)
     }
 
     /// Six joint positions, or `None` when omitted, `None` or the manual's symbolic empty text.
@@ -338,8 +371,11 @@ impl Call<'_, '_> {
         }
         let used = given.clamp(min, max);
         let place = self.place(index);
-        if self.context.is_first_warning(&place) {
-            let text = format!("{place} is {given}, allowed are {min} to {max}; {used} is used");
+        if self.context.is_first_warning(place.english()) {
+            let text = text!(
+                "{place} is {given}, allowed are {min} to {max}; {used} is used",
+                "{place} 为 {given}，允许 {min} 到 {max}；采用 {used}"
+            );
             let origin = self.origin();
             self.context
                 .observer()
@@ -357,8 +393,9 @@ impl Call<'_, '_> {
             Some("base") => Ok(FreedriveFrame::Base),
             Some("tool") => Ok(FreedriveFrame::Tool),
             Some(other) => {
-                let text = format!(
+                let text = text!(
                     "{} must be \"base\", \"tool\" or a pose, got {other:?}",
+                    "{} 必须是 \"base\"、\"tool\" 或位姿，给出的是 {other:?}",
                     self.place(index)
                 );
                 Err(self.error(ExceptionKind::ValueError, text))

@@ -4,12 +4,12 @@
 
 mod arguments;
 
-use std::fmt::Display;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
 use elite_lang::{ExceptionKind, NativeCall, Unwind, Value};
+use messages::{Localized, Text, text};
 use motion_api::{
     CommandId, CommandKind, IoChange, MotionCommand, Origin, Outcome, PointList, Refusal,
     RobotState, SettingCommand,
@@ -33,7 +33,10 @@ pub(super) fn wait_for_future<T: 'static>(
         return Err(stopping);
     }
     outside.take(job).ok_or_else(|| {
-        let text = format!("{function}(): the wait ended without a result");
+        let text = text!(
+            "{function}(): the wait ended without a result",
+            "{function}()：等待结束但没有结果"
+        );
         native.raise(ExceptionKind::RuntimeError, text)
     })
 }
@@ -84,11 +87,15 @@ impl<'a, 'n> Call<'a, 'n> {
             let name = builtin.name;
             let text = match context.bounds() {
                 CallRestriction::Inspection => {
-                    format!(
-                        "{name}() waits; only the debug console of a program that runs here may wait"
+                    text!(
+                        "{name}() waits; only the debug console of a program that runs here may wait",
+                        "{name}() 会等待；只有在此处运行的程序的调试控制台才可以等待"
                     )
                 }
-                _ => format!("{name}() waits and cannot be used in a secondary program (sec)"),
+                _ => text!(
+                    "{name}() waits and cannot be used in a secondary program (sec)",
+                    "{name}() 会等待，不能用在次要程序（sec）中"
+                ),
             };
             return Err(call.error(ExceptionKind::RuntimeError, text));
         }
@@ -134,7 +141,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// An exception with `text`, which should name the argument.
-    pub fn error(&mut self, kind: ExceptionKind, text: impl Into<String>) -> Unwind {
+    pub fn error(&mut self, kind: ExceptionKind, text: impl Into<Text>) -> Unwind {
         self.native.raise(kind, text.into())
     }
 
@@ -148,17 +155,25 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// `movej(): a`, the beginning of every message about an argument.
-    fn place(&self, index: usize) -> String {
-        format!("{}(): {}", self.builtin.name, self.parameter(index).name)
+    fn place(&self, index: usize) -> Text {
+        text!(
+            "{}(): {}",
+            "{}()：{}",
+            self.builtin.name,
+            self.parameter(index).name
+        )
     }
 
-    fn wrong_type(&mut self, index: usize, wanted: &str, got: &Value) -> Unwind {
+    fn wrong_type(&mut self, index: usize, wanted: &Text, got: &Value) -> Unwind {
         match self.show(got) {
             Ok(shown) => {
                 let (place, name) = (self.place(index), got.type_name());
                 self.error(
                     ExceptionKind::TypeError,
-                    format!("{place} must be {wanted}, not {name} ({shown})"),
+                    text!(
+                        "{place} must be {wanted}, not {name} ({shown})",
+                        "{place} 必须是{wanted}，不能是 {name}（{shown}）"
+                    ),
                 )
             }
             Err(raised) => raised,
@@ -176,8 +191,8 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// Ends the program with an alarm that everybody sees and no script catches. In a secondary program it is an
     /// exception.
-    pub fn alarm(&mut self, sub_code: i32, text: &str) -> Unwind {
-        let text = format!("{}(): {text}", self.builtin.name);
+    pub fn alarm(&mut self, sub_code: i32, text: &Text) -> Unwind {
+        let text = text!("{}(): {text}", "{}()：{text}", self.builtin.name);
         if self.context.is_secondary() {
             return self.error(ExceptionKind::RuntimeError, text);
         }
@@ -222,8 +237,9 @@ impl<'a, 'n> Call<'a, 'n> {
         if self.context.permissions().network != NetworkAccess::Nothing {
             return Ok(());
         }
-        let text = format!(
+        let text = text!(
             "{}(): scripts may not use the network; start the server with --allow net",
+            "{}()：脚本不允许使用网络；请以 --allow net 启动服务器",
             self.builtin.name
         );
         Err(self.error(ExceptionKind::PermissionError, text))
@@ -235,8 +251,9 @@ impl<'a, 'n> Call<'a, 'n> {
         if may_meet_others || self.context.has_responder(host, port) {
             return Ok(());
         }
-        let text = format!(
+        let text = text!(
             "{}(): nobody plays {host}:{port}, and scripts may use no other machine (--allow net=played)",
+            "{}()：没有测试扮演 {host}:{port}，脚本不允许使用其他机器（--allow net=played）",
             self.builtin.name
         );
         Err(self.error(ExceptionKind::PermissionError, text))
@@ -253,9 +270,13 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// A line of the log that names the builtin.
-    pub(crate) fn warn(&mut self, text: impl Display) {
+    pub(crate) fn warn(&mut self, text: &impl Localized) {
         let (name, origin) = (self.builtin.name, self.origin());
-        let message = Message::log(Severity::Warning, origin, format!("{name}(): {text}"));
+        let message = Message::log(
+            Severity::Warning,
+            origin,
+            text!("{name}(): {text}", "{name}()：{text}"),
+        );
         self.context.observer().message(&message);
     }
 
@@ -296,12 +317,14 @@ impl<'a, 'n> Call<'a, 'n> {
             let name = self.builtin.name;
             let text = match self.context.bounds() {
                 CallRestriction::Inspection => {
-                    format!(
-                        "{name}() moves the arm; only the debug console of a program that runs here may move it"
+                    text!(
+                        "{name}() moves the arm; only the debug console of a program that runs here may move it",
+                        "{name}() 会使手臂运动；只有在此处运行的程序的调试控制台才可以使它运动"
                     )
                 }
-                _ => format!(
-                    "{name}() moves the arm and cannot be used in a secondary program (sec)"
+                _ => text!(
+                    "{name}() moves the arm and cannot be used in a secondary program (sec)",
+                    "{name}() 会使手臂运动，不能用在次要程序（sec）中"
                 ),
             };
             return Err(self.error(ExceptionKind::RuntimeError, text));
@@ -335,7 +358,7 @@ impl<'a, 'n> Call<'a, 'n> {
             _ => ExceptionKind::RuntimeError,
         };
         let refusal = self.context.robot().sentence(refusal);
-        let text = format!("{}(): {refusal}", self.builtin.name);
+        let text = text!("{}(): {refusal}", "{}()：{refusal}", self.builtin.name);
         self.error(kind, text)
     }
 
@@ -448,7 +471,11 @@ impl<'a, 'n> Call<'a, 'n> {
             Some(Outcome::Aborted) => Ok(()),
             Some(Outcome::Refused(refusal)) => Err(self.refusal_error(&refusal)),
             Some(Outcome::ProtectiveStop(reason)) if self.context.extras().attendant.is_some() => {
-                let text = format!("{}(): the motion ended with a stop: {reason}", self.name());
+                let text = text!(
+                    "{}(): the motion ended with a stop: {reason}",
+                    "{}()：运动因停止而结束：{reason}",
+                    self.name()
+                );
                 Err(self.error(ExceptionKind::RuntimeError, text))
             }
             Some(Outcome::ProtectiveStop(_)) => {

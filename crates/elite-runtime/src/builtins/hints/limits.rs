@@ -7,6 +7,7 @@
 use elite_syntax::ArgumentLiteral;
 use kinematics::collision::link_name;
 use kinematics::{JointPositions, RobotModel};
+use messages::{Text, text};
 use nalgebra::Vector3;
 
 use super::super::declare::{Builtin, Category, Parameter, ParameterType};
@@ -27,9 +28,18 @@ pub const TOOL_LENGTH_MAX: f64 = 0.6;
 /// Links whose housings overlap by more stand in each other, m.
 const OVERLAP_MAX: f64 = 0.02;
 
-const RADIANS: &str = "speeds of joints are in rad/s: turn degrees into radians with d2r()";
-const METRES: &str = "lengths are in metres: divide millimetres by 1000";
-const OF_JOINTS: &str = "if these are joint positions, movej() is the function for them";
+const RADIANS: Text = text!(
+    "speeds of joints are in rad/s: turn degrees into radians with d2r()",
+    "关节速度以 rad/s 为单位：用 d2r() 把度换算为弧度"
+);
+const METRES: Text = text!(
+    "lengths are in metres: divide millimetres by 1000",
+    "长度以米为单位：把毫米除以 1000"
+);
+const OF_JOINTS: Text = text!(
+    "if these are joint positions, movej() is the function for them",
+    "如果这些是关节位置，请用 movej()"
+);
 
 /// The limits of one arm, or of all arms together.
 pub(super) struct ArmLimits {
@@ -97,7 +107,12 @@ impl ArmLimits {
         if builtin.category != Category::Motion {
             return None;
         }
-        let what = format!("'{}' of {}()", parameter.name, builtin.name);
+        let what = text!(
+            "'{}' of {}()",
+            "{1}() 的 '{0}'",
+            parameter.name,
+            builtin.name
+        );
         let goes_there = builtin.name.starts_with("move") || builtin.name == "servoj";
         match (parameter.kind, value) {
             (ParameterType::Joints, ArgumentLiteral::List(items)) if goes_there => {
@@ -132,7 +147,7 @@ impl ArmLimits {
             .fold(0.0, f64::max)
     }
 
-    fn too_much(&self, what: &str, name: &str, unit: &str, given: f64) -> Option<HintText> {
+    fn too_much(&self, what: &Text, name: &str, unit: &str, given: f64) -> Option<HintText> {
         let (most, unit, help) = match (name, unit) {
             (_, "rad/s") => {
                 let joints = self.largest(|model| model.limits().speed.max_abs());
@@ -148,12 +163,15 @@ impl ArmLimits {
             _ => return None,
         };
         (given.abs() > most).then(|| {
-            let text = format!("{what} is {given} {unit}, far beyond what the arm can do");
+            let text = text!(
+                "{what} is {given} {unit}, far beyond what the arm can do",
+                "{what}为 {given} {unit}，远超机械臂的能力"
+            );
             ("far-beyond", text, help)
         })
     }
 
-    fn out_of_reach(&self, what: &str, pose: &[f64; 6]) -> Option<HintText> {
+    fn out_of_reach(&self, what: &Text, pose: &[f64; 6]) -> Option<HintText> {
         let place = Vector3::new(pose[0], pose[1], pose[2]);
         // The arm that comes nearest to it.
         let beyond = |arm: &Arm| (place - arm.shoulder).norm() - arm.reach - self.tool;
@@ -168,17 +186,22 @@ impl ArmLimits {
         let reach = best.reach + self.tool;
         let name = best.model.name();
         let text = match (self.is_one, self.tool > 0.0) {
-            (true, false) => format!(
-                "{what} is out of reach: {distance:.2} m from the shoulder, a {name} reaches {reach:.2} m"
+            (true, false) => text!(
+                "{what} is out of reach: {distance:.2} m from the shoulder, a {name} reaches \
+                 {reach:.2} m",
+                "{what}够不到：距肩部 {distance:.2} m，{name} 只能到达 {reach:.2} m"
             ),
-            (true, true) => format!(
+            (true, true) => text!(
                 "{what} is out of reach: {distance:.2} m from the shoulder, a {name} with a tool of {:.2} m reaches \
                  {reach:.2} m",
+                "{what}够不到：距肩部 {distance:.2} m，{name} 带 {:.2} m 的工具只能到达 {reach:.2} \
+                 m",
                 self.tool
             ),
-            (false, _) => format!(
+            (false, _) => text!(
                 "{what} is out of reach: {distance:.2} m from the shoulder, the largest arm with a long tool reaches \
-                 {reach:.2} m"
+                 {reach:.2} m",
+                "{what}够不到：距肩部 {distance:.2} m，最大的机械臂带长工具也只能到达 {reach:.2} m"
             ),
         };
         let are_angles = pose.iter().all(|x| x.abs() <= std::f64::consts::TAU);
@@ -186,7 +209,7 @@ impl ArmLimits {
         Some(("out-of-reach", text, help))
     }
 
-    fn in_itself(&self, what: &str, q: &[f64; 6]) -> Option<HintText> {
+    fn in_itself(&self, what: &Text, q: &[f64; 6]) -> Option<HintText> {
         let q = JointPositions(*q);
         // Angles out of range are degrees, and said as such.
         if !q.is_finite() || q.max_abs() > std::f64::consts::TAU {
@@ -206,12 +229,17 @@ impl ArmLimits {
         let found = least?;
         let (a, b) = found.links;
         let (a, b) = (link_name(a), link_name(b));
-        let text =
-            format!("{what} folds the arm into itself: {a} and {b} would be in the same place");
+        let text = text!(
+            "{what} folds the arm into itself: {a} and {b} would be in the same place",
+            "{what}会使机械臂碰到自己：{a}和{b}会在同一位置"
+        );
         Some((
             "self-collision",
             text,
-            "choose another position for the joints between them",
+            text!(
+                "choose another position for the joints between them",
+                "请为它们之间的关节选择其他位置"
+            ),
         ))
     }
 }
@@ -225,6 +253,7 @@ mod tests {
     use super::*;
     use crate::builtins::{known_names, known_names_for};
     use elite_syntax::{SourceFile, check};
+    use messages::Language;
 
     fn codes(text: &str) -> Vec<&'static str> {
         let found = check(SourceFile::new("test.script", text), &known_names());
@@ -280,9 +309,10 @@ mod tests {
         };
         let small = found("cs66", 0.0);
         assert_eq!(small.len(), 1, "{small:?}");
-        assert!(small[0].message.contains("a cs66 reaches"), "{small:?}");
-        let chinese = crate::chinese::finding(&small[0]);
-        assert!(chinese.message.contains("够不到"), "{chinese:?}");
+        let message = &small[0].message;
+        assert!(message.english().contains("a cs66 reaches"), "{message:?}");
+        let chinese = message.in_language(Language::Chinese);
+        assert!(chinese.contains("够不到"), "{chinese}");
         assert!(found("cs66", 0.5).is_empty());
         assert!(found("cs620", 0.0).is_empty());
     }

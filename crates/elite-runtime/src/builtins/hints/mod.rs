@@ -13,6 +13,7 @@ use std::sync::LazyLock;
 use elite_lang::{NativeCall, Unwind};
 use elite_syntax::{ArgumentLiteral, CallHint, CallSite, KnownNames};
 use kinematics::RobotModel;
+use messages::{Text, text};
 
 use self::limits::ArmLimits;
 pub use self::limits::TOOL_LENGTH_MAX;
@@ -44,9 +45,14 @@ const ANGLE_MAX_RAD: f64 = std::f64::consts::TAU;
 /// No arm reaches further, m.
 const REACH_MAX_M: f64 = 10.0;
 
-const POSE_FOR_JOINTS: &str =
-    "move to a pose with movel(), or turn it into joint positions with get_inverse_kin()";
-const JOINTS_FOR_POSE: &str = "turn joint positions into a pose with get_forward_kin()";
+const POSE_FOR_JOINTS: Text = text!(
+    "move to a pose with movel(), or turn it into joint positions with get_inverse_kin()",
+    "用 movel() 移动到位姿，或用 get_inverse_kin() 换算为关节位置"
+);
+const JOINTS_FOR_POSE: Text = text!(
+    "turn joint positions into a pose with get_forward_kin()",
+    "用 get_forward_kin() 把关节位置换算为位姿"
+);
 
 fn natives() -> KnownNames {
     // Names of later editions are not there when a program runs; `check` says more of them than that.
@@ -90,7 +96,7 @@ fn hints(site: &CallSite<'_>, arm: &ArmLimits) -> Vec<CallHint> {
             argument: Some(index),
             code,
             message,
-            help: Some(help.to_owned()),
+            help: Some(help),
         })
     });
     misfits.into_iter().chain(slips).collect()
@@ -98,11 +104,14 @@ fn hints(site: &CallSite<'_>, arm: &ArmLimits) -> Vec<CallHint> {
 
 /// Functions that later editions of the vendor's software have and this controller has not: name, edition, what is
 /// missing here.
-const LATER: &[(&str, &str, &str)] = &[(
+const LATER: &[(&str, &str, Text)] = &[(
     "set_tool_second_power_on",
     "2.16",
-    "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, \
-     or define a function of this name",
+    text!(
+        "it switches a second supply at the tool of the large arms, which is not simulated; \
+         leave the call out, or define a function of this name",
+        "它用于接通大型机械臂工具端的第二路电源，这里不作仿真；请去掉该调用，或自行定义同名函数"
+    ),
 )];
 
 fn of_later_edition(name: &str) -> Option<CallHint> {
@@ -110,10 +119,12 @@ fn of_later_edition(name: &str) -> Option<CallHint> {
     Some(CallHint {
         argument: None,
         code: "later-edition",
-        message: format!(
-            "{name}() came with edition {edition} of the vendor's software; this controller follows edition 2.15"
+        message: text!(
+            "{name}() came with edition {edition} of the vendor's software; this controller \
+             follows edition 2.15",
+            "{name}() 从厂家软件 {edition} 版开始提供；本控制器遵循 2.15 版"
         ),
-        help: Some((*help).to_owned()),
+        help: Some(help.clone()),
     })
 }
 
@@ -127,18 +138,26 @@ fn parameter(builtin: &Builtin, index: usize, name: Option<&str>) -> Option<&'st
     }
 }
 
-type HintText = (&'static str, String, &'static str);
+type HintText = (&'static str, Text, Text);
 
 fn about_joints(
     builtin: &Builtin,
     parameter: &Parameter,
     value: &ArgumentLiteral<'_>,
 ) -> Option<HintText> {
-    let what = format!("'{}' of {}()", parameter.name, builtin.name);
+    let what = text!(
+        "'{}' of {}()",
+        "{1}() 的 '{0}'",
+        parameter.name,
+        builtin.name
+    );
     match value {
         ArgumentLiteral::CallOf(name) if POSES.contains(name) => Some((
             "pose-for-joints",
-            format!("{what} takes joint positions, {name}() returns a pose"),
+            text!(
+                "{what} takes joint positions, {name}() returns a pose",
+                "{what}需要关节位置，{name}() 返回的是位姿"
+            ),
             POSE_FOR_JOINTS,
         )),
         ArgumentLiteral::List(items) => degrees(&what, &numbers_or_zero(items)),
@@ -151,11 +170,19 @@ fn about_pose(
     parameter: &Parameter,
     value: &ArgumentLiteral<'_>,
 ) -> Option<HintText> {
-    let what = format!("'{}' of {}()", parameter.name, builtin.name);
+    let what = text!(
+        "'{}' of {}()",
+        "{1}() 的 '{0}'",
+        parameter.name,
+        builtin.name
+    );
     match value {
         ArgumentLiteral::CallOf(name) if JOINTS.contains(name) => Some((
             "joints-for-pose",
-            format!("{what} takes a pose, {name}() returns joint positions"),
+            text!(
+                "{what} takes a pose, {name}() returns joint positions",
+                "{what}需要位姿，{name}() 返回的是关节位置"
+            ),
             JOINTS_FOR_POSE,
         )),
         ArgumentLiteral::List(items) => {
@@ -167,23 +194,31 @@ fn about_pose(
     }
 }
 
-fn millimetres(what: &str, position: &[f64]) -> Option<HintText> {
+fn millimetres(what: &Text, position: &[f64]) -> Option<HintText> {
     let x = position.iter().find(|x| x.abs() > REACH_MAX_M)?;
     Some((
         "millimetres",
-        format!("{what} has a position of {x}: positions are in metres"),
-        "divide millimetres by 1000",
+        text!(
+            "{what} has a position of {x}: positions are in metres",
+            "{what}的位置为 {x}：位置以米为单位"
+        ),
+        text!("divide millimetres by 1000", "请把毫米除以 1000"),
     ))
 }
 
-fn degrees(what: &str, angles: &[f64]) -> Option<HintText> {
+fn degrees(what: &Text, angles: &[f64]) -> Option<HintText> {
     let angle = angles.iter().find(|angle| angle.abs() > ANGLE_MAX_RAD)?;
     Some((
         "degrees",
-        format!(
-            "{what} has an angle of {angle}: angles are in radians, and {ANGLE_MAX_RAD:.4} is a full turn"
+        text!(
+            "{what} has an angle of {angle}: angles are in radians, and {ANGLE_MAX_RAD:.4} is a \
+             full turn",
+            "{what}的角度为 {angle}：角度以弧度为单位，{ANGLE_MAX_RAD:.4} 为一整圈"
         ),
-        "turn degrees into radians with d2r()",
+        text!(
+            "turn degrees into radians with d2r()",
+            "请用 d2r() 把度换算为弧度"
+        ),
     ))
 }
 
@@ -209,14 +244,21 @@ pub(super) fn explain(
     let slip = six_numbers(builtin, native)
         .into_iter()
         .find_map(|(parameter, numbers)| {
-            let what = format!("'{}' of {}()", parameter.name, builtin.name);
+            let what = text!(
+                "'{}' of {}()",
+                "{1}() 的 '{0}'",
+                parameter.name,
+                builtin.name
+            );
             match parameter.kind {
                 ParameterType::Joints => degrees(&what, &numbers),
                 _ => millimetres(&what, &numbers[..3]).or_else(|| degrees(&what, &numbers[3..])),
             }
         });
     match slip {
-        Some((_, message, help)) => native.with_help(raised, format!("{message}; {help}")),
+        Some((_, message, help)) => {
+            native.with_help(raised, text!("{message}; {help}", "{message}；{help}"))
+        }
         None => raised,
     }
 }
@@ -238,20 +280,31 @@ pub(super) fn warn_swapped_target(
                     .iter()
                     .any(|pose| pose.to_array() == numbers) =>
             {
-                ("the TCP pose", "joint positions", POSE_FOR_JOINTS)
+                (
+                    text!("the TCP pose", "TCP 位姿"),
+                    text!("joint positions", "关节位置"),
+                    POSE_FOR_JOINTS,
+                )
             }
             ParameterType::Pose
                 if [state.actual_q, state.target_q]
                     .iter()
                     .any(|q| q.0 == numbers) =>
             {
-                ("the joint positions of the arm", "a pose", JOINTS_FOR_POSE)
+                (
+                    text!("the joint positions of the arm", "手臂的关节位置"),
+                    text!("a pose", "位姿"),
+                    JOINTS_FOR_POSE,
+                )
             }
             _ => continue,
         };
         if context.is_first_warning(&format!("{} {}", builtin.name, parameter.name)) {
             let (name, place) = (builtin.name, parameter.name);
-            let text = format!("{name}(): '{place}' takes {wanted}, but is {given}; {help}");
+            let text = text!(
+                "{name}(): '{place}' takes {wanted}, but is {given}; {help}",
+                "{name}()：'{place}' 需要{wanted}，却是{given}；{help}"
+            );
             let origin = context.origin(native.line());
             let message = Message::log(Severity::Warning, origin, text);
             context.observer().message(&message);
@@ -283,6 +336,7 @@ fn numbers_or_zero(items: &[ArgumentLiteral<'_>]) -> Vec<f64> {
 mod tests {
     use super::*;
     use elite_syntax::{SourceFile, check};
+    use messages::Language;
 
     fn codes(text: &str) -> Vec<&'static str> {
         let found = check(SourceFile::new("test.script", text), &known_names());
@@ -359,18 +413,17 @@ mod tests {
             &known_names(),
         );
         assert_eq!(found[0].message, "pick() needs 'height'");
-        let help = found[0].help.as_deref();
-        assert_eq!(help, Some("call it as pick(pose, height, speed)"));
-        let chinese = crate::chinese::finding(&found[0]);
-        assert_eq!(
-            chinese.help.as_deref(),
-            Some("调用写作 pick(pose, height, speed)")
+        let help = text!(
+            "call it as pick(pose, height, speed)",
+            "调用写作 pick(pose, height, speed)"
         );
+        assert_eq!(found[0].help, Some(help));
     }
 
     fn said(text: &str) -> Vec<String> {
         let found = check(SourceFile::new("test.script", text), &known_names());
-        found.into_iter().map(|finding| finding.message).collect()
+        let messages = found.iter().map(|finding| finding.message.to_string());
+        messages.collect()
     }
 
     #[test]
@@ -411,10 +464,13 @@ mod tests {
             &known_names(),
         );
         assert_eq!(wrong_name.len(), 1, "{wrong_name:?}");
-        assert_eq!(wrong_name[0].help.as_deref(), Some("its parameters are t"));
-        let chinese = crate::chinese::finding(&wrong_name[0]);
-        assert_eq!(chinese.message, "sleep() 没有参数 'seconds'");
-        assert_eq!(chinese.help.as_deref(), Some("它的参数有 t"));
+        let message = text!(
+            "sleep() has no parameter 'seconds'",
+            "sleep() 没有参数 'seconds'"
+        );
+        let help = text!("its parameters are t", "它的参数有 t");
+        assert_eq!(wrong_name[0].message, message);
+        assert_eq!(wrong_name[0].help, Some(help));
     }
 
     #[test]
@@ -423,9 +479,13 @@ mod tests {
         let found = check(SourceFile::new("test.script", text), &known_names());
         let later = found.iter().find(|finding| finding.code == "later-edition");
         let later = later.expect("it is found");
-        assert!(later.message.contains("edition 2.16"), "{later:?}");
+        assert!(
+            later.message.english().contains("edition 2.16"),
+            "{later:?}"
+        );
         assert!(later.help.is_some());
-        assert!(crate::chinese::finding(later).message.contains("2.16 版"));
+        let chinese = later.message.in_language(Language::Chinese);
+        assert!(chinese.contains("2.16 版"), "{chinese}");
         let own = format!("def set_tool_second_power_on(on):\n  pass\nend\n{text}");
         assert_eq!(said(&own), [""; 0]);
     }

@@ -5,6 +5,7 @@
 //! What cannot be told for certain is left to the call: values that are worked out, types, starred arguments.
 
 use elite_syntax::{ArgumentLiteral, CallArgument, CallHint, CallSite};
+use messages::{Text, text};
 
 use super::super::declare::{
     Builtin, Parameter, ParameterDefault, ParameterType, Range, alternatives,
@@ -36,7 +37,10 @@ fn check_arity(builtin: &Builtin, site: &CallSite<'_>, found: &mut Vec<CallHint>
     let by_place = site.args.iter().filter(is_by_place).count();
     let most = builtin.params.len();
     if by_place > most && !takes_any {
-        let message = format!("{name}() takes at most {most} arguments, got {by_place}");
+        let message = text!(
+            "{name}() takes at most {most} arguments, got {by_place}",
+            "{name}() 最多接受 {most} 个参数，给出了 {by_place} 个"
+        );
         found.push(hint(Some(most), "argument-count", message, None));
         return;
     }
@@ -48,14 +52,20 @@ fn check_arity(builtin: &Builtin, site: &CallSite<'_>, found: &mut Vec<CallHint>
         let place = wanted.and_then(|p| builtin.params.iter().position(|own| own.name == p.name));
         match place {
             None => {
-                let message = format!("{name}() has no parameter '{word}'");
+                let message = text!(
+                    "{name}() has no parameter '{word}'",
+                    "{name}() 没有参数 '{word}'"
+                );
                 let known: Vec<&str> = builtin.params.iter().map(|p| p.name).collect();
-                let help =
-                    (!known.is_empty()).then(|| format!("its parameters are {}", known.join(", ")));
+                let help = (!known.is_empty())
+                    .then(|| text!("its parameters are {}", "它的参数有 {}", known.join(", ")));
                 found.push(hint(Some(index), "unknown-argument", message, help));
             }
             Some(place) if is_given[place] => {
-                let message = format!("{name}(): '{word}' is given twice");
+                let message = text!(
+                    "{name}(): '{word}' is given twice",
+                    "{name}()：'{word}' 给出了两次"
+                );
                 found.push(hint(Some(index), "argument-twice", message, None));
             }
             Some(place) => is_given[place] = true,
@@ -69,38 +79,34 @@ fn check_arity(builtin: &Builtin, site: &CallSite<'_>, found: &mut Vec<CallHint>
         && site.is_whole
         && found.is_empty()
     {
-        let message = format!("{name}() needs '{}'", missing.name);
+        let message = text!("{name}() needs '{}'", "{name}() 需要 '{}'", missing.name);
         found.push(hint(None, "missing-argument", message, None));
     }
 }
 
 /// A literal that the parameter does not take.
-fn outside(
-    builtin: &Builtin,
-    parameter: &Parameter,
-    value: &ArgumentLiteral<'_>,
-) -> Option<String> {
-    let place = format!("{}(): {}", builtin.name, parameter.name);
+fn outside(builtin: &Builtin, parameter: &Parameter, value: &ArgumentLiteral<'_>) -> Option<Text> {
+    let place = text!("{}(): {}", "{}()：{}", builtin.name, parameter.name);
     let (allowed, given) = match (parameter.kind, value) {
         (ParameterType::Number(range), ArgumentLiteral::Integer(n))
             if !range.contains(*n as f64) =>
         {
-            (range.to_string(), n.to_string())
+            (Text::of(&range), n.to_string())
         }
         (ParameterType::Number(range), ArgumentLiteral::Number(x)) if !range.contains(*x) => {
-            (range.to_string(), format!("{x:?}"))
+            (Text::of(&range), format!("{x:?}"))
         }
         (ParameterType::Number(range @ Range::Any), ArgumentLiteral::Number(x))
             if !x.is_finite() =>
         {
-            (range.to_string(), format!("{x:?}"))
+            (Text::of(&range), format!("{x:?}"))
         }
         (ParameterType::Integer(min, max), ArgumentLiteral::Integer(n))
             if !(min..=max).contains(n) =>
         {
             let allowed = match max {
-                i64::MAX => format!("at least {min}"),
-                _ => format!("{min} to {max}"),
+                i64::MAX => text!("at least {min}", "至少 {min}"),
+                _ => text!("{min} to {max}", "{min} 到 {max}"),
             };
             (allowed, n.to_string())
         }
@@ -112,32 +118,44 @@ fn outside(
             (alternatives(words), format!("{text:?}"))
         }
         (ParameterType::Joints, ArgumentLiteral::List(items)) => {
-            return count(&place, "six joint positions in rad", 6, items);
+            let words = text!("six joint positions in rad", "六个关节位置（rad）");
+            return count(&place, &words, 6, items);
         }
         (ParameterType::Pose, ArgumentLiteral::List(items)) => {
-            let wanted = "a pose [x, y, z, Rx, Ry, Rz] in m and rad";
-            return count(&place, wanted, 6, items);
+            let words = text!(
+                "a pose [x, y, z, Rx, Ry, Rz] in m and rad",
+                "位姿 [x, y, z, Rx, Ry, Rz]（m 和 rad）"
+            );
+            return count(&place, &words, 6, items);
         }
         (ParameterType::Numbers(wanted), ArgumentLiteral::List(items)) => {
-            let words = format!("a list of {wanted} numbers");
+            let words = text!("a list of {wanted} numbers", "{wanted} 个数的列表");
             return count(&place, &words, wanted, items);
         }
         _ => return None,
     };
-    Some(format!("{place} must be {allowed}, got {given}"))
+    Some(text!(
+        "{place} must be {allowed}, got {given}",
+        "{place} 必须是{allowed}，给出的是 {given}"
+    ))
 }
 
 /// A list of numbers that are more or fewer than wanted.
-fn count(place: &str, words: &str, wanted: usize, items: &[ArgumentLiteral<'_>]) -> Option<String> {
+fn count(place: &Text, words: &Text, wanted: usize, items: &[ArgumentLiteral<'_>]) -> Option<Text> {
     let given = items.len();
-    (given != wanted).then(|| format!("{place} must be {words}, got {given} numbers"))
+    (given != wanted).then(|| {
+        text!(
+            "{place} must be {words}, got {given} numbers",
+            "{place} 必须是{words}，给出了 {given} 个数"
+        )
+    })
 }
 
 fn hint(
     argument: Option<usize>,
     code: &'static str,
-    message: String,
-    help: Option<String>,
+    message: Text,
+    help: Option<Text>,
 ) -> CallHint {
     CallHint {
         argument,

@@ -1,6 +1,7 @@
 //! What the functions of manual chapter 5 do.
 
 use elite_lang::{Unwind, Value};
+use messages::text;
 use motion_api::io::TOOL_ANALOG;
 use motion_api::{
     AnalogDomain, DigitalBank, InputAction, IoChange, IoImage, RunStateChoice, ToolPin,
@@ -87,14 +88,16 @@ pub(super) fn set_tool_digital(call: &mut Call<'_, '_>) -> Result<Value, Unwind>
     let (index, level) = (call.byte(0)?, call.boolean(1)?);
     let pin = image(call).config.tool_pins[usize::from(index)];
     let trouble = match pin {
-        ToolPin { enabled: false, .. } => "disabled",
+        ToolPin { enabled: false, .. } => text!("disabled", "停用的"),
         ToolPin {
             is_output: false, ..
-        } => "an input",
+        } => text!("an input", "输入"),
         _ => return change(call, IoChange::digital_out(DigitalBank::Tool, index, level)),
     };
-    let text =
-        format!("wrong I/O type: tool pin {index} is {trouble}, it must be an enabled output");
+    let text = text!(
+        "wrong I/O type: tool pin {index} is {trouble}, it must be an enabled output",
+        "I/O 类型错误：工具引脚 {index} 是{trouble}，必须是启用的输出"
+    );
     Err(call.alarm(WRONG_IO_TYPE, &text))
 }
 

@@ -8,6 +8,7 @@ use io_bus::modbus::pdu::Request;
 use io_bus::modbus::{DeviceAddress, ModbusError, SignalKind, SignalSpec};
 use io_bus::modbus_server::map::{Map, meaning_of_coil, meaning_of_word};
 use io_bus::modbus_server::tables::{ModbusException, Space, Tables};
+use messages::{Text, text};
 use motion_api::RunStateChoice;
 
 use super::super::call::Call;
@@ -25,7 +26,10 @@ fn check<T>(
             ModbusError::Length { .. } | ModbusError::BroadcastRead => ExceptionKind::ValueError,
             _ => ExceptionKind::RuntimeError,
         };
-        call.error(kind, format!("{function}(): {error}"))
+        call.error(
+            kind,
+            text!("{function}(): {error}", "{function}()：{error}"),
+        )
     })
 }
 
@@ -54,7 +58,11 @@ fn last_address(call: &mut Call<'_, '_>, at: usize, first: u16, count: u16) -> R
     if u32::from(first) + u32::from(count) <= 65536 {
         return Ok(());
     }
-    let allowed = format!("at most {} for {count} values", 65536 - u32::from(count));
+    let allowed = text!(
+        "at most {} for {count} values",
+        "不超过 {}（{count} 个值）",
+        65536 - u32::from(count)
+    );
     Err(call.not_allowed(at, &allowed, first))
 }
 
@@ -130,14 +138,24 @@ pub(super) fn modbus_send_custom_command(call: &mut Call<'_, '_>) -> Result<Valu
     let (slave, function) = (call.byte(1)?, call.byte(2)?);
     let repeats = !call.boolean(4)?;
     let Some(items) = call.required(3).as_items() else {
-        return Err(call.not_this_type(3, "a list of bytes (0 to 255)"));
+        return Err(call.not_this_type(
+            3,
+            &text!("a list of bytes (0 to 255)", "字节（0 到 255）的列表"),
+        ));
     };
     let bytes = items.iter().map(|item| u8::try_from(item.as_i64()?).ok());
     let data = match bytes.collect::<Option<Vec<u8>>>() {
         Some(data) if data.len() <= 252 => data,
         _ => {
             let shown = call.native().repr(&Value::list(items))?;
-            return Err(call.not_allowed(3, "at most 252 integers from 0 to 255", shown));
+            return Err(call.not_allowed(
+                3,
+                &text!(
+                    "at most 252 integers from 0 to 255",
+                    "不超过 252 个 0 到 255 的整数"
+                ),
+                shown,
+            ));
         }
     };
     let request = Request::Custom(function, data);
@@ -165,7 +183,10 @@ pub(super) fn modbus_set_output_register(call: &mut Call<'_, '_>) -> Result<Valu
         .map(|value| Some(value.as_i64()? as u16))
         .collect();
     let Some(words) = words else {
-        return Err(call.not_this_type(1, "an integer or a list of integers"));
+        return Err(call.not_this_type(
+            1,
+            &text!("an integer or a list of integers", "整数或整数的列表"),
+        ));
     };
     let set = call
         .context()
@@ -180,7 +201,10 @@ pub(super) fn modbus_set_output_signal(call: &mut Call<'_, '_>) -> Result<Value,
     let name = call.text(0)?;
     let levels: Option<Vec<bool>> = one_or_more(call, 1).iter().map(Value::as_bool).collect();
     let Some(levels) = levels else {
-        return Err(call.not_this_type(1, "True, False or a list of them"));
+        return Err(call.not_this_type(
+            1,
+            &text!("True, False or a list of them", "True、False 或它们的列表"),
+        ));
     };
     let set =
         task_memory::clone_uncounted(|| call.context().fieldbus().modbus.set_coils(&name, &levels));
@@ -281,7 +305,10 @@ fn on_map<T>(
 }
 
 fn no_word(call: &mut Call<'_, '_>, address: u16) -> Unwind {
-    let text = format!("there is no word {address} in the controller's Modbus map");
+    let text = text!(
+        "there is no word {address} in the controller's Modbus map",
+        "控制器的 Modbus 表中没有字 {address}"
+    );
     call.error(ExceptionKind::ValueError, text)
 }
 
@@ -315,9 +342,13 @@ pub(super) fn write_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
             .context()
             .is_first_warning(&format!("write_port_bit {address}"))
     {
-        let what = meaning_of_coil(address).unwrap_or("it has no known meaning");
-        call.warn(format_args!(
-            "bit {address} cannot be switched ({what}); it stays as it is"
+        let what = meaning_of_coil(address).map_or_else(
+            || text!("it has no known meaning", "含义未知"),
+            Text::verbatim,
+        );
+        call.warn(&text!(
+            "bit {address} cannot be switched ({what}); it stays as it is",
+            "第 {address} 位不能切换（{what}），保持不变"
         ));
     }
     Ok(Value::None)
@@ -331,10 +362,16 @@ pub(super) fn write_port_register(call: &mut Call<'_, '_>) -> Result<Value, Unwi
         Ok(()) => return Ok(Value::None),
         Err(ModbusException::IllegalValue) => {
             let what = meaning_of_word(address).unwrap_or_default();
-            format!("{value} is not allowed for word {address} ({what})")
+            text!(
+                "{value} is not allowed for word {address} ({what})",
+                "字 {address} 不允许取值 {value}（{what}）"
+            )
         }
         Err(_) => match meaning_of_word(address) {
-            Some(what) => format!("word {address} cannot be set to {value}: {what}"),
+            Some(what) => text!(
+                "word {address} cannot be set to {value}: {what}",
+                "字 {address} 不能设为 {value}：{what}"
+            ),
             None => return Err(no_word(call, address)),
         },
     };

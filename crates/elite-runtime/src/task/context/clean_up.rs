@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use super::TaskContext;
 use crate::external::ExternalInputKind;
+use messages::text;
 
 /// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its
 /// own work costs there; a call may cost far more than one step of that.
@@ -80,7 +81,10 @@ impl TaskContext {
                 self.clean_up.calls_left.set(Some(left_then));
                 if left_then > 0 && left_then.is_multiple_of(CALLS_PER_SAMPLE) {
                     self.robot.look();
-                    let text = "clean-up behind a stop called very many functions".to_owned();
+                    let text = text!(
+                        "clean-up behind a stop called very many functions",
+                        "停止后的清理调用的函数过多"
+                    );
                     self.note(ExternalInputKind::Unrecorded(text));
                 }
                 left > 0

@@ -1,5 +1,6 @@
 //! Numbers of a buffer as an accessor describes them. Every claim is held against the bytes that are there.
 
+use messages::text;
 use nalgebra::Vector3;
 
 use super::document::{Accessor, Document};
@@ -131,8 +132,9 @@ impl Content<'_> {
                     .index(indices.get(entry))
                     .and_then(|index| usize::try_from(index).ok());
                 let Some(point) = index.and_then(|index| points.get_mut(index)) else {
-                    let trouble = format!(
+                    let trouble = text!(
                         "its sparse entry {entry} changes element {}; there are {}",
+                        "它的 sparse 条目 {entry} 改动元素 {}；只有 {} 个元素",
                         index.unwrap_or_default(),
                         accessor.count
                     );
@@ -155,7 +157,10 @@ impl Content<'_> {
         let accessor = self.accessor(number, "SCALAR", soup)?;
         let component = component_of_indices(accessor.component_type, &place, soup)?;
         let (Some(view), None) = (accessor.buffer_view, &accessor.sparse) else {
-            let trouble = "indices of triangles must have a bufferView and nothing sparse";
+            let trouble = text!(
+                "indices of triangles must have a bufferView and nothing sparse",
+                "三角形的索引必须有 bufferView，且不得有 sparse"
+            );
             return Err(soup.damaged(place, trouble));
         };
         let elements = self.elements(
@@ -174,8 +179,10 @@ impl Content<'_> {
                 }
                 index => {
                     let index = index.unwrap_or_default();
-                    let trouble =
-                        format!("its element {entry} names point {index}; there are {points}");
+                    let trouble = text!(
+                        "its element {entry} names point {index}; there are {points}",
+                        "它的元素 {entry} 引用点 {index}；只有 {points} 个点"
+                    );
                     return Err(soup.damaged(place, trouble));
                 }
             }
@@ -195,19 +202,25 @@ impl Content<'_> {
         let accessor = all.get(number).ok_or_else(|| {
             soup.damaged(
                 place.clone(),
-                format!("it is named, but there are {} accessors", all.len()),
+                text!(
+                    "it is named, but there are {} accessors",
+                    "它被引用，但只有 {} 个 accessor",
+                    all.len()
+                ),
             )
         })?;
         if accessor.shape != shape {
-            let trouble = format!(
+            let trouble = text!(
                 "its type is {}; here it must be {shape}",
+                "它的 type 为 {}；这里必须是 {shape}",
                 excerpt(accessor.shape.as_bytes())
             );
             return Err(soup.damaged(place, trouble));
         }
         if accessor.count > 3 * MAX_TRIANGLES {
-            let trouble = format!(
+            let trouble = text!(
                 "its count is {}; allowed are at most {}",
+                "它的 count 为 {}；最多允许 {}",
                 accessor.count,
                 3 * MAX_TRIANGLES
             );
@@ -228,13 +241,18 @@ impl Content<'_> {
     ) -> Result<Elements<'_>, MeshError> {
         let views = &self.document.buffer_views.0;
         let entry = views.get(view).ok_or_else(|| {
-            let trouble = format!("it names bufferViews[{view}]; there are {}", views.len());
+            let trouble = text!(
+                "it names bufferViews[{view}]; there are {}",
+                "它引用 bufferViews[{view}]；只有 {} 个",
+                views.len()
+            );
             soup.damaged(place.clone(), trouble)
         })?;
         let view_place = FilePosition::Element("bufferViews", view);
         let buffer = self.buffers.get(entry.buffer).ok_or_else(|| {
-            let trouble = format!(
+            let trouble = text!(
                 "it names buffers[{}]; there are {}",
+                "它引用 buffers[{}]；只有 {} 个",
                 entry.buffer,
                 self.buffers.len()
             );
@@ -244,8 +262,9 @@ impl Content<'_> {
         let bytes = end
             .and_then(|end| buffer.get(entry.byte_offset..end))
             .ok_or_else(|| {
-                let trouble = format!(
+                let trouble = text!(
                     "{} bytes from byte {} are announced; buffers[{}] has {}",
+                    "声明从字节 {1} 起有 {0} 字节；buffers[{2}] 有 {3} 字节",
                     entry.byte_length,
                     entry.byte_offset,
                     entry.buffer,
@@ -255,7 +274,10 @@ impl Content<'_> {
             })?;
         let stride = entry.byte_stride.unwrap_or(size);
         if stride < size || stride > 252 {
-            let trouble = format!("its byteStride is {stride}; allowed here are {size} to 252");
+            let trouble = text!(
+                "its byteStride is {stride}; allowed here are {size} to 252",
+                "它的 byteStride 为 {stride}；这里允许 {size} 至 252"
+            );
             return Err(soup.damaged(view_place, trouble));
         }
         let needed = match count {
@@ -266,8 +288,9 @@ impl Content<'_> {
         };
         let there = bytes.get(offset..).unwrap_or_default();
         if needed.is_none_or(|needed| needed > there.len()) {
-            let trouble = format!(
+            let trouble = text!(
                 "{count} elements of {size} bytes, {stride} apart, from byte {offset} are beyond the {} bytes of bufferViews[{view}]",
+                "{count} 个元素，每个 {size} 字节，间隔 {stride} 字节，从字节 {offset} 起，超出 bufferViews[{view}] 的 {} 字节",
                 bytes.len()
             );
             return Err(soup.damaged(place.clone(), trouble));
@@ -283,8 +306,10 @@ impl Content<'_> {
 
 fn component(code: u64, place: &FilePosition, soup: &Soup<'_>) -> Result<Component, MeshError> {
     Component::of_code(code).ok_or_else(|| {
-        let trouble =
-            format!("its componentType is {code}; allowed are 5120 to 5123, 5125 and 5126");
+        let trouble = text!(
+            "its componentType is {code}; allowed are 5120 to 5123, 5125 and 5126",
+            "它的 componentType 为 {code}；允许 5120 至 5123、5125 和 5126"
+        );
         soup.damaged(place.clone(), trouble)
     })
 }
@@ -297,8 +322,10 @@ fn component_of_indices(
     match Component::of_code(code) {
         Some(component @ (Component::U8 | Component::U16 | Component::U32)) => Ok(component),
         _ => {
-            let trouble =
-                format!("its componentType is {code}; allowed for indices are 5121, 5123 and 5125");
+            let trouble = text!(
+                "its componentType is {code}; allowed for indices are 5121, 5123 and 5125",
+                "它的 componentType 为 {code}；索引允许 5121、5123 和 5125"
+            );
             Err(soup.damaged(place.clone(), trouble))
         }
     }

@@ -2,6 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use messages::text;
 
 use super::document::Buffer;
 use crate::MAX_FILE_BYTES;
@@ -24,13 +25,17 @@ pub(super) fn load(
             (Some(uri), _) => by_uri(uri, left, &place, soup, files)?,
             (None, Some(chunk)) if number == 0 => chunk.to_vec(),
             (None, _) => {
-                let trouble = "it has no uri; only the first buffer of a GLB file with a binary chunk may be without";
+                let trouble = text!(
+                    "it has no uri; only the first buffer of a GLB file with a binary chunk may be without",
+                    "它没有 uri；只有带二进制数据块的 GLB 文件的第一个缓冲区可以没有"
+                );
                 return Err(soup.damaged(place, trouble));
             }
         };
         if bytes.len() < entry.byte_length {
-            let trouble = format!(
+            let trouble = text!(
                 "{} bytes are announced, there are {}",
+                "声明有 {} 字节，实际有 {} 字节",
                 entry.byte_length,
                 bytes.len()
             );
@@ -52,26 +57,35 @@ fn by_uri(
 ) -> Result<Vec<u8>, MeshError> {
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((_, text)) = data.split_once(";base64,") else {
-            let trouble = format!(
+            let trouble = text!(
                 "its data are {}; allowed are data:…;base64,… and names of files beside this one",
+                "它的数据为 {}；允许 data:…;base64,… 以及旁边文件的名称",
                 excerpt(uri.as_bytes())
             );
             return Err(soup.damaged(place.clone(), trouble));
         };
         let bytes = STANDARD.decode(text).map_err(|error| {
-            soup.damaged(place.clone(), format!("its data are no base64: {error}"))
+            soup.damaged(
+                place.clone(),
+                text!(
+                    "its data are no base64: {error}",
+                    "它的数据不是 base64：{error}"
+                ),
+            )
         })?;
         if bytes.len() as u64 > most {
-            let trouble = format!(
-                "the buffers are longer than {MAX_FILE_BYTES} bytes together, the most that is allowed"
+            let trouble = text!(
+                "the buffers are longer than {MAX_FILE_BYTES} bytes together, the most that is allowed",
+                "各缓冲区合计超过 {MAX_FILE_BYTES} 字节，即允许的上限"
             );
             return Err(soup.damaged(place.clone(), trouble));
         }
         return Ok(bytes);
     }
     let outside = || {
-        let trouble = format!(
+        let trouble = text!(
             "its uri is {}; allowed are names of files in the folder of this one, without .., and data:…;base64,…",
+            "它的 uri 为 {}；允许此文件所在文件夹中文件的名称（不含 ..），以及 data:…;base64,…",
             excerpt(uri.as_bytes())
         );
         soup.damaged(place.clone(), trouble)

@@ -7,6 +7,7 @@ mod accessor;
 mod buffers;
 mod document;
 
+use messages::text;
 use nalgebra::{Matrix4, Quaternion, UnitQuaternion, Vector3};
 
 use accessor::Content;
@@ -42,7 +43,10 @@ pub(super) fn read(
         let version = excerpt(document.asset.version.as_bytes());
         return Err(soup.damaged(
             FilePosition::Whole,
-            format!("the version of glTF is {version}; allowed is 2.0"),
+            text!(
+                "the version of glTF is {version}; allowed is 2.0",
+                "glTF 的版本为 {version}；只允许 2.0"
+            ),
         ));
     }
     let unknown = |name: &&String| {
@@ -51,8 +55,9 @@ pub(super) fn read(
             .any(|start| name.starts_with(start))
     };
     if let Some(name) = document.extensions_required.0.iter().find(unknown) {
-        let trouble = format!(
+        let trouble = text!(
             "it requires the extension {}; export it without compression and without extensions of geometry",
+            "它需要扩展 {}；请导出为不压缩、不带几何扩展的文件",
             excerpt(name.as_bytes())
         );
         return Err(soup.damaged(FilePosition::Whole, trouble));
@@ -69,20 +74,28 @@ pub(super) fn read(
         let meshes = &document.meshes.0;
         let place = FilePosition::Element("nodes", number);
         let Some(entry) = meshes.get(mesh) else {
-            let trouble = format!("it names meshes[{mesh}]; there are {}", meshes.len());
+            let trouble = text!(
+                "it names meshes[{mesh}]; there are {}",
+                "它引用 meshes[{mesh}]；只有 {} 个",
+                meshes.len()
+            );
             return Err(soup.damaged(place, trouble));
         };
         if node.skin.is_some() {
             return Err(soup.damaged(
                 place,
-                "it has a skin, whose shape depends on bones; allowed are rigid meshes",
+                text!(
+                    "it has a skin, whose shape depends on bones; allowed are rigid meshes",
+                    "它有蒙皮，形状随骨骼而变；只允许刚性网格"
+                ),
             ));
         }
         for primitive in &entry.primitives.0 {
             drawn += 1;
             if drawn > ELEMENTS_MAX {
-                let trouble = format!(
-                    "more than {ELEMENTS_MAX} primitives are drawn, the most that is allowed"
+                let trouble = text!(
+                    "more than {ELEMENTS_MAX} primitives are drawn, the most that is allowed",
+                    "绘制的图元超过 {ELEMENTS_MAX} 个，即允许的上限"
                 );
                 return Err(soup.damaged(place, trouble));
             }
@@ -98,7 +111,10 @@ fn no_document(error: &serde_json::Error, soup: &Soup<'_>) -> MeshError {
     let text = error.to_string();
     let place = format!(" at line {line} column {column}");
     let said = text.strip_suffix(&place).unwrap_or(&text);
-    let trouble = format!("it is no glTF (column {column}): {said}");
+    let trouble = text!(
+        "it is no glTF (column {column}): {said}",
+        "不是 glTF（第 {column} 列）：{said}"
+    );
     soup.damaged(FilePosition::Line(line), trouble)
 }
 
@@ -109,17 +125,28 @@ fn chunks<'a>(bytes: &'a [u8], soup: &Soup<'_>) -> Result<(&'a [u8], Option<&'a 
         four.map(u32::from_le_bytes)
     };
     let (Some(version), Some(length)) = (word(4), word(8)) else {
-        let trouble = format!("a GLB has a head of 12 bytes; there are {}", bytes.len());
+        let trouble = text!(
+            "a GLB has a head of 12 bytes; there are {}",
+            "GLB 的文件头为 12 字节；这里只有 {} 字节",
+            bytes.len()
+        );
         return Err(soup.damaged(FilePosition::Byte(0), trouble));
     };
     if version != 2 {
         return Err(soup.damaged(
             FilePosition::Byte(4),
-            format!("the version of GLB is {version}; allowed is 2"),
+            text!(
+                "the version of GLB is {version}; allowed is 2",
+                "GLB 的版本为 {version}；只允许 2"
+            ),
         ));
     }
     if usize::try_from(length) != Ok(bytes.len()) {
-        let trouble = format!("{length} bytes are announced; the file has {}", bytes.len());
+        let trouble = text!(
+            "{length} bytes are announced; the file has {}",
+            "声明有 {length} 字节；文件有 {} 字节",
+            bytes.len()
+        );
         return Err(soup.damaged(FilePosition::Byte(8), trouble));
     }
     let mut at = 12;
@@ -130,7 +157,13 @@ fn chunks<'a>(bytes: &'a [u8], soup: &Soup<'_>) -> Result<(&'a [u8], Option<&'a 
             .and_then(|size| usize::try_from(size).ok())
             .and_then(|size| bytes.get(at + 8..)?.get(..size));
         let (Some(body), Some(kind)) = (body, word(at + 4)) else {
-            return Err(soup.damaged(FilePosition::Byte(at), "a chunk is longer than the file"));
+            return Err(soup.damaged(
+                FilePosition::Byte(at),
+                text!(
+                    "a chunk is longer than the file",
+                    "有一个数据块超出文件末尾"
+                ),
+            ));
         };
         match &kind.to_le_bytes() {
             b"JSON" if text.is_none() => text = Some(body),
@@ -142,7 +175,10 @@ fn chunks<'a>(bytes: &'a [u8], soup: &Soup<'_>) -> Result<(&'a [u8], Option<&'a 
     }
     match text {
         Some(text) => Ok((text, binary)),
-        None => Err(soup.damaged(FilePosition::Byte(12), "there is no chunk JSON")),
+        None => Err(soup.damaged(
+            FilePosition::Byte(12),
+            text!("there is no chunk JSON", "没有 JSON 数据块"),
+        )),
     }
 }
 
@@ -157,7 +193,11 @@ fn placed_nodes(
         Some(scene) => scene.nodes.0.clone(),
         None if document.scene.is_none() => orphans(nodes),
         None => {
-            let trouble = format!("it is the default scene; there are {} scenes", scenes.len());
+            let trouble = text!(
+                "it is the default scene; there are {} scenes",
+                "它是默认场景；但只有 {} 个场景",
+                scenes.len()
+            );
             return Err(soup.damaged(
                 FilePosition::Element("scenes", document.scene.unwrap_or(0)),
                 trouble,
@@ -174,16 +214,26 @@ fn placed_nodes(
     while let Some((number, to_scene)) = waiting.pop() {
         let place = FilePosition::Element("nodes", number);
         let Some(node) = nodes.get(number) else {
-            let trouble = format!("it is named, but there are {} nodes", nodes.len());
+            let trouble = text!(
+                "it is named, but there are {} nodes",
+                "它被引用，但只有 {} 个节点",
+                nodes.len()
+            );
             return Err(soup.damaged(place, trouble));
         };
         if std::mem::replace(&mut met[number], true) {
-            let trouble = "it is reached twice; a node hangs on one other, and never on itself";
+            let trouble = text!(
+                "it is reached twice; a node hangs on one other, and never on itself",
+                "它被到达两次；一个节点只能挂在另一个节点下，且不能挂在自己下面"
+            );
             return Err(soup.damaged(place, trouble));
         }
         let to_scene = to_scene * matrix(node);
         if to_scene.iter().any(|x| !x.is_finite()) {
-            return Err(soup.damaged(place, "its matrix is no finite one"));
+            return Err(soup.damaged(
+                place,
+                text!("its matrix is no finite one", "它的矩阵含有非有限的数"),
+            ));
         }
         waiting.extend(node.children.0.iter().rev().map(|&child| (child, to_scene)));
         placed.push((number, to_scene));
@@ -227,11 +277,17 @@ fn add_primitive(
     let place = FilePosition::Element("meshes", mesh);
     let mode = primitive.mode.unwrap_or(4);
     if mode != 4 {
-        let trouble = format!("the mode of a primitive is {mode}; allowed is 4, triangles");
+        let trouble = text!(
+            "the mode of a primitive is {mode}; allowed is 4, triangles",
+            "有一个图元的 mode 为 {mode}；只允许 4，即三角形"
+        );
         return Err(soup.damaged(place, trouble));
     }
     let Some(&positions) = primitive.attributes.get("POSITION") else {
-        return Err(soup.damaged(place, "a primitive has no POSITION"));
+        return Err(soup.damaged(
+            place,
+            text!("a primitive has no POSITION", "有一个图元没有 POSITION"),
+        ));
     };
     let points = content.positions(positions, soup)?;
     let corners = match primitive.indices {
@@ -240,8 +296,9 @@ fn add_primitive(
         None => (0..).take(points.len()).collect(),
     };
     if corners.len() % 3 != 0 {
-        let trouble = format!(
+        let trouble = text!(
             "a primitive has {} corners, which are no whole triangles",
+            "有一个图元有 {} 个顶点，凑不成完整的三角形",
             corners.len()
         );
         return Err(soup.damaged(place, trouble));

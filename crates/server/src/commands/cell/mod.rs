@@ -9,17 +9,18 @@ use controller::cell::connections::Connection;
 use controller::cell::point::{IoDirection, IoGroup};
 use controller::cell_world::{WorldStart, check_world};
 use kinematics::RobotModel;
+use messages::{Text, text};
 use motion::CycleConfig;
 use serde_json::{Value as Json, json};
 
 use crate::cli::{CellArgs, FindingFormat};
 use crate::command::{CommandResult, CommandStatus};
-use crate::language::{pick, told};
+use crate::language::{chosen, pick, shown};
 use crate::ports::escape::EscapedLines;
 
 /// What is doubtful about a cell that can be used.
 struct Finding {
-    message: String,
+    message: Text,
 }
 
 /// Exit status: 0 clean, 1 findings, 2 unreadable.
@@ -49,7 +50,7 @@ pub fn run(args: &CellArgs) -> CommandResult {
 }
 
 /// What each table holds: its word, and how many entries.
-fn counts(cell: &Cell) -> Vec<(&'static str, usize)> {
+fn counts(cell: &Cell) -> Vec<(Text, usize)> {
     let tables = cell.tables();
     let copies = |part: &controller::cell::world_schema::PartTable| {
         part.copies.map_or(1, |[x, y, z]| x * y * z)
@@ -57,32 +58,41 @@ fn counts(cell: &Cell) -> Vec<(&'static str, usize)> {
     let is_template = |name: &str| tables.source.iter().any(|source| source.part == name);
     let parts = tables.part.iter().filter(|part| !is_template(&part.name));
     let counts = [
-        ("obstacles", tables.obstacle.len()),
-        ("safety planes", tables.safety_plane.len()),
-        ("parts", parts.map(copies).sum()),
-        ("grippers", tables.gripper.len()),
-        ("conveyors", tables.conveyor.len()),
-        ("sources", tables.source.len()),
-        ("sinks", tables.sink.len()),
-        ("detectors", tables.detector.len()),
-        ("actuators", tables.actuator.len()),
-        ("faults", tables.fault.len()),
-        ("wires", tables.wire.len()),
-        ("timed inputs", tables.input.len()),
-        ("loads", tables.wrench.len()),
-        ("serial lines", tables.serial.len()),
-        ("Modbus signals", tables.modbus.len()),
+        (text!("obstacles", "个障碍物"), tables.obstacle.len()),
+        (
+            text!("safety planes", "个安全平面"),
+            tables.safety_plane.len(),
+        ),
+        (text!("parts", "个工件"), parts.map(copies).sum()),
+        (text!("grippers", "个夹爪"), tables.gripper.len()),
+        (text!("conveyors", "个传送带"), tables.conveyor.len()),
+        (text!("sources", "个工件源"), tables.source.len()),
+        (text!("sinks", "个工件出口"), tables.sink.len()),
+        (text!("detectors", "个检测器"), tables.detector.len()),
+        (text!("actuators", "个执行机构"), tables.actuator.len()),
+        (text!("faults", "个故障"), tables.fault.len()),
+        (text!("wires", "个接线"), tables.wire.len()),
+        (text!("timed inputs", "个定时输入"), tables.input.len()),
+        (text!("loads", "个载荷"), tables.wrench.len()),
+        (text!("serial lines", "个串口"), tables.serial.len()),
+        (
+            text!("Modbus signals", "个 Modbus 信号"),
+            tables.modbus.len(),
+        ),
     ];
     counts.into_iter().filter(|(_, count)| *count > 0).collect()
 }
 
 /// What there is once or not at all: its word, and how it is told.
-fn single_things(cell: &Cell) -> impl Iterator<Item = (&'static str, &'static str)> {
+fn single_things(cell: &Cell) -> impl Iterator<Item = (&'static str, Text)> {
     let tables = cell.tables();
     let has_floor = tables.world.is_some_and(|world| world.floor.is_some());
     let things = [
-        (has_floor, ("floor", "a floor")),
-        (tables.tool.is_some(), ("tool", "a tool on the flange")),
+        (has_floor, ("floor", text!("a floor", "地面"))),
+        (
+            tables.tool.is_some(),
+            ("tool", text!("a tool on the flange", "法兰上的工具")),
+        ),
     ];
     things
         .into_iter()
@@ -120,9 +130,10 @@ fn findings(cell: &Cell, connections: &[Connection]) -> Vec<Finding> {
         // The default of the tool's pins: 0 and 1 are outputs.
         if point.group == IoGroup::ToolDigital && point.index < 2 {
             findings.push(Finding {
-                message: format!(
-                    "{table} {entry:?}: {key} is {point}, which is an output of the tool unless the program makes it an input \
-                     (set_tool_digital_config): nobody reads it"
+                message: text!(
+"{table} {entry:?}: {key} is {point}, which is an output of the tool unless the program makes it an input \
+                     (set_tool_digital_config): nobody reads it",
+"{table} {entry:?}：{key} 为 {point}，除非程序把它设为输入（set_tool_digital_config），它就是工具的输出：没有人读取它"
                 ),
             });
         }
@@ -130,8 +141,9 @@ fn findings(cell: &Cell, connections: &[Connection]) -> Vec<Finding> {
             |other: &&Connection| other.table == "safety_input" && other.point == *point;
         if let Some(safety) = connections.iter().find(is_safety) {
             findings.push(Finding {
-                message: format!(
-                    "{table} {entry:?}: {key} is {point}, which is wired to the safety system as {:?}: the program does not see it alone",
+                message: text!(
+"{table} {entry:?}: {key} is {point}, which is wired to the safety system as {:?}: the program does not see it alone",
+"{table} {entry:?}：{key} 为 {point}，它作为 {:?} 接到安全系统：不只是程序使用它",
                     safety.entry
                 ),
             });
@@ -143,8 +155,9 @@ fn findings(cell: &Cell, connections: &[Connection]) -> Vec<Finding> {
             .any(|connection| connection.point == point);
         if !is_connected && cell.has_world() && point.direction == IoDirection::In {
             findings.push(Finding {
-                message: format!(
-                    "names: {point} is called {name:?}, and nothing of the cell is connected to it"
+                message: text!(
+                    "names: {point} is called {name:?}, and nothing of the cell is connected to it",
+                    "names：{point} 名为 {name:?}，而单元中没有任何东西与它相连"
                 ),
             });
         }
@@ -156,19 +169,23 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
     let mut text = String::new();
     let counts: Vec<String> = counts(cell)
         .iter()
-        .map(|(words, count)| match (count, words.strip_suffix('s')) {
-            (1, Some(word)) => format!("1 {}", pick(word, &told(words))),
-            _ => format!("{count} {}", told(words)),
+        .map(|(words, count)| {
+            let shown = words.in_language(chosen());
+            match (count, shown.strip_suffix('s')) {
+                (1, Some(word)) => format!("1 {word}"),
+                _ => format!("{count} {shown}"),
+            }
         })
-        .chain(single_things(cell).map(|(_, words)| told(words).into_owned()))
+        .chain(single_things(cell).map(|(_, words)| shown(&words).to_string()))
         .collect();
+    let empty = text!("nothing stands in the cell", "单元中没有任何东西");
     match counts.is_empty() {
-        true => text.push_str(&told("nothing stands in the cell\n")),
+        true => text.push_str(&format!("{}\n", shown(&empty))),
         false => text.push_str(&format!("{}\n", counts.join(pick(", ", "，")))),
     }
     for mesh in cell.mesh_facts() {
-        let said = format!("{}\n", EscapedLines(&format!("  {mesh}")));
-        text.push_str(&told(&said));
+        let fact = format!("  {}", shown(&mesh.text()));
+        text.push_str(&format!("{}\n", EscapedLines(&fact)));
     }
     let name_of = |connection: &Connection| {
         let mut names = cell.point_names();
@@ -208,8 +225,8 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
         text.push_str(&format!("{}\n", EscapedLines(&line)));
     }
     for finding in findings {
-        let said = format!("warning: {}\n", EscapedLines(&finding.message));
-        text.push_str(&told(&said));
+        let said = text!("warning: {}", "警告：{}", finding.message);
+        text.push_str(&format!("{}\n", EscapedLines(said.in_language(chosen()))));
     }
     text
 }
@@ -217,8 +234,13 @@ fn text(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> String
 fn to_json(cell: &Cell, connections: &[Connection], findings: &[Finding]) -> Json {
     let counts: serde_json::Map<String, Json> = counts(cell)
         .into_iter()
-        .chain(single_things(cell).map(|(word, _)| (word, 1)))
-        .map(|(word, count)| (word.replace(' ', "_").to_lowercase(), json!(count)))
+        .map(|(words, count)| {
+            (
+                words.english().replace(' ', "_").to_lowercase(),
+                json!(count),
+            )
+        })
+        .chain(single_things(cell).map(|(word, _)| (word.to_owned(), json!(1))))
         .collect();
     let buses: Vec<Json> = bus_grippers(cell)
         .map(|gripper| {

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-use messages::Localized;
+use messages::{Language, Localized, Text, text};
 use recorder::{ReadError, Recording};
 use robot_client::compare::{
     Alignment, Comparison, Deviation, RunTrace, RunTraceError, align, compare as compared,
@@ -20,7 +20,7 @@ use thiserror::Error;
 
 use crate::cli::{CompareArgs, CompareFormat};
 use crate::command::{CommandResult, CommandStatus};
-use crate::logging;
+use crate::language::{self, columns_of, padded};
 use crate::plot::{Curve, CurveStyle, Figure, PlotError, PlotPanel};
 use crate::ports::escape::EscapedText;
 use bag::{BagReadError, read_bag};
@@ -70,11 +70,11 @@ fn run_compare(args: &CompareArgs) -> Result<CommandStatus, CompareError> {
     };
     let (second, second_name) = match (&ran, &args.second) {
         (Some((script, run)), _) => {
-            let name = format!("{} run here", script.display());
+            let name = text!("{} run here", "在此运行的 {}", script.display());
             (RunTrace::read(&Recording::open(&run.path)?)?, name)
         }
         (None, Some(path)) => {
-            let name = path.display().to_string();
+            let name = Text::verbatim(path.display().to_string());
             (read_side(path)?.0, name)
         }
         // The command line has one of the two.
@@ -90,7 +90,7 @@ fn run_compare(args: &CompareArgs) -> Result<CommandStatus, CompareError> {
         .largest_joint()
         .ok_or(CompareError::NothingInCommon)?;
     let text = match args.format {
-        CompareFormat::Human => to_text(&names, &comparison),
+        CompareFormat::Human => to_text(&names, &comparison, language::chosen()),
         CompareFormat::Json => to_json(&names, args.within, &comparison),
     };
     // Whoever reads may have seen enough; the status still tells.
@@ -100,8 +100,9 @@ fn run_compare(args: &CompareArgs) -> Result<CommandStatus, CompareError> {
     }
     match args.within {
         Some(within) if largest > within => {
-            logging::say(&format!(
-                "the joints are up to {largest:.6} rad apart, {within} rad are allowed"
+            language::say(&text!(
+                "the joints are up to {largest:.6} rad apart, {within} rad are allowed",
+                "关节最多相差 {largest:.6} rad，允许 {within} rad"
             ));
             Ok(CommandStatus::Negative)
         }
@@ -129,70 +130,93 @@ fn read_side(path: &Path) -> Result<(RunTrace, Option<Recording>), CompareError>
 /// What the two are called.
 struct RecordingNames {
     first: String,
-    second: String,
+    second: Text,
 }
 
 /// The quantities with the factor and the unit in which people read them.
-fn rows(comparison: &Comparison) -> Vec<(String, Option<Deviation>, f64, &'static str)> {
+fn rows(comparison: &Comparison) -> Vec<(Text, Option<Deviation>, f64, &'static str)> {
     let joints = comparison.joints.iter().zip(1..);
     let mut rows: Vec<_> = joints
-        .map(|(joint, number)| (format!("joint {number}"), *joint, 1.0, "rad"))
+        .map(|(joint, number)| (text!("joint {number}", "关节 {number}"), *joint, 1.0, "rad"))
         .collect();
     rows.push((
-        "TCP position".to_owned(),
+        text!("TCP position", "TCP 位置"),
         comparison.tcp_position,
         1e3,
         "mm",
     ));
     rows.push((
-        "TCP rotation".to_owned(),
+        text!("TCP rotation", "TCP 姿态"),
         comparison.tcp_rotation,
         1.0,
         "rad",
     ));
-    rows.push(("TCP speed".to_owned(), comparison.tcp_speed, 1e3, "mm/s"));
-    rows.push(("force".to_owned(), comparison.force, 1.0, "N"));
+    rows.push((
+        text!("TCP speed", "TCP 速度"),
+        comparison.tcp_speed,
+        1e3,
+        "mm/s",
+    ));
+    rows.push((text!("force", "力"), comparison.force, 1.0, "N"));
     rows
 }
 
-fn to_text(names: &RecordingNames, comparison: &Comparison) -> String {
+fn to_text(names: &RecordingNames, comparison: &Comparison, language: Language) -> String {
     let mut out = String::new();
+    let mut say = |line: Text| {
+        // Writing into a text cannot fail.
+        let _ = writeln!(out, "{}", line.in_language(language));
+    };
     let (begin, end) = comparison.overlap;
     let Alignment {
         shift,
         first_motion,
         second_motion,
     } = comparison.alignment;
-    let motion = |motion: Option<f64>| {
-        motion.map_or_else(
-            || "never moves".to_owned(),
-            |at| format!("moves from {at:.3} s"),
-        )
+    let motion = |motion: Option<f64>| match motion {
+        Some(at) => text!("moves from {at:.3} s", "从 {at:.3} s 起运动"),
+        None => text!("never moves", "从不运动"),
     };
+    let (first, second) = (&names.first, names.second.in_language(language));
     for (letter, name, motion) in [
-        ("A", &names.first, motion(first_motion)),
-        ("B", &names.second, motion(second_motion)),
+        ("A", first.as_str(), motion(first_motion)),
+        ("B", second, motion(second_motion)),
     ] {
-        let _ = writeln!(out, "{letter}: {} {motion}", EscapedText(name));
+        let name = EscapedText(name);
+        say(text!(
+            "{letter}: {name} {motion}",
+            "{letter}：{name} {motion}"
+        ));
     }
     // No minus before nothing.
     let shift = (shift * 1e4).round() / 1e4 + 0.0;
-    let _ = writeln!(
-        out,
-        "shift: {shift:.4} s (what A does at t, B does at t + shift)"
-    );
-    let _ = writeln!(out, "compared: {begin:.3} s to {end:.3} s of A");
-    let _ = writeln!(out, "{:14} {:>12} {:>12}        at", "", "rms", "largest");
+    say(text!(
+        "shift: {shift:.4} s (what A does at t, B does at t + shift)",
+        "时移：{shift:.4} s（A 在 t 时所做的，B 在 t + 时移 时做）"
+    ));
+    say(text!(
+        "compared: {begin:.3} s to {end:.3} s of A",
+        "比较范围：A 的 {begin:.3} s 到 {end:.3} s"
+    ));
+    let right = |text: Text| {
+        let text = text.in_language(language);
+        let blanks = 12_usize.saturating_sub(columns_of(text));
+        format!("{:blanks$}{text}", "")
+    };
+    let heads = [text!("rms", "均方根"), text!("largest", "最大")].map(right);
+    let at = language.pick("at", "时刻");
+    let _ = writeln!(out, "{:14} {} {}        {at}", "", heads[0], heads[1]);
     for (name, deviation, factor, unit) in rows(comparison) {
+        let name = padded(name.in_language(language), 14);
         let _ = match deviation {
             Some(found) => writeln!(
                 out,
-                "{name:14} {:12.6} {:12.6} {unit:5} {:9.3} s",
+                "{name} {:12.6} {:12.6} {unit:5} {:9.3} s",
                 found.rms * factor,
                 found.largest * factor,
                 found.at
             ),
-            None => writeln!(out, "{name:14} {:>12}", "not known"),
+            None => writeln!(out, "{name} {}", right(text!("not known", "未知"))),
         };
     }
     out
@@ -277,7 +301,11 @@ fn figure(
         let file = Path::new(given).file_name().unwrap_or_default();
         file.to_string_lossy().into_owned()
     };
-    let title = format!("A {}   B {}", name(&names.first), name(&names.second));
+    let title = format!(
+        "A {}   B {}",
+        name(&names.first),
+        name(names.second.english())
+    );
     Figure::new(title)
         .note(format!("shift {shift:.4} s"))
         .panel(overlay)

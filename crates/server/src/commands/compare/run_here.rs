@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use elite_runtime::TaskEnd;
-use messages::Localized;
+use messages::{Localized, Text, text};
 use recorder::{CellFiles, Setup};
 use tempfile::TempDir;
 use thiserror::Error;
@@ -18,7 +18,7 @@ use crate::commands::check::read_script;
 use crate::commands::run::SENDER;
 use crate::controller_host::{ControllerHost, HostError};
 use crate::event_broadcast::PrintTarget;
-use crate::logging;
+use crate::language;
 use crate::shutdown::Shutdown;
 use controller::ControllerConfig;
 use controller::options::{ModelChoice, RecordTarget};
@@ -31,7 +31,7 @@ pub(super) enum RunHereError {
     #[zh("记录 {0} 没有说明是哪种手臂")]
     NoSetup(String),
     #[error("{0}")]
-    Script(String),
+    Script(Text),
     #[error("the script does not compile; there is nothing to compare")]
     #[zh("脚本无法编译；没有可比较的内容")]
     NotCompiled,
@@ -40,7 +40,7 @@ pub(super) enum RunHereError {
     BrokenOff,
     #[error("the recording is of an arm {given:?}, which is none of ours: {allowed}")]
     #[zh("记录来自手臂 {given:?}，不是所支持的型号：{allowed}")]
-    Model { given: String, allowed: String },
+    Model { given: String, allowed: Text },
     #[error(transparent)]
     Settings(#[from] RecordedSettingsError),
     #[error("cannot write the run beside the comparison: {0}")]
@@ -93,7 +93,10 @@ pub(super) fn run_here(
     match end {
         Some(TaskEnd::NotCompiled) | None => return Err(RunHereError::NotCompiled),
         Some(TaskEnd::Finished) => {}
-        Some(_) => logging::say("the script did not end well here; what it did is compared"),
+        Some(_) => language::say(&text!(
+            "the script did not end well here; what it did is compared",
+            "脚本在此没有正常结束；比较其所做的"
+        )),
     }
     Ok(LocalRun {
         path,
@@ -113,10 +116,13 @@ fn config_of(
             std::fs::write(&path, urdf)?;
             ModelChoice::Urdf(path)
         }
-        None => setup.model.parse().map_err(|allowed| RunHereError::Model {
-            given: setup.model.clone(),
-            allowed,
-        })?,
+        None => setup
+            .model
+            .parse()
+            .map_err(|allowed: Text| RunHereError::Model {
+                given: setup.model.clone(),
+                allowed,
+            })?,
     };
     let cell = match &setup.cell {
         Some(text) => {

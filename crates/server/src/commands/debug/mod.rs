@@ -10,14 +10,14 @@ use std::io::{self, BufReader};
 use std::net::{Ipv4Addr, TcpListener};
 
 use editor::dap::{RunTarget, serve_attaching};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use serde_json::Value as Json;
 use thiserror::Error;
 
 use self::launch::LaunchRequest;
 use crate::cli::DebugArgs;
 use crate::command::{CommandError, CommandResult, CommandStatus};
-use crate::logging;
+use crate::language;
 
 /// Exit status: 0 the client has left, 2 the port cannot be opened.
 ///
@@ -27,8 +27,9 @@ pub fn debug(args: &DebugArgs) -> CommandResult {
     match &args.file {
         Some(file) => console::console(args, &file.to_string_lossy()),
         None => match args.robot.first_given() {
-            Some(option) => Err(CommandError::sentence(format!(
-                "--{option} needs FILE, the program that is debugged here; an editor says it in its launch request"
+            Some(option) => Err(CommandError::sentence(text!(
+                "--{option} needs FILE, the program that is debugged here; an editor says it in its launch request",
+                "--{option} 需要 FILE，即在这里调试的程序；编辑器在其 launch 请求中给出"
             ))),
             None => Ok(serve_clients(args)?),
         },
@@ -55,8 +56,9 @@ fn serve_clients(args: &DebugArgs) -> Result<CommandStatus, DebugError> {
     };
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))
         .map_err(|source| DebugError::Port { port, source })?;
-    logging::say(&format!(
+    language::say(&text!(
         "the debugger listens on {}",
+        "调试器监听 {}",
         listener.local_addr()?
     ));
     loop {
@@ -74,7 +76,7 @@ fn serve_clients(args: &DebugArgs) -> Result<CommandStatus, DebugError> {
 }
 
 /// The robot and the program of an editor's `launch`.
-fn launch_target(arguments: &Json) -> Result<RunTarget, String> {
+fn launch_target(arguments: &Json) -> Result<RunTarget, Text> {
     LaunchRequest::from_json(arguments)?.target()
 }
 

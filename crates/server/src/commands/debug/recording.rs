@@ -15,6 +15,7 @@ use controller::start_configuration::recorded_settings;
 use editor::dap::{RecordedProgram, RunTarget};
 use elite_runtime::ProgramText;
 use mesh::MeshFiles;
+use messages::{Text, text};
 use motion_api::ProgramId;
 use recorder::{CellFiles, Recording, RecordingEntry, Setup, Topic};
 
@@ -25,19 +26,27 @@ use recorder::{CellFiles, Recording, RecordingEntry, Setup, Topic};
 pub(super) fn open(
     path: &Path,
     given: &ControllerConfig,
-) -> Result<(ProgramText, ControllerConfig), String> {
+) -> Result<(ProgramText, ControllerConfig), Text> {
     let shown = path.display();
-    let recording = Recording::open(path).map_err(|error| error.to_string())?;
+    let recording = Recording::open(path).map_err(|error| Text::of(&error))?;
     let setup = recording.setup().ok_or_else(|| {
-        format!("{shown} does not say how the controller was started, it cannot be run again")
+        text!(
+            "{shown} does not say how the controller was started, it cannot be run again",
+            "{shown} 没有说明控制器如何启动，不能重新运行"
+        )
     })?;
-    recording.check_files().map_err(|error| error.to_string())?;
-    let robot = robot(setup, given).map_err(|why| format!("{shown} cannot be run again: {why}"))?;
+    recording.check_files().map_err(|error| Text::of(&error))?;
+    let robot = robot(setup, given).map_err(|why| {
+        text!(
+            "{shown} cannot be run again: {why}",
+            "{shown} 不能重新运行：{why}"
+        )
+    })?;
     let entries = recording
         .entries(&[Topic::Script])
-        .map_err(|error| error.to_string())?;
+        .map_err(|error| Text::of(&error))?;
     for entry in entries {
-        let (_, entry) = entry.map_err(|error| error.to_string())?;
+        let (_, entry) = entry.map_err(|error| Text::of(&error))?;
         if let RecordingEntry::Script(script) = entry
             && let Some(text) = script.text
         {
@@ -45,7 +54,7 @@ pub(super) fn open(
             return Ok((ProgramText { name, text }, robot));
         }
     }
-    Err(format!("no program ran in {shown}"))
+    Err(text!("no program ran in {shown}", "{shown} 中没有程序运行"))
 }
 
 /// A program of a recorded run, with all that came to it; `None` where that is not in the recording and the program may
@@ -57,14 +66,14 @@ pub(super) fn repeated(
     path: &Path,
     number: Option<u64>,
     given: &ControllerConfig,
-) -> Result<Option<RunTarget>, String> {
-    let recording = Recording::open(path).map_err(|error| error.to_string())?;
+) -> Result<Option<RunTarget>, Text> {
+    let recording = Recording::open(path).map_err(|error| Text::of(&error))?;
     let run = match RecordedRun::read(&recording) {
         Ok(run) => run,
         Err(
             RecordedRunError::NoExternal | RecordedRunError::Beginning(InitialSetupError::NoSetup),
         ) => return Ok(None),
-        Err(error) => return Err(error.to_string()),
+        Err(error) => return Err(Text::of(&error)),
     };
     if let Some(lost) = run.unrecorded_input() {
         return match run.setup().clock == "virtual" && !run.setup().powered_off {
@@ -80,8 +89,11 @@ pub(super) fn repeated(
     let Some(program) = found.copied() else {
         let (path, count) = (path.display(), programs.len());
         return Err(match number {
-            Some(number) => format!("{path} has {count} programs, there is no program {number}"),
-            None => format!("no program ran in {path}"),
+            Some(number) => text!(
+                "{path} has {count} programs, there is no program {number}",
+                "{path} 有 {count} 个程序，没有第 {number} 个程序"
+            ),
+            None => text!("no program ran in {path}", "{path} 中没有程序运行"),
         });
     };
     let text = run.program(program).cloned();
@@ -96,17 +108,25 @@ pub(super) fn repeated(
     }))
 }
 
-fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, String> {
+fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, Text> {
     if setup.clock != "virtual" {
-        return Err(
-            "it was recorded under the real clock, where no two runs are the same".to_owned(),
-        );
+        return Err(text!(
+            "it was recorded under the real clock, where no two runs are the same",
+            "它是在真实时钟下记录的，每次运行都不相同"
+        ));
     }
     if setup.powered_off {
-        return Err("the arm was started without power, by people at its ports".to_owned());
+        return Err(text!(
+            "the arm was started without power, by people at its ports",
+            "机械臂启动时没有上电，由人通过端口操作"
+        ));
     }
     if setup.part != 1 {
-        return Err(format!("it is part {} of several files", setup.part));
+        return Err(text!(
+            "it is part {} of several files",
+            "它是多个文件中的第 {} 部分",
+            setup.part
+        ));
     }
     let known = MODEL_NAMES.iter().find(|name| **name == setup.model);
     let model = match (known, &setup.urdf) {
@@ -116,7 +136,13 @@ fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, St
             same_text("model", &path, urdf)?;
             ModelChoice::Urdf(path)
         }
-        (None, None) => return Err(format!("the model {} is not known", setup.model)),
+        (None, None) => {
+            return Err(text!(
+                "the model {} is not known",
+                "没有型号 {}",
+                setup.model
+            ));
+        }
     };
     match (&setup.cell, &given.cell) {
         (Some(text), Some(path)) => {
@@ -124,37 +150,56 @@ fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, St
             same_files(path, &setup.files)?;
         }
         (Some(_), None) => {
-            return Err(
-                "something stood around the arm: say cell, the path of its file".to_owned(),
-            );
+            return Err(text!(
+                "something stood around the arm: say cell, the path of its file",
+                "机械臂周围有物体：请给出 cell，即其文件的路径"
+            ));
         }
-        (None, Some(_)) => return Err("nothing stood around the arm: leave cell out".to_owned()),
+        (None, Some(_)) => {
+            return Err(text!(
+                "nothing stood around the arm: leave cell out",
+                "机械臂周围没有物体：请去掉 cell"
+            ));
+        }
         (None, None) => {}
     }
     let (cell, others) = (given.cell.clone(), given.clone());
-    recorded_settings(setup, model, cell, others).map_err(|error| error.to_string())
+    recorded_settings(setup, model, cell, others).map_err(|error| Text::of(&error))
 }
 
 /// Whether the files that a cell names are those of the recording.
-fn same_files(cell: &Path, recorded: &CellFiles) -> Result<(), String> {
+fn same_files(cell: &Path, recorded: &CellFiles) -> Result<(), Text> {
     let mut folder = mesh::Folder::new(cell.parent().unwrap_or(Path::new("")));
     for (path, content) in recorded {
-        let there = folder
-            .read(path, mesh::MAX_FILE_BYTES)
-            .map_err(|error| format!("the file {path} of its cell cannot be read: {error}"))?;
+        let there = folder.read(path, mesh::MAX_FILE_BYTES).map_err(|error| {
+            text!(
+                "the file {path} of its cell cannot be read: {error}",
+                "无法读取其单元的文件 {path}：{error}"
+            )
+        })?;
         if there[..] != content[..] {
-            return Err(format!("the file {path} of its cell has changed since"));
+            return Err(text!(
+                "the file {path} of its cell has changed since",
+                "其单元的文件 {path} 此后已改变"
+            ));
         }
     }
     Ok(())
 }
 
-fn same_text(what: &str, path: &Path, recorded: &str) -> Result<(), String> {
+fn same_text(what: &str, path: &Path, recorded: &str) -> Result<(), Text> {
     let shown = path.display();
-    let text = kinematics::text_file::read_text_file(path)
-        .map_err(|error| format!("its {what} {shown} cannot be read: {error}"))?;
+    let text = kinematics::text_file::read_text_file(path).map_err(|error| {
+        text!(
+            "its {what} {shown} cannot be read: {error}",
+            "无法读取其 {what} {shown}：{error}"
+        )
+    })?;
     match text == recorded {
         true => Ok(()),
-        false => Err(format!("its {what} {shown} has changed since")),
+        false => Err(text!(
+            "its {what} {shown} has changed since",
+            "其 {what} {shown} 此后已改变"
+        )),
     }
 }

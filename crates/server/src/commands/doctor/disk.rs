@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 
 use controller::ControllerConfig;
 use controller::options::RecordTarget;
+use messages::text;
 use platform::machine;
 
-use super::{HealthCheck, OFF};
+use super::HealthCheck;
 
 /// What is written to try the disk: so many pieces of so many bytes.
 const PIECES: usize = 32;
@@ -24,7 +25,12 @@ const HOURS: f64 = 24.0;
 /// Looks where recordings would go.
 pub(super) fn look(robot: &ControllerConfig) -> Vec<HealthCheck> {
     let folder = match &robot.record {
-        RecordTarget::Off => return vec![HealthCheck::good("recording", OFF)],
+        RecordTarget::Off => {
+            return vec![HealthCheck::good(
+                text!("recording", "记录"),
+                text!("off", "关闭"),
+            )];
+        }
         RecordTarget::NewFileIn(folder) => folder.clone(),
         RecordTarget::File(file) => match file.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
@@ -36,9 +42,16 @@ pub(super) fn look(robot: &ControllerConfig) -> Vec<HealthCheck> {
     match tried(&there) {
         Ok(speed) => vec![judged_speed(&folder, speed, need), room(&there, need)],
         Err(error) => vec![HealthCheck::bad(
-            "recording",
-            format!("nothing can be written into {}: {error}", there.display()),
-            "choose another place with --record, or --record off",
+            text!("recording", "记录"),
+            text!(
+                "nothing can be written into {}: {error}",
+                "无法写入 {}：{error}",
+                there.display()
+            ),
+            text!(
+                "choose another place with --record, or --record off",
+                "用 --record 选择其他位置，或用 --record off"
+            ),
         )],
     }
 }
@@ -98,8 +111,9 @@ fn write(mut file: File) -> io::Result<Speed> {
 }
 
 fn judged_speed(folder: &Path, speed: Speed, need: f64) -> HealthCheck {
-    let found = format!(
+    let found = text!(
         "{} takes {:.0} MB a second, one of them within {:.0} ms; a recording needs {:.2}",
+        "{} 每秒写入 {:.0} MB，每 MB 最多用时 {:.0} ms；记录每秒需要 {:.2} MB",
         folder.display(),
         speed.bytes_per_second / 1e6,
         speed.longest.as_secs_f64() * 1e3,
@@ -107,11 +121,14 @@ fn judged_speed(folder: &Path, speed: Speed, need: f64) -> HealthCheck {
     );
     match speed.bytes_per_second < MARGIN * need {
         true => HealthCheck::poor(
-            "disk",
+            text!("disk", "磁盘"),
             found,
-            "record onto another disk (--record): what it does not take in time is left out, and counted",
+            text!(
+                "record onto another disk (--record): what it does not take in time is left out, and counted",
+                "记录到其他磁盘（--record）：磁盘来不及写入的部分会被略去并计数"
+            ),
         ),
-        false => HealthCheck::good("disk", found),
+        false => HealthCheck::good(text!("disk", "磁盘"), found),
     }
 }
 
@@ -119,19 +136,30 @@ fn room(folder: &Path, need: f64) -> HealthCheck {
     let free = match machine::free_bytes(folder) {
         Ok(free) => free as f64,
         Err(error) => {
-            let found = format!("{} does not tell its room: {error}", folder.display());
-            return HealthCheck::good("room", found);
+            let found = text!(
+                "{} does not tell its room: {error}",
+                "无法得知 {} 的可用空间：{error}",
+                folder.display()
+            );
+            return HealthCheck::good(text!("room", "空间"), found);
         }
     };
     let hours = free / (need * 3600.0);
-    let found = format!("{:.1} GB, {hours:.0} hours of a moving arm", free / 1e9);
+    let found = text!(
+        "{:.1} GB, {hours:.0} hours of a moving arm",
+        "{:.1} GB，可记录机械臂运动 {hours:.0} 小时",
+        free / 1e9
+    );
     match hours < HOURS {
         true => HealthCheck::poor(
-            "room",
+            text!("room", "空间"),
             found,
-            "make room, or bound what recordings take with --record-budget and --record-rotate",
+            text!(
+                "make room, or bound what recordings take with --record-budget and --record-rotate",
+                "腾出空间，或用 --record-budget 和 --record-rotate 限制记录的大小"
+            ),
         ),
-        false => HealthCheck::good("room", found),
+        false => HealthCheck::good(text!("room", "空间"), found),
     }
 }
 

@@ -12,7 +12,7 @@ use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use editor::analysis::words::Language;
+use messages::{Language, Text, text};
 use motion::realtime::{RealtimeOptions, SetupWarning};
 use motion::rehearsal::{LatencyTest, run_latency_test};
 use platform::machine;
@@ -37,9 +37,6 @@ const FAST_CLOCK_SOURCES: [&str; 5] = [
     "riscv_clocksource",
 ];
 
-/// What is found of recordings that are not made.
-const OFF: &str = "off";
-
 /// How good something is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum CheckResult {
@@ -52,11 +49,11 @@ enum CheckResult {
 }
 
 impl CheckResult {
-    const fn name(self) -> &'static str {
+    const fn name(self) -> Text {
         match self {
-            Self::Good => "good",
-            Self::Poor => "poor",
-            Self::Bad => "bad",
+            Self::Good => Text::fixed("good", "良好"),
+            Self::Poor => Text::fixed("poor", "欠佳"),
+            Self::Bad => Text::fixed("bad", "不行"),
         }
     }
 }
@@ -64,36 +61,38 @@ impl CheckResult {
 /// What one look has found.
 #[derive(Clone, Debug, PartialEq)]
 struct HealthCheck {
-    subject: &'static str,
+    subject: Text,
     grade: CheckResult,
-    found: String,
+    found: Text,
     /// What to do; empty where nothing is to be done.
-    advice: String,
+    advice: Text,
 }
 
 impl HealthCheck {
-    fn good(subject: &'static str, found: impl Into<String>) -> Self {
+    fn good(subject: Text, found: Text) -> Self {
         Self {
             subject,
             grade: CheckResult::Good,
-            found: found.into(),
-            advice: String::new(),
+            found,
+            advice: Text::verbatim(""),
         }
     }
 
-    fn poor(subject: &'static str, found: impl Into<String>, advice: impl Into<String>) -> Self {
+    const fn poor(subject: Text, found: Text, advice: Text) -> Self {
         Self {
             subject,
             grade: CheckResult::Poor,
-            found: found.into(),
-            advice: advice.into(),
+            found,
+            advice,
         }
     }
 
-    fn bad(subject: &'static str, found: impl Into<String>, advice: impl Into<String>) -> Self {
+    const fn bad(subject: Text, found: Text, advice: Text) -> Self {
         Self {
+            subject,
             grade: CheckResult::Bad,
-            ..Self::poor(subject, found, advice)
+            found,
+            advice,
         }
     }
 }
@@ -118,60 +117,37 @@ pub fn doctor(config: &ServeConfig, format: FindingFormat) -> (String, CommandSt
 }
 
 fn to_text(findings: &[HealthCheck], language: Language) -> String {
-    let told = |english: &str| language::told_in(language, english).into_owned();
-    let word = |english: &'static str| match language {
-        Language::Chinese => chinese_word(english),
-        Language::English => english,
-    };
-    let subjects = findings.iter().map(|f| columns_of(word(f.subject)));
-    let width = subjects.max().unwrap_or(0);
+    let subjects = findings.iter().map(|f| f.subject.in_language(language));
+    let width = subjects.map(columns_of).max().unwrap_or(0);
     let mut out = String::new();
     for finding in findings {
         // Writing into a text cannot fail.
         let _ = writeln!(
             out,
             "{}  {}  {}",
-            padded(word(finding.grade.name()), 4),
-            padded(word(finding.subject), width),
-            match &*finding.found {
-                OFF => word(OFF).to_owned(),
-                found => told(found),
-            }
+            padded(finding.grade.name().in_language(language), 4),
+            padded(finding.subject.in_language(language), width),
+            finding.found.in_language(language),
         );
         if !finding.advice.is_empty() {
-            let _ = writeln!(out, "      {:width$}  -> {}", "", told(&finding.advice));
+            let advice = finding.advice.in_language(language);
+            let _ = writeln!(out, "      {:width$}  -> {advice}", "");
         }
     }
     let count = |grade| findings.iter().filter(|f| f.grade == grade).count();
     let sum = match (count(CheckResult::Bad), count(CheckResult::Poor)) {
-        (0, 0) => "nothing is to be done".to_owned(),
-        (0, poor) => format!("the controller runs; {poor} of it could be better"),
-        (bad, _) => format!("the controller does not start like this: {bad} to mend"),
+        (0, 0) => text!("nothing is to be done", "无需处理"),
+        (0, poor) => text!(
+            "the controller runs; {poor} of it could be better",
+            "控制器可以运行；有 {poor} 项可改善"
+        ),
+        (bad, _) => text!(
+            "the controller does not start like this: {bad} to mend",
+            "控制器这样无法启动：有 {bad} 项要处理"
+        ),
     };
-    let _ = writeln!(out, "{}", told(&sum));
+    let _ = writeln!(out, "{}", sum.in_language(language));
     out
-}
-
-/// Grades and subjects in Chinese. The tables lack them, where they would stand for names as well.
-fn chinese_word(english: &'static str) -> &'static str {
-    match english {
-        "good" => "良好",
-        "poor" => "欠佳",
-        "bad" => "不行",
-        "processors" => "处理器",
-        "priority" => "优先级",
-        "memory" => "内存",
-        "timer" => "定时器",
-        "threads" => "线程",
-        "clock" => "时钟",
-        "governor" => "调频策略",
-        "ports" => "端口",
-        "recording" => "记录",
-        "disk" => "磁盘",
-        "room" => "空间",
-        OFF => "关闭",
-        other => other,
-    }
 }
 
 /// One JSON object a line.
@@ -191,11 +167,17 @@ fn processors() -> HealthCheck {
     let count = available_parallelism().map_or(1, NonZeroUsize::get);
     match count {
         1 => HealthCheck::poor(
-            "processors",
-            "1 core may be used",
-            "give it two: the control cycle shares the one with every program and every client",
+            text!("processors", "处理器"),
+            text!("1 core may be used", "可用 1 个核心"),
+            text!(
+                "give it two: the control cycle shares the one with every program and every client",
+                "请给两个：否则控制周期要与所有程序和客户端共用一个核心"
+            ),
         ),
-        more => HealthCheck::good("processors", format!("{more} cores may be used")),
+        more => HealthCheck::good(
+            text!("processors", "处理器"),
+            text!("{more} cores may be used", "可用 {more} 个核心"),
+        ),
     }
 }
 
@@ -206,55 +188,81 @@ fn timing(config: &ServeConfig) -> Vec<HealthCheck> {
     match run_latency_test(RealtimeOptions::default(), step, cycles) {
         Ok(rehearsal) => timing_checks(&rehearsal, step),
         Err(error) => vec![HealthCheck::bad(
-            "threads",
-            format!("the operating system gives none: {error}"),
-            "raise the limit on processes (ulimit -u, TasksMax= of a unit)",
+            text!("threads", "线程"),
+            text!(
+                "the operating system gives none: {error}",
+                "操作系统不提供线程：{error}"
+            ),
+            text!(
+                "raise the limit on processes (ulimit -u, TasksMax= of a unit)",
+                "提高进程数上限（ulimit -u，单元的 TasksMax=）"
+            ),
         )],
     }
 }
 
 fn timing_checks(rehearsal: &LatencyTest, step: Duration) -> Vec<HealthCheck> {
-    let mut priority = HealthCheck::good("priority", "real-time priority is given");
-    let mut memory = HealthCheck::good("memory", "it can be locked");
+    let mut priority = HealthCheck::good(
+        text!("priority", "优先级"),
+        text!("real-time priority is given", "有实时优先级"),
+    );
+    let mut memory = HealthCheck::good(
+        text!("memory", "内存"),
+        text!("it can be locked", "可以锁定"),
+    );
     for warning in &rehearsal.warnings {
-        let found = warning.to_string();
+        let found = Text::of(warning);
         match warning {
             SetupWarning::Priority { .. } => {
                 priority = HealthCheck::poor(
-                    "priority",
+                    text!("priority", "优先级"),
                     found,
-                    "allow it: LimitRTPRIO=99 in a systemd unit, 'USER - rtprio 99' in /etc/security/limits.conf, or \
+                    text!(
+                        "allow it: LimitRTPRIO=99 in a systemd unit, 'USER - rtprio 99' in /etc/security/limits.conf, or \
                      --cap-add SYS_NICE of a container",
+                        "请允许：systemd 单元中 LimitRTPRIO=99，/etc/security/limits.conf 中 'USER - rtprio 99'，或容器的 --cap-add SYS_NICE"
+                    ),
                 );
             }
             SetupWarning::Memory { .. } => {
                 memory = HealthCheck::poor(
-                    "memory",
+                    text!("memory", "内存"),
                     found,
-                    "allow it: LimitMEMLOCK=infinity in a systemd unit, 'USER - memlock unlimited' in \
+                    text!(
+                        "allow it: LimitMEMLOCK=infinity in a systemd unit, 'USER - memlock unlimited' in \
                      /etc/security/limits.conf, or --ulimit memlock=-1 of a container",
+                        "请允许：systemd 单元中 LimitMEMLOCK=infinity，/etc/security/limits.conf 中 'USER - memlock unlimited'，或容器的 --ulimit memlock=-1"
+                    ),
                 );
             }
             other => tracing::debug!("no advice for: {other}"),
         }
     }
     let micros = |time: Duration| time.as_micros();
-    let found = format!(
+    let found = text!(
         "woken {} µs late in the median, {} µs in 99 of 100 cycles, {} µs at most, of {} cycles of {} ms",
+        "唤醒延迟：中位数 {} µs，百分之九十九的周期不超过 {} µs，最大 {} µs，共 {} 个 {} ms 的周期",
         micros(rehearsal.latency_permille(500)),
         micros(rehearsal.latency_permille(990)),
         micros(rehearsal.max_latency()),
         rehearsal.latencies.len(),
         step.as_secs_f64() * 1e3,
     );
-    let advice = "keep other load off this machine, set the governor to performance, and for a real cell use a \
-        kernel with PREEMPT_RT; a virtual machine is never quite on time";
+    let advice = text!(
+        "keep other load off this machine, set the governor to performance, and for a real cell use a \
+        kernel with PREEMPT_RT; a virtual machine is never quite on time",
+        "不要在本机上运行其他负载，调频策略设为 performance，真实单元请用带 PREEMPT_RT 的内核；虚拟机总会有些延迟"
+    );
     let timer = if rehearsal.max_latency() > step {
-        HealthCheck::poor("timer", format!("{found}: cycles would be missed"), advice)
+        HealthCheck::poor(
+            text!("timer", "定时器"),
+            text!("{found}: cycles would be missed", "{found}：会错过周期"),
+            advice,
+        )
     } else if rehearsal.latency_permille(990) > LATE {
-        HealthCheck::poor("timer", found, advice)
+        HealthCheck::poor(text!("timer", "定时器"), found, advice)
     } else {
-        HealthCheck::good("timer", found)
+        HealthCheck::good(text!("timer", "定时器"), found)
     };
     vec![priority, memory, timer]
 }
@@ -263,11 +271,20 @@ fn timing_checks(rehearsal: &LatencyTest, step: Duration) -> Vec<HealthCheck> {
 fn clock_source() -> Option<HealthCheck> {
     let name = machine::clock_source()?;
     Some(match FAST_CLOCK_SOURCES.contains(&&*name) {
-        true => HealthCheck::good("clock", format!("{name}, read in nanoseconds")),
+        true => HealthCheck::good(
+            text!("clock", "时钟"),
+            text!("{name}, read in nanoseconds", "{name}，读取只需几纳秒"),
+        ),
         false => HealthCheck::poor(
-            "clock",
-            format!("{name}, which takes a microsecond and more to read"),
-            "boot with clocksource=tsc tsc=reliable where the processor has an invariant counter",
+            text!("clock", "时钟"),
+            text!(
+                "{name}, which takes a microsecond and more to read",
+                "{name}，读取需一微秒以上"
+            ),
+            text!(
+                "boot with clocksource=tsc tsc=reliable where the processor has an invariant counter",
+                "处理器有恒定计数器时，以 clocksource=tsc tsc=reliable 启动系统"
+            ),
         ),
     })
 }
@@ -279,11 +296,14 @@ fn governor() -> Option<HealthCheck> {
         return None;
     }
     Some(match governors.iter().all(|name| name == "performance") {
-        true => HealthCheck::good("governor", "performance"),
+        true => HealthCheck::good(text!("governor", "调频策略"), Text::verbatim("performance")),
         false => HealthCheck::poor(
-            "governor",
-            governors.join(", "),
-            "cpupower frequency-set -g performance: a core that has slowed down wakes up late",
+            text!("governor", "调频策略"),
+            Text::verbatim(governors.join(", ")),
+            text!(
+                "cpupower frequency-set -g performance: a core that has slowed down wakes up late",
+                "cpupower frequency-set -g performance：降频的核心唤醒较晚"
+            ),
         ),
     })
 }
@@ -310,27 +330,48 @@ fn ports(config: &ServeConfig) -> Vec<HealthCheck> {
         };
         let (found, advice) = match error.kind() {
             ErrorKind::AddrInUse => (
-                format!("{port} on {} is taken by another program", config.bind),
-                format!(
-                    "end it ('ss -ltnp sport = :{port}' names it), or choose another with {option}"
+                text!(
+                    "{port} on {} is taken by another program",
+                    "{} 上的端口 {port} 已被其他程序占用",
+                    config.bind
+                ),
+                text!(
+                    "end it ('ss -ltnp sport = :{port}' names it), or choose another with {option}",
+                    "结束该程序（'ss -ltnp sport = :{port}' 可查），或用 {option} 选择其他端口"
                 ),
             ),
             ErrorKind::PermissionDenied => (
-                format!("{port} may not be opened by this user"),
-                format!(
-                    "choose one from 1024 on with {option}, or allow it: AmbientCapabilities=CAP_NET_BIND_SERVICE"
+                text!(
+                    "{port} may not be opened by this user",
+                    "此用户不能打开端口 {port}"
+                ),
+                text!(
+                    "choose one from 1024 on with {option}, or allow it: AmbientCapabilities=CAP_NET_BIND_SERVICE",
+                    "用 {option} 选择 1024 以上的端口，或允许：AmbientCapabilities=CAP_NET_BIND_SERVICE"
                 ),
             ),
             _ => (
-                format!("{port} on {} cannot be opened: {error}", config.bind),
-                "is the address of --bind one of this machine's?".to_owned(),
+                text!(
+                    "{port} on {} cannot be opened: {error}",
+                    "无法打开 {} 上的端口 {port}：{error}",
+                    config.bind
+                ),
+                text!(
+                    "is the address of --bind one of this machine's?",
+                    "--bind 的地址是本机的吗？"
+                ),
             ),
         };
-        findings.push(HealthCheck::bad("ports", found, advice));
+        findings.push(HealthCheck::bad(text!("ports", "端口"), found, advice));
     }
     if !free.is_empty() {
-        let found = format!("{} on {} are free", free.join(", "), config.bind);
-        findings.push(HealthCheck::good("ports", found));
+        let found = text!(
+            "{} on {} are free",
+            "{1} 上的 {0} 空闲",
+            free.join(", "),
+            config.bind
+        );
+        findings.push(HealthCheck::good(text!("ports", "端口"), found));
     }
     findings
 }
@@ -371,13 +412,21 @@ mod tests {
         ];
         let poor = timing_checks(&rehearsal(&latencies, refused), step);
         assert_eq!(grades(&poor), [CheckResult::Poor; 3]);
-        assert!(poor[0].found.contains("not permitted") && poor[0].advice.contains("LimitRTPRIO"));
-        assert!(poor[1].advice.contains("LimitMEMLOCK"));
-        assert!(poor[2].found.contains("900 µs in 99 of 100"));
+        assert!(
+            poor[0].found.english().contains("not permitted")
+                && poor[0].advice.english().contains("LimitRTPRIO")
+        );
+        assert!(poor[1].advice.english().contains("LimitMEMLOCK"));
+        assert!(poor[2].found.english().contains("900 µs in 99 of 100"));
 
         latencies[499] = 5000;
         let missed = timing_checks(&rehearsal(&latencies, Vec::new()), step);
-        assert!(missed[2].found.ends_with("cycles would be missed"));
+        assert!(
+            missed[2]
+                .found
+                .english()
+                .ends_with("cycles would be missed")
+        );
     }
 
     #[test]
@@ -392,7 +441,10 @@ mod tests {
             ),
             step,
         );
-        findings.push(HealthCheck::good("recording", OFF));
+        findings.push(HealthCheck::good(
+            text!("recording", "记录"),
+            text!("off", "关闭"),
+        ));
         let text = to_text(&findings, Language::Chinese);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(
@@ -414,8 +466,12 @@ mod tests {
     #[test]
     fn reports_have_a_line_for_each_and_the_worst_is_summed_up() {
         let findings = [
-            HealthCheck::good("timer", "on time"),
-            HealthCheck::bad("ports", "30001 is taken", "end it"),
+            HealthCheck::good(text!("timer", "定时器"), text!("on time", "准时")),
+            HealthCheck::bad(
+                text!("ports", "端口"),
+                text!("30001 is taken", "30001 被占用"),
+                text!("end it", "请结束它"),
+            ),
         ];
         assert_eq!(
             to_text(&findings, Language::English),

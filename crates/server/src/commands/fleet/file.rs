@@ -9,7 +9,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 
 use controller::options::{ByteSize, ModelChoice, Permission, RecordTarget};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use thiserror::Error;
 use toml::{Table, Value};
 
@@ -49,7 +49,7 @@ pub enum FleetFileError {
         /// The file as it was given.
         path: PathBuf,
         /// What is wrong.
-        what: String,
+        what: Text,
     },
     /// The options of a robot.
     #[error("robot {name}: {source}")]
@@ -110,29 +110,36 @@ impl FleetConfig {
     /// # Errors
     /// [`FleetFileError`]
     pub fn of_text(path: &Path, text: &str) -> Result<Self, FleetFileError> {
-        let wrong = |what: String| FleetFileError::Wrong {
+        let wrong = |what: Text| FleetFileError::Wrong {
             path: path.to_owned(),
             what,
         };
         if text.len() > FILE_BYTES_MAX {
-            return Err(wrong(format!(
+            return Err(wrong(text!(
                 "it has {} bytes, at most {FILE_BYTES_MAX} are read",
+                "有 {} 字节，最多读取 {FILE_BYTES_MAX} 字节",
                 text.len()
             )));
         }
-        let table: Table = text
-            .parse()
-            .map_err(|error: toml::de::Error| wrong(error.message().replace('\n', ", ")))?;
+        let table: Table = text.parse().map_err(|error: toml::de::Error| {
+            wrong(Text::verbatim(error.message().replace('\n', ", ")))
+        })?;
         let mut top = with_dashes(table).map_err(wrong)?;
         let defaults = match top.remove("defaults") {
             None => Table::new(),
             Some(Value::Table(table)) => with_dashes(table).map_err(wrong)?,
-            Some(_) => return Err(wrong("defaults must be a table, [defaults]".to_owned())),
+            Some(_) => {
+                return Err(wrong(text!(
+                    "defaults must be a table, [defaults]",
+                    "defaults 应为表 [defaults]"
+                )));
+            }
         };
         for key in ["name", "bind", "cycle-phase-us", "ready-file"] {
             if defaults.contains_key(key) {
-                return Err(wrong(format!(
-                    "`{key}` belongs to a robot, not to [defaults]"
+                return Err(wrong(text!(
+                    "`{key}` belongs to a robot, not to [defaults]",
+                    "`{key}` 属于单个机器人，不属于 [defaults]"
                 )));
             }
         }
@@ -140,30 +147,34 @@ impl FleetConfig {
             .get("record")
             .is_some_and(|value| value.as_str() != Some("off"))
         {
-            return Err(wrong(
+            return Err(wrong(text!(
                 "`record` in [defaults] can only be \"off\": without it every robot records into a folder of its \
-                 own".to_owned(),
-            ));
+                 own",
+                "[defaults] 中的 `record` 只能是 \"off\"：不写时每个机器人记录到自己的文件夹"
+            )));
         }
         let tables = match top.remove("robot") {
             Some(Value::Array(tables)) if !tables.is_empty() => tables,
             _ => {
-                return Err(wrong(
-                    "there is no robot; each is a table [[robot]]".to_owned(),
-                ));
+                return Err(wrong(text!(
+                    "there is no robot; each is a table [[robot]]",
+                    "没有机器人；每个机器人是一个表 [[robot]]"
+                )));
             }
         };
         if tables.len() > ROBOTS_MAX {
             let count = tables.len();
-            return Err(wrong(format!(
-                "it has {count} robots, at most {ROBOTS_MAX} are started"
+            return Err(wrong(text!(
+                "it has {count} robots, at most {ROBOTS_MAX} are started",
+                "其中有 {count} 个机器人，最多启动 {ROBOTS_MAX} 个"
             )));
         }
         let (bind, http_port, trusted_hosts, folder) = page_of(&mut top).map_err(wrong)?;
         if let Some(key) = top.keys().next() {
             let keys = KEYS.join(", ");
-            return Err(wrong(format!(
-                "unknown key `{key}`; beside [defaults] and [[robot]] there are {keys}"
+            return Err(wrong(text!(
+                "unknown key `{key}`; beside [defaults] and [[robot]] there are {keys}",
+                "未知的键 `{key}`；[defaults] 和 [[robot]] 之外有 {keys}"
             )));
         }
         let folder = std::path::absolute(&folder).unwrap_or(folder);
@@ -172,16 +183,24 @@ impl FleetConfig {
         let (mut names, mut addresses) = (BTreeSet::new(), BTreeSet::new());
         for (index, table) in tables.into_iter().enumerate() {
             let Value::Table(table) = table else {
-                return Err(wrong("every robot is a table, [[robot]]".to_owned()));
+                return Err(wrong(text!(
+                    "every robot is a table, [[robot]]",
+                    "每个机器人应为表 [[robot]]"
+                )));
             };
             let table = with_dashes(table).map_err(wrong)?;
             let plan = plan(path, table, &defaults, &folder, (index, count))?;
             if !names.insert(plan.name.clone()) {
-                return Err(wrong(format!("two robots are called {}", plan.name)));
+                return Err(wrong(text!(
+                    "two robots are called {}",
+                    "两个机器人都名为 {}",
+                    plan.name
+                )));
             }
             if !addresses.insert(plan.bind) {
-                return Err(wrong(format!(
+                return Err(wrong(text!(
                     "two robots have the address {}; each needs one of its own",
+                    "两个机器人的地址都是 {}；每个需要自己的地址",
                     plan.bind
                 )));
             }
@@ -197,12 +216,12 @@ impl FleetConfig {
 }
 
 /// `step_ms` is as good as `step-ms`.
-fn with_dashes(table: Table) -> Result<Table, String> {
+fn with_dashes(table: Table) -> Result<Table, Text> {
     let mut dashed = Table::new();
     for (key, value) in table {
         let key = key.replace('_', "-");
         if dashed.contains_key(&key) {
-            return Err(format!("`{key}` is given twice"));
+            return Err(text!("`{key}` is given twice", "`{key}` 给出了两次"));
         }
         dashed.insert(key, value);
     }
@@ -210,7 +229,7 @@ fn with_dashes(table: Table) -> Result<Table, String> {
 }
 
 /// Address, port, names and folder of the fleet itself.
-fn page_of(top: &mut Table) -> Result<(IpAddr, PortSetting, Vec<String>, PathBuf), String> {
+fn page_of(top: &mut Table) -> Result<(IpAddr, PortSetting, Vec<String>, PathBuf), Text> {
     let text = |value: Value| match value {
         Value::String(text) => text,
         other => other.to_string(),
@@ -218,15 +237,21 @@ fn page_of(top: &mut Table) -> Result<(IpAddr, PortSetting, Vec<String>, PathBuf
     let mut taken = |key: &str| top.remove(key).map(text);
     let bind = match taken("bind") {
         None => IpAddr::V4(Ipv4Addr::LOCALHOST),
-        Some(text) => text
-            .parse()
-            .map_err(|_| format!("`bind` is {text:?}; an IP address is needed"))?,
+        Some(text) => text.parse().map_err(|_| {
+            text!(
+                "`bind` is {text:?}; an IP address is needed",
+                "`bind` 为 {text:?}；需要 IP 地址"
+            )
+        })?,
     };
     let port = match taken("http-port") {
         None => PortSetting::Number(HTTP_PORT),
-        Some(text) => text
-            .parse()
-            .map_err(|allowed: String| format!("`http-port` is {text:?}; {allowed}"))?,
+        Some(text) => text.parse().map_err(|allowed: Text| {
+            text!(
+                "`http-port` is {text:?}; {allowed}",
+                "`http-port` 为 {text:?}；{allowed}"
+            )
+        })?,
     };
     let folder = taken("folder").map_or_else(|| PathBuf::from("fleet"), PathBuf::from);
     let mut trusted = Vec::new();
@@ -235,15 +260,19 @@ fn page_of(top: &mut Table) -> Result<(IpAddr, PortSetting, Vec<String>, PathBuf
         Some(Value::Array(names)) => {
             for name in names {
                 let name = text(name);
-                let host: TrustedHost = name
-                    .parse()
-                    .map_err(|allowed: String| format!("`trust-host` has {name:?}; {allowed}"))?;
+                let host: TrustedHost = name.parse().map_err(|allowed: Text| {
+                    text!(
+                        "`trust-host` has {name:?}; {allowed}",
+                        "`trust-host` 中有 {name:?}；{allowed}"
+                    )
+                })?;
                 trusted.push(host.0);
             }
         }
         Some(other) => {
-            return Err(format!(
-                "`trust-host` is {other}; a list of names is needed"
+            return Err(text!(
+                "`trust-host` is {other}; a list of names is needed",
+                "`trust-host` 为 {other}；需要名称列表"
             ));
         }
     }
@@ -258,7 +287,7 @@ fn plan(
     folder: &Path,
     (index, count): (usize, usize),
 ) -> Result<RobotPlan, FleetFileError> {
-    let wrong = |what: String| FleetFileError::Wrong {
+    let wrong = |what: Text| FleetFileError::Wrong {
         path: path.to_owned(),
         what,
     };
@@ -266,16 +295,23 @@ fn plan(
     let name = match table.remove("name") {
         Some(Value::String(name)) if is_name(&name) => name,
         Some(given) => {
-            return Err(wrong(format!(
-                "robot {number}: `name` is {given}; 1 to {NAME_CHARS_MAX} letters, digits, `-` and `_` are allowed"
+            return Err(wrong(text!(
+                "robot {number}: `name` is {given}; 1 to {NAME_CHARS_MAX} letters, digits, `-` and `_` are allowed",
+                "第 {number} 个机器人：`name` 为 {given}；允许 1 到 {NAME_CHARS_MAX} 个字母、数字、`-` 和 `_`"
             )));
         }
-        None => return Err(wrong(format!("robot {number} has no `name`"))),
+        None => {
+            return Err(wrong(text!(
+                "robot {number} has no `name`",
+                "第 {number} 个机器人没有 `name`"
+            )));
+        }
     };
     for key in ["ready-file", "cycle-phase-us"] {
         if table.contains_key(key) {
-            return Err(wrong(format!(
-                "robot {name}: `{key}` is the fleet's to say"
+            return Err(wrong(text!(
+                "robot {name}: `{key}` is the fleet's to say",
+                "机器人 {name}：`{key}` 由机器人组决定"
             )));
         }
     }
@@ -290,9 +326,11 @@ fn plan(
             let text = given
                 .as_str()
                 .map_or_else(|| given.to_string(), str::to_owned);
-            let size: Result<ByteSize, String> = text.parse();
-            let size = size.map_err(|allowed| {
-                wrong(format!("robot {name}: `memory` is {text:?}; {allowed}"))
+            let size: ByteSize = text.parse().map_err(|allowed: Text| {
+                wrong(text!(
+                    "robot {name}: `memory` is {text:?}; {allowed}",
+                    "机器人 {name}：`memory` 为 {text:?}；{allowed}"
+                ))
             })?;
             Some(size.0)
         }

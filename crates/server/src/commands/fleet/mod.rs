@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use messages::Localized;
+use messages::{Localized, text};
 use platform::machine;
 use platform::signals::Hangups;
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -25,11 +25,11 @@ use tokio_util::sync::CancellationToken;
 
 use crate::cli::FleetArgs;
 use crate::command::{CommandResult, CommandStatus};
+use crate::language;
 use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::http::{self, HttpService};
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::shutdown::Shutdown;
-use crate::{language, logging};
 
 use file::{FleetConfig, FleetFileError};
 use robot::{READY_WITHIN, RestartRequest, RobotProcess};
@@ -71,10 +71,11 @@ fn start_fleet(args: &FleetArgs) -> Result<CommandStatus, FleetError> {
     let fleet = FleetConfig::load(&args.file)?;
     if args.check {
         let count = fleet.robots.len();
-        logging::say(&language::told(&format!(
+        language::say(&text!(
             "{}: {count} robots can be started",
+            "{}：可以启动 {count} 个机器人",
             args.file.display()
-        )));
+        ));
         return Ok(CommandStatus::Success);
     }
     let program = std::env::current_exe()?;

@@ -21,7 +21,7 @@ use tokio::time::timeout;
 use super::log::end_of;
 use super::metrics::MergedMetrics;
 use super::robot::{ProcessState, ProcessStatus, RobotProcess};
-use crate::language::{pick, told};
+use crate::language::{pick, shown};
 
 /// A robot has so long to answer.
 const ANSWER_WITHIN: Duration = Duration::from_secs(1);
@@ -113,7 +113,7 @@ async fn health(Shared(robots): Shared<Robots>) -> Response {
             plan.name.clone(),
             json!({
                 "status": if robot_is_well { "ok" } else { "not well" },
-                "state": seen.state.as_str(),
+                "state": seen.state.name(),
                 "address": plan.bind.to_string(),
                 "ports": seen.ports,
                 "pid": seen.pid,
@@ -178,7 +178,8 @@ async fn metrics(Shared(robots): Shared<Robots>) -> Response {
 
 async fn log(Shared(robots): Shared<Robots>, Path(name): Path<String>) -> Response {
     let Some(robot) = robots.iter().find(|robot| robot.plan().name == name) else {
-        return (StatusCode::NOT_FOUND, "there is no robot of this name\n").into_response();
+        let none = pick("there is no robot of this name\n", "没有这个名称的机器人\n");
+        return (StatusCode::NOT_FOUND, none).into_response();
     };
     let file = robot.plan().folder.join("robot.log");
     let kind = [
@@ -187,7 +188,7 @@ async fn log(Shared(robots): Shared<Robots>, Path(name): Path<String>) -> Respon
     ];
     match end_of(&file, LOG_BYTES_MAX) {
         Ok(text) => (kind, text).into_response(),
-        Err(error) => (StatusCode::NOT_FOUND, format!("{error}\n")).into_response(),
+        Err(error) => (StatusCode::NOT_FOUND, format!("{}\n", shown(&error))).into_response(),
     }
 }
 
@@ -229,8 +230,8 @@ async fn table(Shared(robots): Shared<Robots>) -> Response {
 
 fn row(robot: &RobotProcess, seen: &ProcessStatus, health: &Json) -> String {
     let plan = robot.plan();
-    let (state, log) = (seen.state.as_str(), pick("log", "日志"));
-    let word = pick(state, seen.state.in_chinese());
+    let (state, log) = (seen.state.name(), pick("log", "日志"));
+    let word = shown(&state);
     let (name, bind) = (&plan.name, plan.bind);
     let pendant = match seen.ports.get("http") {
         Some(port) => {
@@ -239,9 +240,13 @@ fn row(robot: &RobotProcess, seen: &ProcessStatus, health: &Json) -> String {
         }
         None => name.clone(),
     };
-    let shown = match (&seen.last_end, seen.state) {
+    let doing = match (&seen.last_end, seen.state) {
         (Some(why), ProcessState::Waiting) => {
-            format!("{word}{}{}", pick(": ", "："), escaped(&told(why)))
+            format!(
+                "{word}{}{}",
+                pick(": ", "："),
+                escaped(&shown(why).to_string())
+            )
         }
         (_, ProcessState::Ready) if health["status"] != "ok" => {
             let why = match health["status"].as_str() {
@@ -252,14 +257,14 @@ fn row(robot: &RobotProcess, seen: &ProcessStatus, health: &Json) -> String {
             };
             format!("{word}{}{}", pick(", ", "，"), escaped(why))
         }
-        _ => word.to_owned(),
+        _ => word.to_string(),
     };
     let class = match seen.state {
         ProcessState::Ready if health["status"] != "ok" => "bad",
-        _ => state,
+        _ => state.english(),
     };
     format!(
-        "<tr><td>{pendant}</td><td class=\"{class}\">{shown}</td><td>{}</td><td>{}</td><td>{} MB</td>\
+        "<tr><td>{pendant}</td><td class=\"{class}\">{doing}</td><td>{}</td><td>{}</td><td>{} MB</td>\
          <td>{}</td><td>{bind}</td><td><a href=\"/logs/{name}\">{log}</a></td></tr>",
         match health["task"].as_str() {
             Some("running") => pick("running", "运行中").to_owned(),

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
+use messages::{Text, text};
 use parking_lot::Mutex;
 use platform::{machine, processes};
 use serde_json::Value as Json;
@@ -50,22 +51,13 @@ pub(super) enum ProcessState {
 }
 
 impl ProcessState {
-    pub(super) const fn as_str(self) -> &'static str {
+    /// The word for it.
+    pub(super) const fn name(self) -> Text {
         match self {
-            Self::Starting => "starting",
-            Self::Ready => "ready",
-            Self::Waiting => "waiting",
-            Self::Stopped => "stopped",
-        }
-    }
-
-    /// The word on the page for people who read Chinese.
-    pub(super) const fn in_chinese(self) -> &'static str {
-        match self {
-            Self::Starting => "启动中",
-            Self::Ready => "就绪",
-            Self::Waiting => "等待重启",
-            Self::Stopped => "已停止",
+            Self::Starting => Text::fixed("starting", "启动中"),
+            Self::Ready => Text::fixed("ready", "就绪"),
+            Self::Waiting => Text::fixed("waiting", "等待重启"),
+            Self::Stopped => Text::fixed("stopped", "已停止"),
         }
     }
 }
@@ -82,11 +74,11 @@ pub(super) struct ProcessStatus {
     /// Bytes it holds.
     pub memory: u64,
     /// How its last process ended.
-    pub last_end: Option<String>,
+    pub last_end: Option<Text>,
 }
 
 /// Start it anew with this plan; the answer comes when it is ready, or why it is not.
-pub(super) struct RestartRequest(pub RobotPlan, pub oneshot::Sender<Result<(), String>>);
+pub(super) struct RestartRequest(pub RobotPlan, pub oneshot::Sender<Result<(), Text>>);
 
 /// A robot.
 pub(super) struct RobotProcess {
@@ -97,7 +89,7 @@ pub(super) struct RobotProcess {
 /// A reason why a process is over.
 enum ProcessExit {
     /// The process ended by itself.
-    Ended(String),
+    Ended(Text),
     /// The process is to end for good.
     Stopped,
     /// The process is to be started anew.
@@ -148,12 +140,14 @@ impl RobotProcess {
     ) {
         let name = self.plan().name;
         let mut pause = FIRST_PAUSE;
-        let mut asked: Option<oneshot::Sender<Result<(), String>>> = None;
+        let mut asked: Option<oneshot::Sender<Result<(), Text>>> = None;
         loop {
             let begun = Instant::now();
             let over = match start(program, &self.plan()) {
                 Ok(process) => self.watch(process, &mut orders, &mut asked, shutdown).await,
-                Err(error) => ProcessExit::Ended(format!("it cannot be started: {error}")),
+                Err(error) => {
+                    ProcessExit::Ended(text!("it cannot be started: {error}", "无法启动：{error}"))
+                }
             };
             let was_ready = self.seen().state == ProcessState::Ready;
             self.update_status(|seen| {
@@ -207,7 +201,7 @@ impl RobotProcess {
         &self,
         mut process: ServerProcess,
         orders: &mut mpsc::Receiver<RestartRequest>,
-        asked: &mut Option<oneshot::Sender<Result<(), String>>>,
+        asked: &mut Option<oneshot::Sender<Result<(), Text>>>,
         shutdown: &CancellationToken,
     ) -> ProcessExit {
         let pid = process.child.id();
@@ -240,8 +234,9 @@ impl RobotProcess {
                     }
                 } else if begun.elapsed() >= READY_WITHIN {
                     process.end().await;
-                    return ProcessExit::Ended(format!(
+                    return ProcessExit::Ended(text!(
                         "its ports did not listen within {} s",
+                        "其端口在 {} s 内没有监听",
                         READY_WITHIN.as_secs()
                     ));
                 }
@@ -252,8 +247,9 @@ impl RobotProcess {
                 self.update_status(|seen| seen.memory = held);
                 if let Some(most) = memory_max.filter(|most| held > *most) {
                     process.end().await;
-                    return ProcessExit::Ended(format!(
+                    return ProcessExit::Ended(text!(
                         "it held {} MB, {} MB are allowed",
+                        "占用 {} MB，允许 {} MB",
                         held / 1_000_000,
                         most / 1_000_000
                     ));
@@ -309,10 +305,16 @@ fn start(program: &Path, plan: &RobotPlan) -> io::Result<ServerProcess> {
     })
 }
 
-fn exit_description(ended: io::Result<ExitStatus>) -> String {
+fn exit_description(ended: io::Result<ExitStatus>) -> Text {
     match ended {
-        Ok(status) => format!("it ended ({status}); its log says why"),
-        Err(error) => format!("it cannot be waited for: {error}"),
+        Ok(status) => text!(
+            "it ended ({status}); its log says why",
+            "已结束（{status}）；原因见其日志"
+        ),
+        Err(error) => text!(
+            "it cannot be waited for: {error}",
+            "无法等待其结束：{error}"
+        ),
     }
 }
 

@@ -2,9 +2,10 @@
 
 use core::fmt::Write;
 
+use messages::{Text, text};
 use serde_json::{Value as Json, json};
 
-use crate::language::{padded, pick, told};
+use crate::language::{chosen, padded, shown};
 
 /// What was found.
 #[derive(Clone, Debug)]
@@ -161,30 +162,55 @@ impl Answer {
     /// Lines for people; the last ones are what is pasted elsewhere.
     pub fn human(&self) -> String {
         let mut text = String::new();
-        let mut row = |name: &str, value: String, sigma: String, unit: &str| {
+        let mut row = |name: Text, value: String, sigma: String, unit: &str| {
             let sigma = if sigma.is_empty() {
                 sigma
             } else {
                 format!("  ± {sigma}")
             };
-            let name = padded(&told(name), 20);
+            let name = padded(name.in_language(chosen()), 20);
             let _ = writeln!(text, "{name}{value}{sigma} {unit}");
         };
         match self {
             Self::Payload(a) => {
-                row("mass", number(a.mass), number(a.sigma_mass), "kg");
-                row("centre of gravity", list(&a.cog), list(&a.sigma_cog), "m");
+                row(
+                    text!("mass", "质量"),
+                    number(a.mass),
+                    number(a.sigma_mass),
+                    "kg",
+                );
+                row(
+                    text!("centre of gravity", "重心"),
+                    list(&a.cog),
+                    list(&a.sigma_cog),
+                    "m",
+                );
                 match a.inertia {
-                    Some(inertia) => row("inertia", list(&inertia), String::new(), "kg m²"),
+                    Some(inertia) => row(
+                        text!("inertia", "惯量"),
+                        list(&inertia),
+                        String::new(),
+                        "kg m²",
+                    ),
                     None => row(
-                        "inertia",
-                        told("not told by this motion").into_owned(),
+                        text!("inertia", "惯量"),
+                        shown(&text!("not told by this motion", "此运动无法判断")).to_string(),
                         String::new(),
                         "",
                     ),
                 }
-                row("residual (rms)", number(a.residual_rms), String::new(), "");
-                row("samples", a.samples.to_string(), String::new(), "");
+                row(
+                    text!("residual (rms)", "残差（均方根）"),
+                    number(a.residual_rms),
+                    String::new(),
+                    "",
+                );
+                row(
+                    text!("samples", "样本数"),
+                    a.samples.to_string(),
+                    String::new(),
+                    "",
+                );
                 let inertia = a
                     .inertia
                     .map(|i| format!(", {}", list(&i)))
@@ -199,49 +225,94 @@ impl Answer {
             }
             Self::Friction(a) => {
                 row(
-                    "dry friction",
+                    text!("dry friction", "干摩擦"),
                     list(&a.coulomb),
                     list(&a.sigma_coulomb),
                     "Nm",
                 );
                 row(
-                    "viscous friction",
+                    text!("viscous friction", "粘性摩擦"),
                     list(&a.viscous),
                     list(&a.sigma_viscous),
                     "Nm s/rad",
                 );
                 row(
-                    "residual (rms)",
+                    text!("residual (rms)", "残差（均方根）"),
                     number(a.residual_rms),
                     String::new(),
                     "Nm",
                 );
-                row("samples", a.samples.to_string(), String::new(), "");
+                row(
+                    text!("samples", "样本数"),
+                    a.samples.to_string(),
+                    String::new(),
+                    "",
+                );
                 let _ = write!(text, "\n{}", self.toml());
             }
             Self::Sensor(a) => {
-                row("bias", list(&a.bias), list(&a.sigma_bias), "N, Nm");
-                row("mass", number(a.mass), number(a.sigma_mass), "kg");
-                row("centre of gravity", list(&a.cog), list(&a.sigma_cog), "m");
-                row("residual (rms)", number(a.residual_rms), String::new(), "");
-                row("rests", a.samples.to_string(), String::new(), "");
+                row(
+                    text!("bias", "零偏"),
+                    list(&a.bias),
+                    list(&a.sigma_bias),
+                    "N, Nm",
+                );
+                row(
+                    text!("mass", "质量"),
+                    number(a.mass),
+                    number(a.sigma_mass),
+                    "kg",
+                );
+                row(
+                    text!("centre of gravity", "重心"),
+                    list(&a.cog),
+                    list(&a.sigma_cog),
+                    "m",
+                );
+                row(
+                    text!("residual (rms)", "残差（均方根）"),
+                    number(a.residual_rms),
+                    String::new(),
+                    "",
+                );
+                row(
+                    text!("rests", "静止段"),
+                    a.samples.to_string(),
+                    String::new(),
+                    "",
+                );
             }
             Self::Tool(a) => {
-                row("position", list(&a.tcp[..3]), list(&a.sigma_position), "m");
-                let sigma = a.sigma_orientation.map(number).unwrap_or_default();
-                row("orientation", list(&a.tcp[3..]), sigma, "rad");
                 row(
-                    "largest residual",
+                    text!("position", "位置"),
+                    list(&a.tcp[..3]),
+                    list(&a.sigma_position),
+                    "m",
+                );
+                let sigma = a.sigma_orientation.map(number).unwrap_or_default();
+                row(
+                    text!("orientation", "姿态"),
+                    list(&a.tcp[3..]),
+                    sigma,
+                    "rad",
+                );
+                row(
+                    text!("largest residual", "最大残差"),
                     number(a.residual_max),
                     String::new(),
                     "m",
                 );
-                row("rests", a.rests.to_string(), String::new(), "");
+                row(
+                    text!("rests", "静止段"),
+                    a.rests.to_string(),
+                    String::new(),
+                    "",
+                );
                 let _ = writeln!(text, "\nset_tcp({})", list(&a.tcp));
             }
             Self::Frame(a) => {
                 row(
-                    pick("frame", "坐标系"),
+                    text!("frame", "坐标系"),
                     list(&a.frame),
                     String::new(),
                     "m, rad",

@@ -2,6 +2,7 @@
 
 use kinematics::identification::fit_tool;
 use kinematics::{Pose, RpyPose};
+use messages::{Text, text};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::IdentifyError;
@@ -13,8 +14,8 @@ const DISTANCE_MIN_M: f64 = 0.02;
 /// Directions whose angle is smaller tell no plane, rad.
 const ANGLE_MIN_RAD: f64 = 0.1;
 
-fn cannot(text: impl Into<String>) -> IdentifyError {
-    IdentifyError::CannotTell(text.into())
+fn cannot(text: Text) -> IdentifyError {
+    IdentifyError::CannotTell(text)
 }
 
 /// The TCP from rests of its tip at one point.
@@ -29,14 +30,15 @@ pub fn tool(
         // The last three: the point, a step along x, a step into +y.
         true if poses.len() >= 6 => (&poses[..poses.len() - 2], Some(&poses[poses.len() - 3..])),
         true => {
-            return Err(cannot(format!(
+            return Err(cannot(text!(
                 "{} rests: with --orientation four at the point and two beside it are needed",
+                "静止段有 {} 个：用 --orientation 时需要在该点的四个和旁边的两个",
                 poses.len()
             )));
         }
         false => (&poses[..], None),
     };
-    let fit = fit_tool(points).map_err(|error| cannot(error.to_string()))?;
+    let fit = fit_tool(points).map_err(|error| cannot(Text::of(&error)))?;
     let sigma = fit.sigma.norm();
     let (rpy, sigma_orientation) = match directions {
         None => ([0.0; 3], None),
@@ -65,8 +67,9 @@ pub fn tool(
 pub fn frame(samples: &Samples, at: &[f64]) -> Result<Answer, IdentifyError> {
     let rests = samples.chosen_rests(at)?;
     let [first, second, third] = rests[..] else {
-        return Err(cannot(format!(
+        return Err(cannot(text!(
             "{} rests: three are needed (origin, on X, in the XY plane); choose them with --at",
+            "静止段有 {} 个：需要三个（原点、X 轴上、XY 平面内）；请用 --at 选择",
             rests.len()
         )));
     };
@@ -96,17 +99,19 @@ fn axes(points: &[Vector3<f64>]) -> Result<(Rotation3<f64>, f64), IdentifyError>
     let (along, aside) = (points[1] - points[0], points[2] - points[0]);
     let shorter = along.norm().min(aside.norm());
     if shorter < DISTANCE_MIN_M {
-        return Err(cannot(format!(
+        return Err(cannot(text!(
             "two of the points are {:.1} mm apart: 20 mm or more are needed",
+            "有两点相距 {:.1} mm：需要至少 20 mm",
             shorter * 1e3
         )));
     }
     let x = along.normalize();
     let z = x.cross(&aside);
     if z.norm() < ANGLE_MIN_RAD.sin() * aside.norm() {
-        return Err(cannot(
+        return Err(cannot(text!(
             "the three points lie in one line: the third one has to lie beside it",
-        ));
+            "三点在一条直线上：第三点必须在直线之外"
+        )));
     }
     let z = z.normalize();
     let matrix = Matrix3::from_columns(&[x, z.cross(&x), z]);

@@ -4,6 +4,7 @@ use kinematics::identification::{
     BODY_PARAMETERS, BodyMotion, FitError, LeastSquares, Solution, body_regressor,
 };
 use kinematics::{DOF, JointAccelerations, JointSpeeds, Payload, Pose};
+use messages::{Text, text};
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 
 use super::IdentifyError;
@@ -11,17 +12,17 @@ use super::answer::{Answer, FrictionAnswer, PayloadAnswer, SensorAnswer};
 use super::samples::{RestInterval, Sample, Samples};
 
 /// Names of the parameters of a body.
-const BODY_NAMES: [&str; BODY_PARAMETERS] = [
-    "the mass",
-    "the centre of gravity in x",
-    "the centre of gravity in y",
-    "the centre of gravity in z",
-    "Ixx",
-    "Iyy",
-    "Izz",
-    "Ixy",
-    "Ixz",
-    "Iyz",
+const BODY_NAMES: [Text; BODY_PARAMETERS] = [
+    text!("the mass", "质量"),
+    text!("the centre of gravity in x", "x 方向的重心"),
+    text!("the centre of gravity in y", "y 方向的重心"),
+    text!("the centre of gravity in z", "z 方向的重心"),
+    Text::fixed("Ixx", "Ixx"),
+    Text::fixed("Iyy", "Iyy"),
+    Text::fixed("Izz", "Izz"),
+    Text::fixed("Ixy", "Ixy"),
+    Text::fixed("Ixz", "Ixz"),
+    Text::fixed("Iyz", "Iyz"),
 ];
 /// An inertia is told where its standard deviation is below this share of the largest moment, and this much, kg m².
 const INERTIA_SHARE: f64 = 0.2;
@@ -77,9 +78,10 @@ pub fn payload_from_forces(samples: &Samples) -> Result<Answer, IdentifyError> {
         .iter()
         .all(|sample| sample.wrench[0].is_nan())
     {
-        return Err(IdentifyError::CannotTell(
-            "the recordings hold no force reading (raw_wrench): use --from-torques".to_owned(),
-        ));
+        return Err(IdentifyError::CannotTell(text!(
+            "the recordings hold no force reading (raw_wrench): use --from-torques",
+            "记录中没有力读数（raw_wrench）：请用 --from-torques"
+        )));
     }
     // Noise of forces and moments differs: the second fit knows how far the first one leaves each.
     let first = force_fit(samples, 4, FORCE_TO_MOMENT);
@@ -193,9 +195,10 @@ fn need_torques(samples: &Samples) -> Result<(), IdentifyError> {
         .any(|sample| !sample.torque[0].is_nan())
     {
         true => Ok(()),
-        false => Err(IdentifyError::CannotTell(
-            "the recordings hold no torques of the joints (actual_torque)".to_owned(),
-        )),
+        false => Err(IdentifyError::CannotTell(text!(
+            "the recordings hold no torques of the joints (actual_torque)",
+            "记录中没有关节力矩（actual_torque）"
+        ))),
     }
 }
 
@@ -228,8 +231,9 @@ fn payload_of(
     };
     let mass = solution.values[0];
     if mass <= 3.0 * solution.sigmas[0] || mass < 1e-3 {
-        return Err(IdentifyError::CannotTell(format!(
+        return Err(IdentifyError::CannotTell(text!(
             "the payload is too light to tell where it is: {mass:.4} kg, ± {:.4} kg",
+            "负载太轻，无法判断其位置：{mass:.4} kg，± {:.4} kg",
             solution.sigmas[0]
         )));
     }
@@ -243,8 +247,9 @@ fn payload_of(
         variance.max(0.0).sqrt() / mass
     });
     if sigma_cog.iter().any(|sigma| *sigma > COG_SIGMA_MAX_M) {
-        return Err(IdentifyError::CannotTell(format!(
-            "the motion does not tell the centre of gravity (mass {mass:.3} kg): turn the flange about two axes"
+        return Err(IdentifyError::CannotTell(text!(
+            "the motion does not tell the centre of gravity (mass {mass:.3} kg): turn the flange about two axes",
+            "此运动无法判断重心（质量 {mass:.3} kg）：请绕两个轴转动法兰"
         )));
     }
     Ok(Answer::Payload(PayloadAnswer {
@@ -274,7 +279,7 @@ fn inertia_of(values: &[f64]) -> [f64; 6] {
 /// Friction of each joint.
 pub fn friction(samples: &Samples) -> Result<Answer, IdentifyError> {
     need_torques(samples)?;
-    let still: Vec<String> = (0..DOF)
+    let still: Vec<Text> = (0..DOF)
         .filter(|joint| {
             let range = samples.samples.iter().map(|sample| sample.q[*joint]);
             let (low, high) = range.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
@@ -282,12 +287,13 @@ pub fn friction(samples: &Samples) -> Result<Answer, IdentifyError> {
             });
             high - low < TURN_MIN_RAD
         })
-        .map(|joint| format!("joint {joint}"))
+        .map(|joint| text!("joint {joint}", "关节 {joint}"))
         .collect();
     if !still.is_empty() {
-        return Err(IdentifyError::CannotTell(format!(
+        return Err(IdentifyError::CannotTell(text!(
             "{} did not turn far enough (0.2 rad) to tell its friction",
-            still.join(", ")
+            "{}转动不足（0.2 rad），无法判断摩擦",
+            Text::joined(still, ", ", "、")
         )));
     }
     // With a body on the flange: what hangs there is not known.
@@ -295,13 +301,16 @@ pub fn friction(samples: &Samples) -> Result<Answer, IdentifyError> {
         .or_else(|_| joint_torque_fit(samples, 4))
         .or_else(|_| joint_torque_fit(samples, 0))
         .map_err(|error| {
-            let names: Vec<String> = (0..2 * DOF)
+            let names: Vec<Text> = (0..2 * DOF)
                 .map(|index| match index < DOF {
-                    true => format!("the dry friction of joint {index}"),
-                    false => format!("the viscous friction of joint {}", index - DOF),
+                    true => text!("the dry friction of joint {index}", "关节 {index} 的干摩擦"),
+                    false => text!(
+                        "the viscous friction of joint {}",
+                        "关节 {} 的粘性摩擦",
+                        index - DOF
+                    ),
                 })
                 .collect();
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
             IdentifyError::of_fit(&error, &names)
         })?;
     let body = solution.values.len() - 2 * DOF;
@@ -367,8 +376,9 @@ pub fn sensor(samples: &Samples, at: &[f64]) -> Result<Answer, IdentifyError> {
         .filter(|rest| rest.wrench.iter().all(|x| x.is_finite()))
         .collect();
     if rests.len() < 3 {
-        return Err(IdentifyError::CannotTell(format!(
+        return Err(IdentifyError::CannotTell(text!(
             "{} rests with a force reading: three or more with other orientations are needed",
+            "带力读数的静止段有 {} 个：需要三个以上不同的姿态",
             rests.len()
         )));
     }
@@ -396,22 +406,23 @@ pub fn sensor(samples: &Samples, at: &[f64]) -> Result<Answer, IdentifyError> {
         }
     }
     let names = [
-        "the bias of the force in x",
-        "the bias of the force in y",
-        "the bias of the force in z",
-        "the bias of the moment about x",
-        "the bias of the moment about y",
-        "the bias of the moment about z",
-        "the mass",
-        "the centre of gravity in x",
-        "the centre of gravity in y",
-        "the centre of gravity in z",
+        text!("the bias of the force in x", "x 方向力的零偏"),
+        text!("the bias of the force in y", "y 方向力的零偏"),
+        text!("the bias of the force in z", "z 方向力的零偏"),
+        text!("the bias of the moment about x", "绕 x 轴力矩的零偏"),
+        text!("the bias of the moment about y", "绕 y 轴力矩的零偏"),
+        text!("the bias of the moment about z", "绕 z 轴力矩的零偏"),
+        text!("the mass", "质量"),
+        text!("the centre of gravity in x", "x 方向的重心"),
+        text!("the centre of gravity in y", "y 方向的重心"),
+        text!("the centre of gravity in z", "z 方向的重心"),
     ];
     let solution = sums
         .solve()
         .map_err(|error| match IdentifyError::of_fit(&error, &names) {
-            IdentifyError::CannotTell(text) => IdentifyError::CannotTell(format!(
-                "{text}: the rests are too much alike, turn the flange about two axes between them"
+            IdentifyError::CannotTell(text) => IdentifyError::CannotTell(text!(
+                "{text}: the rests are too much alike, turn the flange about two axes between them",
+                "{text}：各静止段过于相似，请在它们之间绕两个轴转动法兰"
             )),
             other => other,
         })?;

@@ -11,7 +11,7 @@ use std::io::Write;
 
 use controller::recorded_run::RecordedModelError;
 use kinematics::identification::FitError;
-use messages::Localized;
+use messages::{Localized, Text, text};
 use recorder::ReadError;
 
 use crate::cli::{FindingFormat, IdentifyArgs, IdentifyTarget};
@@ -36,21 +36,25 @@ pub enum IdentifyError {
     NoSetup(String),
     /// The data do not tell.
     #[error("{0}")]
-    CannotTell(String),
+    CannotTell(Text),
 }
 
 impl IdentifyError {
-    fn of_fit(error: &FitError, names: &[&str]) -> Self {
+    fn of_fit(error: &FitError, names: &[Text]) -> Self {
         Self::CannotTell(match error {
             FitError::TooFew { count, needed, .. } => {
-                format!("the recordings hold {count} measurements: {needed} or more are needed")
+                text!(
+                    "the recordings hold {count} measurements: {needed} or more are needed",
+                    "记录中有 {count} 个测量值：需要 {needed} 个或更多"
+                )
             }
             FitError::Unobservable { unknowns } => {
-                let named: Vec<&str> = unknowns
-                    .iter()
-                    .filter_map(|i| names.get(*i).copied())
-                    .collect();
-                format!("the motion does not tell {}", named.join(", "))
+                let named = unknowns.iter().filter_map(|i| names.get(*i));
+                text!(
+                    "the motion does not tell {}",
+                    "此运动无法判断{}",
+                    Text::joined(named, ", ", "、")
+                )
             }
         })
     }
@@ -88,16 +92,18 @@ fn refuse_unused(args: &IdentifyArgs) -> Result<(), CommandError> {
     for (option, is_given, targets) in options {
         if is_given && !targets.contains(&args.what) {
             let names: Vec<&str> = targets.iter().map(|target| target.name()).collect();
-            return Err(CommandError::sentence(format!(
+            return Err(CommandError::sentence(text!(
                 "{option} says nothing about identify {}; it is for identify {}",
+                "{option} 与 identify {} 无关；它用于 identify {}",
                 args.what.name(),
                 names.join(", ")
             )));
         }
     }
     match (args.from, args.to) {
-        (Some(from), Some(to)) if from > to => Err(CommandError::sentence(format!(
-            "--from {from} s is later than --to {to} s: nothing lies between"
+        (Some(from), Some(to)) if from > to => Err(CommandError::sentence(text!(
+            "--from {from} s is later than --to {to} s: nothing lies between",
+            "--from {from} s 晚于 --to {to} s：其间没有内容"
         ))),
         _ => Ok(()),
     }

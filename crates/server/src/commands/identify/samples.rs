@@ -7,6 +7,7 @@ use kinematics::{
     DOF, GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Pose,
     RobotModel, RpyPose,
 };
+use messages::text;
 use nalgebra::Vector3;
 use recorder::cycle::CycleMessage;
 use recorder::{ReadError, Recording};
@@ -88,17 +89,19 @@ impl Samples {
                 if let (true, Some(sample)) = (is_wanted, sample(&cycle)) {
                     samples.push(sample);
                     if samples.len() > SAMPLES_MAX {
-                        return Err(IdentifyError::CannotTell(format!(
-                            "the recordings have more than {SAMPLES_MAX} cycles: use --from and --to"
+                        return Err(IdentifyError::CannotTell(text!(
+                            "the recordings have more than {SAMPLES_MAX} cycles: use --from and --to",
+                            "记录超过 {SAMPLES_MAX} 个周期：请用 --from 和 --to"
                         )));
                     }
                 }
             }
         }
         let Some(model) = model else {
-            return Err(IdentifyError::CannotTell(
-                "there is no recording".to_owned(),
-            ));
+            return Err(IdentifyError::CannotTell(text!(
+                "there is no recording",
+                "没有记录"
+            )));
         };
         Self::of(model, samples, begins)
     }
@@ -121,7 +124,10 @@ impl Samples {
         begins: Vec<usize>,
     ) -> Result<Self, IdentifyError> {
         if samples.is_empty() {
-            let text = "the recordings hold no joint positions in this time".to_owned();
+            let text = text!(
+                "the recordings hold no joint positions in this time",
+                "这段时间的记录中没有关节位置"
+            );
             return Err(IdentifyError::CannotTell(text));
         }
         Ok(Self {
@@ -181,7 +187,10 @@ impl Samples {
                     .iter()
                     .find(|rest| (rest.time - time).abs() <= rest.duration / 2.0 + 0.01);
                 found.copied().ok_or_else(|| {
-                    IdentifyError::CannotTell(format!("the arm does not rest at {time} s"))
+                    IdentifyError::CannotTell(text!(
+                        "the arm does not rest at {time} s",
+                        "机械臂在 {time} s 时没有静止"
+                    ))
                 })
             })
             .collect()

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use editor::analysis::words::{Language, LanguageWords as _};
+use editor::analysis::words::Language;
 use editor::analysis::{describe, library};
 use elite_runtime::builtins::all;
 use elite_runtime::builtins::declare::Builtin;
@@ -103,7 +103,7 @@ fn found(words: &str, language: Language) -> Result<ToolOutput, String> {
     }
     let mut text = String::new();
     for (_, builtin) in hits.iter().take(FOUND_MAX) {
-        let summary = language.summary(builtin);
+        let summary = builtin.summary.in_language(language);
         text.push_str(&format!("{}\n    {summary}\n", builtin.signature()));
     }
     if count > FOUND_MAX {

@@ -17,10 +17,11 @@ mod workspace;
 use std::path::Path;
 use std::time::Duration;
 
+use messages::text;
 use rmcp::service::{QuitReason, ServerInitializeError, serve_server};
 
 use crate::cli::McpArgs;
-use crate::command::{CommandError, CommandResult, CommandStatus};
+use crate::command::{CommandResult, CommandStatus};
 
 use lines::Lines;
 use server::McpServer;
@@ -46,18 +47,27 @@ pub fn mcp(_: &McpArgs) -> CommandResult {
             Ok(running) => running,
             Err(ServerInitializeError::ConnectionClosed(_)) => return Ok(CommandStatus::Negative),
             Err(ServerInitializeError::ExpectedInitializeRequest(_)) => {
-                let text = "the first request of a client must be initialize";
-                return Err(CommandError::sentence(text));
+                let text = text!(
+                    "the first request of a client must be initialize",
+                    "客户端的第一个请求必须是 initialize"
+                );
+                return Err(text.into());
             }
             Err(error) => {
-                let text = format!("the session with the client cannot begin: {error}");
-                return Err(CommandError::sentence(text));
+                let text = text!(
+                    "the session with the client cannot begin: {error}",
+                    "与客户端的会话无法开始：{error}"
+                );
+                return Err(text.into());
             }
         };
         match running.waiting().await {
             Ok(QuitReason::JoinError(error)) | Err(error) => {
-                let text = format!("the session with the client has failed: {error}");
-                Err(CommandError::sentence(text))
+                let text = text!(
+                    "the session with the client has failed: {error}",
+                    "与客户端的会话失败：{error}"
+                );
+                Err(text.into())
             }
             Ok(_) => Ok(CommandStatus::Success),
         }

@@ -11,6 +11,7 @@ use controller::outcome::ProgramResult;
 use controller::{NullObserver, SteppedController, WallTimeout};
 use elite_runtime::{Preset, ProgramText};
 use elite_syntax::SourceFile;
+use messages::Language;
 use motion_api::{RobotState, Seconds};
 use rmcp::schemars::JsonSchema;
 use serde::Deserialize;
@@ -147,7 +148,7 @@ pub(super) fn check(
     };
     for finding in findings.iter().take(FINDINGS_MAX) {
         text.push('\n');
-        text.push_str(&render_text(finding, &source));
+        text.push_str(&render_text(finding, &source, Language::English));
     }
     if findings.len() > FINDINGS_MAX {
         text.push_str(&format!("\nand {} more\n", findings.len() - FINDINGS_MAX));
@@ -206,10 +207,14 @@ pub(super) fn run(
     let mut result = ran.map_err(|error| error.to_string())?;
     let prints = shortened(result.prints.join("\n"), OUTPUT_BYTES_MAX);
     let report = result.report.take();
-    let report = report.map(|report| shortened(report, REPORT_BYTES_MAX));
+    let report = report.map(|report| shortened(report.to_string(), REPORT_BYTES_MAX));
     let gave_up = (took >= wall)
         .then(|| format!("it was ended after {wall} s of the machine's time (wall_time)"));
-    let error = result.error.take().or(gave_up);
+    let error = result
+        .error
+        .take()
+        .map(|error| error.to_string())
+        .or(gave_up);
     let text = told(
         &result,
         error.as_deref(),

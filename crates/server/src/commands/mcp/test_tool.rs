@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use messages::Language;
 use motion_api::Seconds;
 use rmcp::schemars::JsonSchema;
 use script_test::report::human;
@@ -96,7 +97,8 @@ pub(super) fn test(
         arguments.seed,
         workspace.folders(),
         workspace.root(),
-    )?;
+    )
+    .map_err(|refusal| refusal.to_string())?;
     settings.override_times(Seconds::new(timeout), Some(WALL_TIMEOUT));
     let record_failed = arguments.record_failed.as_deref();
     let options = TestRunOptions {
@@ -128,13 +130,11 @@ pub(super) fn test(
         .max();
     let mut text = String::new();
     for result in &results {
-        text.push_str(&human::line(result, width.unwrap_or(0), &human::ENGLISH));
+        let width = width.unwrap_or(0);
+        text.push_str(&human::line(result, width, Language::English));
     }
-    text.push_str(&human::summary(
-        &results,
-        started.elapsed(),
-        &human::ENGLISH,
-    ));
+    let sum = human::summary(&results, started.elapsed(), Language::English);
+    text.push_str(&sum);
     let passed = results
         .iter()
         .filter(|result| result.status == Status::Passed)
@@ -158,8 +158,8 @@ fn row(result: &TestResult) -> Json {
         "status": result.status.as_str(),
         "line": result.line,
         "time": result.time,
-        "message": shortened(result.message.clone(), REPORT_BYTES_MAX),
-        "report": shortened(result.report.clone(), REPORT_BYTES_MAX),
+        "message": shortened(result.message.to_string(), REPORT_BYTES_MAX),
+        "report": shortened(result.report.to_string(), REPORT_BYTES_MAX),
         "prints": shortened(result.prints.join("\n"), REPORT_BYTES_MAX),
         "recording": result.recording.as_ref().map(|path| path.display().to_string()),
     })

@@ -67,6 +67,7 @@ impl Workspace {
             regular(&place)?;
             File::open(&place)
         })
+        .map_err(|text| text.to_string())
     }
 
     /// A recording that can be read any number of times, until `stop` is set.

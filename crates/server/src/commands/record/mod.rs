@@ -10,7 +10,7 @@ mod robot;
 use std::time::{Duration, SystemTime};
 
 use kinematics::{CalibrationError, JointPositions};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use motion_api::{MotionEndpoint, Record, RingCapacities, RobotState, motion_channel};
 use recorder::{
     CustomTopic, CustomTopicId, LogLevel, RecordError, Recorder, RecorderConfig, RecorderHandle,
@@ -30,8 +30,7 @@ use wire::rtsi::{RtsiType, RtsiValue};
 
 use crate::cli::RecordArgs;
 use crate::command::{CommandResult, CommandStatus};
-use crate::language::told;
-use crate::logging;
+use crate::language;
 use crate::shutdown::Shutdown;
 use controller::start_configuration::ROBOT;
 
@@ -81,7 +80,7 @@ pub fn record(args: &RecordArgs) -> CommandResult {
             runtime.shutdown_background();
             recorded
         });
-    logging::say(&told(&recorded?));
+    language::say(&recorded?);
     Ok(CommandStatus::Success)
 }
 
@@ -95,7 +94,7 @@ struct StreamStats {
     reconnects: u64,
 }
 
-async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, RecordingError> {
+async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<Text, RecordingError> {
     let host = &args.robot.robot;
     let primary = RobotAddress::new(host, args.robot.primary_port);
     let data = primary.with_port(args.robot.rtsi_port);
@@ -144,8 +143,8 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         notes_wait: false,
         patience: PATIENCE,
         on_failure: Box::new(|error| {
-            let text = format!("the recording has stopped: {error}");
-            tracing::error!("{}", told(&text));
+            let text = text!("the recording has stopped: {error}", "记录已停止：{error}");
+            tracing::error!("{}", language::shown(&text));
         }),
     };
     let records = from
@@ -155,13 +154,14 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     shutdown.set_recording_closer(recorder.closer());
     let [major, minor, fix, _] = rtsi.version();
     let offered = rtsi.offered().len();
-    logging::say(&told(&format!(
+    language::say(&text!(
         "recording the {} at {primary}, controller {major}.{minor}.{fix}: {offered} of {} variables at {} Hz into \
          {path}",
+        "正在记录 {primary} 处的 {}，控制器 {major}.{minor}.{fix}：{} 个变量中的 {offered} 个，{} Hz，写入 {path}",
         reading.calibration.model(),
         KNOWN_VARIABLES.len(),
         args.rate,
-    )));
+    ));
 
     let clock = Clock::new(first.timestamp.unwrap_or(0.0), step_time);
     let mut recording = RecordingSession {
@@ -175,9 +175,12 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     };
     recording.take(first, &values);
     if let Some(missing) = robot::not_offered(&rtsi) {
-        let text = format!("the controller does not offer {missing}");
-        recording.log(LogLevel::Info, "record", &text);
-        logging::say(&told(&text));
+        let text = text!(
+            "the controller does not offer {missing}",
+            "控制器不提供 {missing}"
+        );
+        recording.log(LogLevel::Info, "record", text.english());
+        language::say(&text);
     }
 
     let (sender, mut messages) = mpsc::channel(WAITING);
@@ -218,12 +221,13 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
         reconnects,
     } = recording.tally;
     let left_out = match left_out {
-        0 => String::new(),
-        count => format!(", {count} messages left out"),
+        0 => Text::verbatim(""),
+        count => text!(", {count} messages left out", "，略去 {count} 条消息"),
     };
-    Ok(format!(
+    Ok(text!(
         "{path}: {cycles} cycles, {missing} missing, {out_of_order} out of order left out, {lost} lost here, \
-         {reconnects} reconnects{left_out}"
+         {reconnects} reconnects{left_out}",
+        "{path}：{cycles} 个周期，缺失 {missing} 个，乱序略去 {out_of_order} 个，本机丢失 {lost} 个，重新连接 {reconnects} 次{left_out}"
     ))
 }
 
@@ -264,9 +268,9 @@ impl RecordingSession {
                 self.log(level_of(level), "RTSI", &text)
             }
             RtsiEvent::Gone(why) => {
-                let text = why.to_string();
-                self.log(LogLevel::Warning, "record", &text);
-                tracing::warn!("{}", told(&format!("{text}; trying again")));
+                self.log(LogLevel::Warning, "record", &why.to_string());
+                let text = text!("{why}; trying again", "{why}；正在重试");
+                tracing::warn!("{}", language::shown(&text));
             }
             RtsiEvent::Again(offered) => {
                 // Perhaps another controller, with other variables.
@@ -274,8 +278,9 @@ impl RecordingSession {
                 self.offered = offered;
                 self.tally.reconnects += 1;
                 self.clock.begin_anew();
-                self.log(LogLevel::Info, "record", "connected again");
-                tracing::info!("{}", told("connected again"));
+                let text = text!("connected again", "已重新连接");
+                self.log(LogLevel::Info, "record", text.english());
+                tracing::info!("{}", language::shown(&text));
             }
         }
     }
@@ -321,7 +326,8 @@ impl RecordingSession {
     }
 
     fn log(&self, level: LogLevel, source: &str, text: &str) {
-        self.handle.log(self.clock.now, level, source, text);
+        let text = Text::verbatim(text.to_owned());
+        self.handle.log(self.clock.now, level, source, &text);
     }
 }
 

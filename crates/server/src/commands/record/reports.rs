@@ -1,5 +1,6 @@
 //! What a robot reports, as messages of the recording's log.
 
+use messages::Text;
 use recorder::{LogLevel, RecorderHandle};
 use wire::primary::{
     Exception, ExceptionLevel, ExceptionSource, RobotErrorDisplay, RobotException,
@@ -40,7 +41,12 @@ pub(super) fn tell(handle: &RecorderHandle, time: f64, told: &RobotException) {
             (level, numbered.to_string())
         }
     };
-    handle.log(time, level, ExceptionSource::name(told.source), &text);
+    handle.log(
+        time,
+        level,
+        ExceptionSource::name(told.source),
+        &Text::verbatim(text),
+    );
 }
 
 /// The level of a text of RTSI.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use messages::{Language, Localized, text};
 use recorder::{CycleMessage, Difference, Recording, RecordingEntry, Topic, difference_ignoring};
 
 use super::ReplayError;
@@ -103,29 +104,52 @@ fn cycles(
 
 impl fmt::Display for DiffReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.fmt_in(Language::English, f)
+    }
+}
+
+impl Localized for DiffReport {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, only) in self.names.iter().zip(self.only) {
             if only > 0 {
-                writeln!(f, "only in {name}: {only} cycles")?;
+                let line = text!(
+                    "only in {name}: {only} cycles",
+                    "只在 {name} 中：{only} 个周期"
+                );
+                writeln!(f, "{}", line.in_language(language))?;
             }
         }
+        let compared = self.compared;
         let Some(first) = &self.first else {
-            return write!(f, "identical: {} cycles", self.compared);
+            let line = text!("identical: {compared} cycles", "相同：{compared} 个周期");
+            return f.write_str(line.in_language(language));
         };
-        writeln!(
-            f,
+        let line = text!(
             "first difference at cycle {} ({:.3} s): {first}",
-            first.cycle, self.time
-        )?;
-        write!(
-            f,
-            "different: {} of {} cycles",
-            self.different, self.compared
-        )?;
+            "首个差异在周期 {}（{:.3} s）：{first}",
+            first.cycle,
+            self.time
+        );
+        writeln!(f, "{}", line.in_language(language))?;
+        let line = text!(
+            "different: {} of {compared} cycles",
+            "不同：{compared} 个周期中的 {} 个",
+            self.different
+        );
+        f.write_str(line.in_language(language))?;
         for (name, (by, cycle)) in &self.largest {
-            write!(f, "\n  {name}: up to {by:.3e}, in cycle {cycle}")?;
+            let line = text!(
+                "{name}: up to {by:.3e}, in cycle {cycle}",
+                "{name}：最多 {by:.3e}，在周期 {cycle}"
+            );
+            write!(f, "\n  {}", line.in_language(language))?;
         }
         for (name, times) in &self.words {
-            write!(f, "\n  {name}: other in {times} cycles")?;
+            let line = text!(
+                "{name}: other in {times} cycles",
+                "{name}：{times} 个周期中不同"
+            );
+            write!(f, "\n  {}", line.in_language(language))?;
         }
         Ok(())
     }

@@ -3,12 +3,11 @@
 use std::io::Write;
 
 use controller::search::{MatchInterval, search};
-use editor::analysis::words::Language;
+use messages::{Language, Text, text};
 use recorder::Recording;
 
 use super::ReplayError;
 use super::summary::row;
-use crate::language::told_in;
 use crate::ports::escape::EscapedLine;
 
 /// Decimals of positions: a tenth of a millimetre, or of a milliradian.
@@ -29,10 +28,16 @@ pub(super) fn print(
     )?;
     let (stretches, found, cycles) = (told.stretches, told.found, told.cycles);
     let said = match stretches {
-        1 => format!("found: 1 time, {found} of {cycles} cycles"),
-        _ => format!("found: {stretches} times, {found} of {cycles} cycles"),
+        1 => text!(
+            "found: 1 time, {found} of {cycles} cycles",
+            "找到 1 次，{cycles} 个周期中的 {found} 个"
+        ),
+        _ => text!(
+            "found: {stretches} times, {found} of {cycles} cycles",
+            "找到 {stretches} 次，{cycles} 个周期中的 {found} 个"
+        ),
     };
-    writeln!(out, "{}", told_in(language, &said))?;
+    writeln!(out, "{}", said.in_language(language))?;
     Ok(())
 }
 
@@ -41,26 +46,27 @@ fn tell(
     language: Language,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
-    let told = |english: &str| told_in(language, english).into_owned();
     let (first, last, cycles) = (stretch.first.time, stretch.last, stretch.cycles);
-    write!(
-        out,
-        "{}",
-        match cycles {
-            0 | 1 => format!("{first:.3} s"),
-            _ => told(&format!("{first:.3} s to {last:.3} s ({cycles} cycles)")),
-        }
-    )?;
+    let when = match cycles {
+        0 | 1 => Text::verbatim(format!("{first:.3} s")),
+        _ => text!(
+            "{first:.3} s to {last:.3} s ({cycles} cycles)",
+            "{first:.3} s 到 {last:.3} s（{cycles} 个周期）"
+        ),
+    };
+    write!(out, "{}", when.in_language(language))?;
     let doing = &stretch.doing;
     if !doing.program.is_empty() {
-        let place = format!(": {} line {}", EscapedLine(&doing.program), doing.line);
-        write!(out, "{}", told(&place))?;
+        let place = text!(
+            ": {} line {}",
+            "：{} 第 {} 行",
+            EscapedLine(&doing.program),
+            doing.line
+        );
+        write!(out, "{}", place.in_language(language))?;
     }
     if !doing.command.is_empty() {
-        let comma = match language {
-            Language::Chinese => "，",
-            Language::English => ", ",
-        };
+        let comma = language.pick(", ", "，");
         write!(out, "{comma}{}", EscapedLine(&doing.command))?;
     }
     writeln!(out)?;
@@ -69,7 +75,11 @@ fn tell(
         "  TCP {} m, rad",
         row(&stretch.first.actual_tcp_pose, DIGITS)
     )?;
-    let joints = format!("  joints {} rad", row(&stretch.first.actual_q, DIGITS));
-    writeln!(out, "{}", told(&joints))?;
+    let joints = text!(
+        "  joints {} rad",
+        "  关节 {} rad",
+        row(&stretch.first.actual_q, DIGITS)
+    );
+    writeln!(out, "{}", joints.in_language(language))?;
     Ok(())
 }

@@ -19,15 +19,13 @@ mod summary;
 use std::io::{self, IsTerminal, Write};
 
 use controller::recorded_run::model_of;
-use editor::analysis::words::Language;
-use messages::Localized;
+use messages::{Language, Localized, Text, text};
 use recorder::{FileEnd, ReadError, Recording, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
-use crate::command::{CommandError, CommandResult, CommandStatus};
-use crate::language::{self, told, told_in};
-use crate::logging;
+use crate::command::{CommandResult, CommandStatus};
+use crate::language;
 use crate::ports::escape::EscapingWriter;
 
 pub use controller::condition::ConditionError;
@@ -58,7 +56,11 @@ pub fn replay(args: &ReplayArgs) -> CommandResult {
     // What was found before an error is shown, too.
     let flushed = flushed.map_err(ReplayError::from);
     for note in notes {
-        logging::say(&told(&format!("eliteserver: {}", printable(&note))));
+        language::say(&text!(
+            "eliteserver: {}",
+            "eliteserver: {}",
+            printable(&note)
+        ));
     }
     match answered.and_then(|status| flushed.map(|()| status)) {
         Ok(status) => Ok(status),
@@ -66,12 +68,19 @@ pub fn replay(args: &ReplayArgs) -> CommandResult {
         Err(ReplayError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
             Ok(CommandStatus::Success)
         }
-        Err(error) => Err(CommandError::sentence(printable(&error.to_string()))),
+        Err(error) => Err(printable(&error).into()),
     }
 }
 
-/// One sentence, whatever a file made of it. Lines stay: a condition is shown with its place marked.
-fn printable(sentence: &str) -> String {
+/// One sentence, whatever a file made of it.
+fn printable(sentence: &impl Localized) -> Text {
+    let [english, chinese] = [Language::English, Language::Chinese]
+        .map(|language| printable_form(&sentence.in_language(language).to_string()));
+    Text::new(english, chinese)
+}
+
+/// A form of a sentence. Lines stay: a condition is shown with its place marked.
+fn printable_form(sentence: &str) -> String {
     let mut text = String::new();
     for c in sentence.chars().take(SENTENCE_CHARS) {
         match c {
@@ -135,10 +144,13 @@ impl From<ServeRecordingError> for ReplayError {
     }
 }
 
-fn covered(range: Option<(f64, f64)>) -> String {
+fn covered(range: Option<(f64, f64)>) -> Text {
     match range {
-        Some((first, last)) => format!("the recording covers {first:.3} s to {last:.3} s"),
-        None => "the recording has no cycles".to_owned(),
+        Some((first, last)) => text!(
+            "the recording covers {first:.3} s to {last:.3} s",
+            "记录的范围是 {first:.3} s 到 {last:.3} s"
+        ),
+        None => text!("the recording has no cycles", "记录中没有周期"),
     }
 }
 
@@ -155,7 +167,7 @@ fn answer_noting(
     args: &ReplayArgs,
     language: Language,
     out: &mut impl Write,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Text>,
 ) -> Result<CommandStatus, ReplayError> {
     let recording = Recording::open(&args.file)?;
     // `--diff A B` and `A --diff B` mean the same; A is the one that was given first.
@@ -165,9 +177,10 @@ fn answer_noting(
         let path = recording.name().to_owned();
         match recording.abnormal_end() {
             None | Some(FileEnd::Complete) => {}
-            Some(FileEnd::Truncated) => notes.push(format!(
-                "{path} ends in the middle, its writer was killed or is still writing; the answer is about what is \
-                 there"
+            Some(FileEnd::Truncated) => notes.push(text!(
+                "{path} ends in the middle, its writer was killed or is still writing; the answer is about \
+                 what is there",
+                "{path} 在中间结束，写入程序被中止或仍在写入；回答依据已有的内容"
             )),
             Some(FileEnd::Damaged(reason)) => {
                 let reason = reason.clone();
@@ -230,7 +243,6 @@ fn answer_about(
     language: Language,
     out: &mut impl Write,
 ) -> Result<CommandStatus, ReplayError> {
-    let told = |english: &str| told_in(language, english).into_owned();
     if let Some(time) = args.at {
         answer_of(recording, &Question::At(time), language, out)?;
     } else if let Some(topic) = &args.csv {
@@ -239,8 +251,12 @@ fn answer_about(
         plot::plot(recording, path, (args.from, args.to))?;
     } else if let Some(folder) = &args.rosbag2 {
         let cycles = rosbag::write_new(recording, folder)?;
-        let said = format!("{}: {cycles} cycles as a bag of ROS 2", folder.display());
-        writeln!(out, "{}", told(&said))?;
+        let said = text!(
+            "{}: {cycles} cycles as a bag of ROS 2",
+            "{}：{cycles} 个周期，写为 ROS 2 的 bag",
+            folder.display()
+        );
+        writeln!(out, "{}", said.in_language(language))?;
     } else if let Some(condition) = &args.find {
         let question = Question::Find(condition.clone());
         answer_of(recording, &question, language, out)?;
@@ -248,7 +264,7 @@ fn answer_about(
         answer_of(recording, &Question::Script, language, out)?;
     } else if let Some(other) = other {
         let report = diff::compare(recording, other)?;
-        writeln!(out, "{}", told(&report.to_string()))?;
+        writeln!(out, "{}", report.in_language(language))?;
         return Ok(CommandStatus::of_answer(report.is_identical()));
     } else if args.serve {
         serve::serve(recording, args.rate, &args.ports)?;
@@ -268,8 +284,7 @@ fn print_rerun(
     language: Language,
     out: &mut impl Write,
 ) -> io::Result<CommandStatus> {
-    let told = |english: String| told_in(language, &english).into_owned();
-    let of_arm = told(arm.to_string());
+    let of_arm = arm.in_language(language);
     let programs = match rerun_programs(recording) {
         Ok(ProgramsComparison::Identical { programs: 0, .. }) => {
             writeln!(out, "{of_arm}")?;
@@ -278,8 +293,11 @@ fn print_rerun(
         Ok(programs) => programs,
         Err(why) => {
             writeln!(out, "{of_arm}")?;
-            let said = format!("the programs were not run again: {why}");
-            writeln!(out, "{}", told(said))?;
+            let said = text!(
+                "the programs were not run again: {why}",
+                "没有重新运行程序：{why}"
+            );
+            writeln!(out, "{}", said.in_language(language))?;
             return Ok(CommandStatus::of_answer(arm.is_identical()));
         }
     };
@@ -287,7 +305,7 @@ fn print_rerun(
         (Some(of_arm), Some(of_programs)) => of_programs < of_arm,
         _ => false,
     };
-    let of_programs = told(programs.to_string());
+    let of_programs = programs.in_language(language);
     match is_first {
         true => writeln!(out, "{of_programs}\n{of_arm}")?,
         false => writeln!(out, "{of_arm}\n{of_programs}")?,

@@ -3,7 +3,6 @@
 //! The arm is moved by the recorded commands, so that every program finds what it found; the commands that it gives are
 //! compared with the recorded ones. A difference is a bug in one of the two runs, or they are of different versions.
 
-use std::fmt;
 use std::sync::Arc;
 
 use controller::recorded_run::{RecordedRun, RecordedRunError};
@@ -11,7 +10,7 @@ use controller::rerun::RerunController;
 use controller::{NullObserver, StartError};
 use elite_runtime::Instrumentation;
 use elite_runtime::external::Divergence;
-use messages::Localized;
+use messages::{Localized, Text, text};
 use recorder::Recording;
 use thiserror::Error;
 
@@ -24,13 +23,13 @@ pub enum ProgramsError {
     Recording(#[from] RecordedRunError),
     /// Something that came to a program is not in the recording.
     #[error("{0}")]
-    Lost(String),
+    Lost(Text),
     /// The arm cannot be started.
     #[error(transparent)]
     Start(#[from] StartError),
     /// A recorded command cannot be given again.
     #[error("{0}")]
-    Command(String),
+    Command(Text),
     /// The system gives no thread.
     #[error("the operating system refused what a run needs: {0}")]
     #[zh("操作系统拒绝了运行所需的资源：{0}")]
@@ -38,9 +37,11 @@ pub enum ProgramsError {
 }
 
 /// What running the programs again showed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Localized)]
 pub enum ProgramsComparison {
     /// Every command came out the same.
+    #[error("identical: {programs} programs, {commands} commands")]
+    #[zh("相同：{programs} 个程序，{commands} 个命令")]
     Identical {
         /// Number of programs.
         programs: usize,
@@ -48,6 +49,8 @@ pub enum ProgramsComparison {
         commands: u64,
     },
     /// The first difference.
+    #[error("first difference of the programs: {0}")]
+    #[zh("程序的首个差异：{0}")]
     Different(Divergence),
 }
 
@@ -62,19 +65,6 @@ impl ProgramsComparison {
         match self {
             Self::Identical { .. } => None,
             Self::Different(departure) => Some(departure.cycle),
-        }
-    }
-}
-
-impl fmt::Display for ProgramsComparison {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Identical { programs, commands } => {
-                write!(f, "identical: {programs} programs, {commands} commands")
-            }
-            Self::Different(departure) => {
-                write!(f, "first difference of the programs: {departure}")
-            }
         }
     }
 }
@@ -100,7 +90,7 @@ pub fn rerun_programs(recording: &Recording) -> Result<ProgramsComparison, Progr
     let (trouble, repeat) = (repeating.trouble(), repeating.repeat().clone());
     repeating.shut_down();
     if let Some(trouble) = trouble {
-        return Err(ProgramsError::Command(trouble));
+        return Err(ProgramsError::Command(text!("{trouble}", "{trouble}")));
     }
     Ok(match repeat.departure() {
         Some(departure) => ProgramsComparison::Different(departure),

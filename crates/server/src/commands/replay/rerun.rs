@@ -3,7 +3,6 @@
 //! The controller knows no wall time and no other input than its commands and the registers, so every cycle must come
 //! out the same, bit for bit. A difference is a bug in one of the two runs, or they are of different versions.
 
-use std::fmt;
 use std::sync::Arc;
 
 use controller::cell_world::topic::{self, WorldMessage};
@@ -74,14 +73,18 @@ pub enum RerunError {
 }
 
 /// What running a recording again showed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Error, Localized)]
 pub enum Comparison {
     /// Every recorded cycle came out the same.
+    #[error("identical: {cycles} cycles")]
+    #[zh("相同：{cycles} 个周期")]
     Identical {
         /// Number of cycles.
         cycles: u64,
     },
     /// The first cycle that did not.
+    #[error("first difference at cycle {cycle}: {0} (recorded and rerun)", cycle = .0.cycle)]
+    #[zh("首个差异在周期 {cycle}：{0}（记录与重新运行）", cycle = .0.cycle)]
     Different(Difference),
 }
 
@@ -97,21 +100,6 @@ impl Comparison {
     /// True when every cycle came out the same.
     pub fn is_identical(&self) -> bool {
         matches!(self, Self::Identical { .. })
-    }
-}
-
-impl fmt::Display for Comparison {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Identical { cycles } => write!(f, "identical: {cycles} cycles"),
-            Self::Different(difference) => {
-                let cycle = difference.cycle;
-                write!(
-                    f,
-                    "first difference at cycle {cycle}: {difference} (recorded and rerun)"
-                )
-            }
-        }
     }
 }
 

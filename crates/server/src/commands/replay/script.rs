@@ -8,11 +8,10 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use controller::recording_observer::PROGRAM_ENDED;
-use editor::analysis::words::Language;
+use messages::{Language, text};
 use recorder::{LogLevel, Recording, RecordingEntry, Topic};
 
 use super::ReplayError;
-use crate::language::told_in;
 use crate::ports::escape::EscapedLine;
 
 /// Programs that are followed at once; a controller runs fewer.
@@ -97,7 +96,7 @@ pub(super) fn print(
         }
     }
     if running.started == 0 {
-        writeln!(out, "{}", told_in(language, "no program ran"))?;
+        writeln!(out, "{}", language.pick("no program ran", "没有运行程序"))?;
     }
     while let Some((number, program)) = running.programs.pop_first() {
         program.print(number, now, true, language, out)?;
@@ -240,14 +239,22 @@ impl ProgramProfile {
         let name = EscapedLine(&self.name);
         let head = match still {
             true => {
-                format!("program {number}: {name}, {start:.3} s to {end:.3} s, still running")
+                text!(
+                    "program {number}: {name}, {start:.3} s to {end:.3} s, still running",
+                    "程序 {number}：{name}，{start:.3} s 到 {end:.3} s，仍在运行"
+                )
             }
-            false => format!("program {number}: {name}, {start:.3} s to {end:.3} s"),
+            false => text!(
+                "program {number}: {name}, {start:.3} s to {end:.3} s",
+                "程序 {number}：{name}，{start:.3} s 到 {end:.3} s"
+            ),
         };
-        let told = |english: &str| told_in(language, english).into_owned();
-        writeln!(out, "{}", told(&head))?;
-        let columns = "   first s     last s   times    spent s   line";
-        writeln!(out, "{}", told(columns))?;
+        writeln!(out, "{}", head.in_language(language))?;
+        let columns = language.pick(
+            "   first s     last s   times    spent s   line",
+            "   首次 s     末次 s    次数     用时 s     行",
+        );
+        writeln!(out, "{columns}")?;
         for (number, text) in (1_u32..).zip(self.text.lines()) {
             match self.lines.get(&number) {
                 Some(line) => write!(
@@ -263,8 +270,11 @@ impl ProgramProfile {
             writeln!(out, " {number:6}  {text}")?;
         }
         if !self.nodes.is_empty() {
-            let columns = "   first s     last s   times    spent s   node";
-            writeln!(out, "{}", told(columns))?;
+            let columns = language.pick(
+                "   first s     last s   times    spent s   node",
+                "   首次 s     末次 s    次数     用时 s   节点",
+            );
+            writeln!(out, "{columns}")?;
         }
         for ((number, label), node) in &self.nodes {
             let label = EscapedLine(label);

@@ -3,12 +3,11 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use editor::analysis::words::Language;
+use messages::{Language, Text, text};
 use motion_api::{RobotMode, SafetyMode};
 use recorder::{CommandMessage, CycleMessage, FieldValue, Recording, RecordingEntry, Topic};
 
 use super::ReplayError;
-use crate::language::told_in;
 use crate::ports::escape::EscapedLine;
 
 /// Script threads whose lines are kept: more than can run at once.
@@ -33,7 +32,6 @@ pub(super) fn print(
     language: Language,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
-    let told = |english: String| told_in(language, &english).into_owned();
     let (moment, range) = moment_at(recording, time)?;
     let no_such_time = || ReplayError::NoSuchTime { asked: time, range };
     let cycle = moment.cycle.as_ref().ok_or_else(no_such_time)?;
@@ -41,22 +39,30 @@ pub(super) fn print(
     writeln!(out, "time: {:.6} s", cycle.time)?;
     for ((_, thread), (program, line, node)) in &moment.lines {
         let program = EscapedLine(program);
-        let node = node
-            .as_ref()
-            .map_or_else(String::new, |node| format!(", node {}", EscapedLine(node)));
-        let place = format!("script: {program} line {line}{node} (thread {thread})");
-        writeln!(out, "{}", told(place))?;
+        let place = match node {
+            Some(node) => text!(
+                "script: {program} line {line}, node {} (thread {thread})",
+                "脚本：{program} 第 {line} 行，节点 {}（线程 {thread}）",
+                EscapedLine(node)
+            ),
+            None => text!(
+                "script: {program} line {line} (thread {thread})",
+                "脚本：{program} 第 {line} 行（线程 {thread}）"
+            ),
+        };
+        writeln!(out, "{}", place.in_language(language))?;
     }
     let command = match moment.commands.get(&cycle.command_id) {
-        Some(command) => format!(
+        Some(command) => text!(
             "command: {} {}{}",
+            "命令：{} {}{}",
             command.id,
             EscapedLine(&command.name),
             place(command)
         ),
-        None => "command: none".to_owned(),
+        None => text!("command: none", "命令：无"),
     };
-    writeln!(out, "{}", told(command))?;
+    writeln!(out, "{}", command.in_language(language))?;
     let robot_mode = RobotMode::from_number(cycle.robot_mode as i32);
     let safety_mode = SafetyMode::from_number(cycle.safety_mode as i32);
     for (name, value) in cycle.fields() {
@@ -76,10 +82,14 @@ pub(super) fn print(
     Ok(())
 }
 
-fn place(command: &CommandMessage) -> String {
+fn place(command: &CommandMessage) -> Text {
     match command.line {
-        0 => String::new(),
-        line => format!(" ({} line {line})", EscapedLine(&command.program)),
+        0 => Text::verbatim(""),
+        line => text!(
+            " ({} line {line})",
+            "（{} 第 {line} 行）",
+            EscapedLine(&command.program)
+        ),
     }
 }
 

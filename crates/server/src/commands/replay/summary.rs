@@ -3,13 +3,12 @@
 use std::io::{self, Write};
 
 use controller::start_configuration::ROBOT;
-use editor::analysis::words::Language;
+use messages::{Language, Text, text};
 use recorder::cycle::FieldValue;
 use recorder::summary::{LimitKind, Summary};
 use recorder::{FileEnd, Recording};
 
 use super::error_line;
-use crate::language::told_in;
 use crate::ports::escape::EscapedLine;
 
 /// Events printed one by one; of more, the rest is counted.
@@ -22,10 +21,15 @@ pub(super) fn print(
     out: &mut impl Write,
 ) -> io::Result<()> {
     let mut report = Report { out, language };
-    report.say(format!("recording: {}", EscapedLine(recording.name())))?;
+    report.say(text!(
+        "recording: {}",
+        "记录：{}",
+        EscapedLine(recording.name())
+    ))?;
     if let Some(setup) = recording.setup() {
-        report.say(format!(
+        report.say(text!(
             "robot: {}, {} plant, {} clock, step {} ms, seed {}, eliteserver {}",
+            "机器人：{}，模型 {}，时钟 {}，步长 {} ms，种子 {}，eliteserver {}",
             EscapedLine(&setup.arm()),
             EscapedLine(&setup.plant),
             EscapedLine(&setup.clock),
@@ -34,23 +38,31 @@ pub(super) fn print(
             EscapedLine(&setup.version)
         ))?;
     }
-    report.say(format!("cycles: {}", summary.cycles))?;
-    report.say(format!("missing: {}", summary.missing))?;
+    report.say(text!("cycles: {}", "周期：{}", summary.cycles))?;
+    report.say(text!("missing: {}", "缺失：{}", summary.missing))?;
     if summary.out_of_order > 0 {
-        report.say(format!("out of order: {}", summary.out_of_order))?;
+        report.say(text!("out of order: {}", "乱序：{}", summary.out_of_order))?;
     }
     if summary.notes_missing > 0 {
-        report.say(format!("messages missing: {}", summary.notes_missing))?;
+        report.say(text!(
+            "messages missing: {}",
+            "缺失的消息：{}",
+            summary.notes_missing
+        ))?;
     }
-    report.say(format!("duration: {:.3} s", summary.duration))?;
+    report.say(text!(
+        "duration: {:.3} s",
+        "时长：{:.3} s",
+        summary.duration
+    ))?;
 
     let unknown = unknown_fields(recording);
     if !unknown.is_empty() {
-        report.say(format!("not known: {}", unknown.join(", ")))?;
+        report.say(text!("not known: {}", "未知：{}", unknown.join(", ")))?;
     }
-    report.say(format!("programs: {}", summary.program_count))?;
+    report.say(text!("programs: {}", "程序：{}", summary.program_count))?;
     report.list(summary.program_count, &summary.programs, |(time, name)| {
-        format!("{time:.3} s {}", EscapedLine(name))
+        Text::verbatim(format!("{time:.3} s {}", EscapedLine(name)))
     })?;
     let commands: u64 = summary.commands.values().sum();
     let by_name: Vec<String> = summary
@@ -58,62 +70,89 @@ pub(super) fn print(
         .iter()
         .map(|(name, count)| format!("{} {count}", EscapedLine(name)))
         .collect();
-    report.say(format!(
+    report.say(text!(
         "commands: {commands}{}",
+        "命令：{commands}{}",
         bracketed(&by_name.join(", "))
     ))?;
 
-    report.say(format!("errors: {}", summary.error_count))?;
+    report.say(text!("errors: {}", "错误：{}", summary.error_count))?;
     report.list(summary.error_count, &summary.errors, |(time, log)| {
         let what = error_line::in_one_line(&log.message, language);
-        format!(
+        Text::verbatim(format!(
             "{time:.3} s {}: {}",
             EscapedLine(&log.source),
             EscapedLine(&what)
-        )
+        ))
     })?;
-    report.say(format!("warnings: {}", summary.warning_count))?;
+    report.say(text!("warnings: {}", "警告：{}", summary.warning_count))?;
     let stops = summary.stops.len() as u64;
-    report.say(format!("protective stops: {stops}"))?;
+    report.say(text!("protective stops: {stops}", "保护性停止：{stops}"))?;
     report.list(stops, &summary.stops, |(time, code)| {
-        told_in(language, &format!("{time:.3} s reason {code}")).into_owned()
+        text!("{time:.3} s reason {code}", "{time:.3} s 原因 {code}")
     })?;
-    report.say(format!("limits reached: {}", summary.limit_count))?;
+    report.say(text!(
+        "limits reached: {}",
+        "到达限值：{}",
+        summary.limit_count
+    ))?;
     report.list(summary.limit_count, &summary.limits, |limit| {
         let (time, joint) = (limit.time, limit.joint + 1);
-        let english = match limit.kind {
-            LimitKind::Speed => format!("{time:.3} s joint {joint} at its speed limit"),
-            LimitKind::Position => format!("{time:.3} s joint {joint} at its position limit"),
-        };
-        told_in(language, &english).into_owned()
+        match limit.kind {
+            LimitKind::Speed => text!(
+                "{time:.3} s joint {joint} at its speed limit",
+                "{time:.3} s 关节 {joint} 到达速度限值"
+            ),
+            LimitKind::Position => text!(
+                "{time:.3} s joint {joint} at its position limit",
+                "{time:.3} s 关节 {joint} 到达位置限值"
+            ),
+        }
     })?;
-    report.say(format!("overruns: {}", summary.overruns))?;
+    report.say(text!("overruns: {}", "超时周期：{}", summary.overruns))?;
     if summary.longest_step_us > 0.0 || summary.max_wakeup_latency_us > 0.0 {
-        report.say(format!(
+        report.say(text!(
             "longest cycle: {:.0} µs, latest wake-up: {:.0} µs",
-            summary.longest_step_us, summary.max_wakeup_latency_us
+            "最长周期：{:.0} µs，最大唤醒延迟：{:.0} µs",
+            summary.longest_step_us,
+            summary.max_wakeup_latency_us
         ))?;
     }
-    report.say(format!(
+    report.say(text!(
         "peak joint speeds: {} rad/s",
+        "关节速度峰值：{} rad/s",
         row(&summary.peak_joint_speed, 3)
     ))?;
-    report.say(format!(
+    report.say(text!(
         "peak joint torques: {} Nm",
+        "关节力矩峰值：{} Nm",
         row(&summary.peak_joint_torque, 1)
     ))?;
-    report.say(format!("peak TCP speed: {:.3} m/s", summary.peak_tcp_speed))?;
-    report.say(format!("peak TCP force: {:.1} N", summary.peak_tcp_force))?;
+    report.say(text!(
+        "peak TCP speed: {:.3} m/s",
+        "TCP 速度峰值：{:.3} m/s",
+        summary.peak_tcp_speed
+    ))?;
+    report.say(text!(
+        "peak TCP force: {:.1} N",
+        "TCP 力峰值：{:.1} N",
+        summary.peak_tcp_force
+    ))?;
     match &summary.ending {
-        Some(FileEnd::Complete) | None => report.say("ending: complete".to_owned()),
-        Some(FileEnd::Truncated) => report.say(format!(
-            "ending: cut, the recorder was killed or is still writing; readable up to {:.3} s, the last complete \
-             chunk",
+        Some(FileEnd::Complete) | None => report.say(text!("ending: complete", "结尾：完整")),
+        Some(FileEnd::Truncated) => report.say(text!(
+            "ending: cut, the recorder was killed or is still writing; readable up to {:.3} s, the last \
+             complete chunk",
+            "结尾：不完整，记录程序被中止或仍在写入；可读到 {:.3} s，即最后一个完整的块",
             summary.end_time
         )),
-        Some(FileEnd::Damaged(reason)) => report.say(format!(
+        Some(FileEnd::Damaged(reason)) => report.say(text!(
             "ending: damaged ({}); readable up to {:.3} s, the last chunk before that",
-            EscapedLine(reason),
+            "结尾：损坏（{}）；可读到 {:.3} s，即此前的最后一个块",
+            Text::new(
+                EscapedLine(reason.english()).to_string(),
+                EscapedLine(reason.in_language(Language::Chinese)).to_string(),
+            ),
             summary.end_time
         )),
     }
@@ -147,18 +186,19 @@ struct Report<'w, W> {
 
 impl<W: Write> Report<'_, W> {
     /// A line.
-    fn say(&mut self, english: String) -> io::Result<()> {
-        writeln!(self.out, "{}", told_in(self.language, &english))
+    fn say(&mut self, line: Text) -> io::Result<()> {
+        writeln!(self.out, "{}", line.in_language(self.language))
     }
 
-    /// The first of so many items; their texts are in the language of the report.
-    fn list<T>(&mut self, count: u64, items: &[T], text: impl Fn(&T) -> String) -> io::Result<()> {
+    /// The first of so many items.
+    fn list<T>(&mut self, count: u64, items: &[T], text: impl Fn(&T) -> Text) -> io::Result<()> {
         for item in items.iter().take(MAX_PRINTED) {
-            writeln!(self.out, "  {}", text(item))?;
+            let item = text(item);
+            writeln!(self.out, "  {}", item.in_language(self.language))?;
         }
         match count.saturating_sub(MAX_PRINTED as u64) {
             0 => Ok(()),
-            more => self.say(format!("  and {more} more")),
+            more => self.say(text!("  and {more} more", "  还有 {more} 项")),
         }
     }
 }

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use elite_runtime::{ProgramText, TaskEnd};
 use elite_syntax::{Severity, SourceFile};
+use messages::{Text, text};
 
 use editor::dap::DebugHub;
 
@@ -87,7 +88,7 @@ pub fn run(config: &RunConfig, timeout: Option<Duration>, is_checked: bool) -> C
     let wall = started.elapsed().as_secs_f64();
     // Not after an error: the last line on stderr is then the exception.
     if end == Some(TaskEnd::Finished) {
-        logging::say(&summary(simulated, wall));
+        language::say(&summary(simulated, wall));
     }
     let fault = controller.faults().fatal().cloned();
     if let Some(fault) = &fault {
@@ -109,11 +110,11 @@ pub fn run(config: &RunConfig, timeout: Option<Duration>, is_checked: bool) -> C
 }
 
 /// What a run took, for people.
-fn summary(simulated: f64, wall: f64) -> String {
-    match language::is_chinese() {
-        true => format!("结束：机器人时间 {simulated:.3} s，本机用时 {wall:.2} s"),
-        false => format!("ended: {simulated:.3} s of the robot's time, in {wall:.2} s"),
-    }
+fn summary(simulated: f64, wall: f64) -> Text {
+    text!(
+        "ended: {simulated:.3} s of the robot's time, in {wall:.2} s",
+        "结束：机器人时间 {simulated:.3} s，本机用时 {wall:.2} s"
+    )
 }
 
 /// Says before the program starts what would end it or cannot be meant. Texts that do not compile are told of when they
@@ -133,7 +134,7 @@ fn warn_of_findings(config: &RunConfig, program: &ProgramText) -> Result<(), Com
     for finding in found {
         let is_set = finding.code == "undefined-name" && is_preset(file.slice(finding.span));
         if FATAL_FINDINGS.contains(&finding.code) && !is_set {
-            logging::say(&render_text(&language::finding(&finding), &file));
+            logging::say(&render_text(&finding, &file, language::chosen()));
         }
     }
     Ok(())

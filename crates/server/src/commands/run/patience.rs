@@ -4,11 +4,11 @@ use std::cell::Cell;
 use std::time::Duration;
 
 use elite_runtime::ProgramText;
+use messages::{Text, text};
 use tokio::time::{Instant, sleep};
 
 use crate::controller_host::ControllerHost;
 use crate::language;
-use crate::logging;
 
 /// A program that computes for so long without simulated time is told of.
 const SILENCE: Duration = Duration::from_secs(5);
@@ -64,97 +64,80 @@ impl<'h> Patience<'h> {
             }
             if self.is_virtual && since.elapsed() >= SILENCE && !self.is_silence_told.replace(true)
             {
-                logging::say(&self.silence());
+                language::say(&self.silence());
             }
             let is_long = begun.elapsed() >= SILENCE && latest - moved >= REST;
             if self.is_virtual && is_long && !self.is_rest_told.replace(true) {
-                logging::say(&self.rest(latest - moved));
+                language::say(&self.rest(latest - moved));
             }
             let Some(timeout) = self.timeout else {
                 continue;
             };
             let simulated = latest - start;
             if simulated >= timeout.as_secs_f64() || since.elapsed() >= timeout {
-                logging::say(&self.time_is_up(timeout, simulated));
+                language::say(&self.time_is_up(timeout, simulated));
                 return;
             }
         }
     }
 
     /// The line where the program computes.
-    fn computing(&self) -> String {
+    fn computing(&self) -> Text {
         self.shown(self.host.controller().supervisor().panel().computing_line())
     }
 
     /// The line of the main thread in the latest cycle.
-    fn waiting(&self) -> String {
+    fn waiting(&self) -> Text {
         self.shown(self.host.feed().line())
     }
 
     /// `, in line 3: while True:`
-    fn shown(&self, line: u32) -> String {
+    fn shown(&self, line: u32) -> Text {
         let text = usize::try_from(line)
             .ok()
             .and_then(|line| self.lines.get(line.checked_sub(1)?));
         let Some(text) = text else {
-            return String::new();
+            return Text::verbatim("");
         };
         let text: String = text.trim().chars().take(80).collect();
-        match language::is_chinese() {
-            true => format!("，在第 {line} 行：{text}"),
-            false => format!(", in line {line}: {text}"),
-        }
+        text!(", in line {line}: {text}", "，在第 {line} 行：{text}")
     }
 
-    fn silence(&self) -> String {
-        let (seconds, line) = (SILENCE.as_secs(), self.computing());
-        match language::is_chinese() {
-            true => format!(
-                "程序已计算 {seconds} s，没有经过任何机器人时间{line}\n  \
-                 循环必须调用 sync()、sleep() 或运动函数，否则时间不会前进，输入也不会改变；--timeout S 可结束程序"
-            ),
-            false => format!(
-                "the program has computed for {seconds} s and no time of the robot has passed{line}\n  \
-                 a loop has to call sync(), sleep() or a motion: otherwise time stands and no input changes; \
-                 --timeout S ends the program"
-            ),
-        }
+    fn silence(&self) -> Text {
+        text!(
+            "the program has computed for {} s and no time of the robot has passed{}\n  \
+             a loop has to call sync(), sleep() or a motion: otherwise time stands and no input changes; \
+             --timeout S ends the program",
+            "程序已计算 {} s，没有经过任何机器人时间{}\n  \
+             循环必须调用 sync()、sleep() 或运动函数，否则时间不会前进，输入也不会改变；--timeout S 可结束程序",
+            SILENCE.as_secs(),
+            self.computing()
+        )
     }
 
-    fn rest(&self, seconds: f64) -> String {
-        let line = self.waiting();
-        match language::is_chinese() {
-            true => format!(
-                "程序在运行，但机械臂已静止 {seconds:.0} s（机器人时间）{line}\n  \
-                 它可能在等待没有人设置的输入：用 --cell 接线，用 eliteserver test 设置输入，或用 --timeout S 结束程序"
-            ),
-            false => format!(
-                "the program goes on, but the arm has not moved for {seconds:.0} s of its time{line}\n  \
-                 it may wait for an input that nobody sets: wire it with --cell, set it in a test (eliteserver test), or \
-                 end the program with --timeout S"
-            ),
-        }
+    fn rest(&self, seconds: f64) -> Text {
+        text!(
+            "the program goes on, but the arm has not moved for {seconds:.0} s of its time{}\n  \
+             it may wait for an input that nobody sets: wire it with --cell, set it in a test (eliteserver test), or \
+             end the program with --timeout S",
+            "程序在运行，但机械臂已静止 {seconds:.0} s（机器人时间）{}\n  \
+             它可能在等待没有人设置的输入：用 --cell 接线，用 eliteserver test 设置输入，或用 --timeout S 结束程序",
+            self.waiting()
+        )
     }
 
-    fn time_is_up(&self, timeout: Duration, simulated: f64) -> String {
+    fn time_is_up(&self, timeout: Duration, simulated: f64) -> Text {
         let given = timeout.as_secs_f64();
-        let is_computing = simulated < given;
-        let line = match is_computing {
-            true => self.computing(),
-            false => self.waiting(),
-        };
-        match (language::is_chinese(), is_computing) {
-            (true, true) => {
-                format!("--timeout {given}：{given} s 内没有经过机器人时间，程序被停止{line}")
-            }
-            (true, false) => {
-                format!("--timeout {given}：机器人时间 {simulated:.3} s 后程序被停止{line}")
-            }
-            (false, true) => format!(
-                "--timeout {given}: the program is stopped, no time of the robot has passed for {given} s{line}"
+        match simulated < given {
+            true => text!(
+                "--timeout {given}: the program is stopped, no time of the robot has passed for {given} s{}",
+                "--timeout {given}：{given} s 内没有经过机器人时间，程序被停止{}",
+                self.computing()
             ),
-            (false, false) => format!(
-                "--timeout {given}: the program is stopped after {simulated:.3} s of the robot's time{line}"
+            false => text!(
+                "--timeout {given}: the program is stopped after {simulated:.3} s of the robot's time{}",
+                "--timeout {given}：机器人时间 {simulated:.3} s 后程序被停止{}",
+                self.waiting()
             ),
         }
     }

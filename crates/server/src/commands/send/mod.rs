@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use elite_runtime::{Preset, PresetError};
 use elite_syntax::{Severity, SourceFile, check, compile};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use robot_client::{
     MonitorOutcome, PrimaryClient, PrimaryError, ProgramEvent, ProgramMonitor, RobotAddress,
     dashboard,
@@ -50,7 +50,7 @@ const LAST_LINES: Duration = Duration::from_millis(120);
 #[derive(Debug, Error, Localized)]
 enum SendError {
     #[error("{0}")]
-    Sentence(String),
+    Sentence(Text),
     #[error(transparent)]
     Program(#[from] WrapError),
     #[error(transparent)]
@@ -81,7 +81,7 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<CommandSta
     let settings = Preset::parse_all(&args.set)?;
     let (file, mut outgoing) = prepared(args, &settings)?;
     let address = RobotAddress::new(&args.robot.robot, args.robot.primary_port);
-    let what = format!("Send {} to", EscapedText(file.name()));
+    let what = text!("Send {} to", "把 {} 发送到", EscapedText(file.name()));
     robot_consent::ask_consent(&args.robot, &address, &what).await?;
     let is_ours = dashboard::is_simulated(&address.with_port(args.robot.dashboard_port)).await;
     if is_ours {
@@ -94,10 +94,11 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<CommandSta
     // Until its stream is seen it may be anything that listens.
     robot.next().await?;
     robot.send(&outgoing.text).await?;
-    logging::say(&language::told(&format!(
+    language::say(&text!(
         "sent {} to the robot at {address}",
+        "已把 {} 发送到机器人 {address}",
         EscapedText(file.name())
-    )));
+    ));
     if args.no_wait || outgoing.is_secondary {
         return Ok(CommandStatus::Success);
     }
@@ -126,9 +127,10 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<CommandSta
     match ended {
         Ok(status) => Ok(status),
         Err(error) => {
-            followed.screen.line(&language::told(&format!(
-                "eliteserver: {error}; the program may go on"
-            )));
+            followed.screen.text(&text!(
+                "eliteserver: {error}; the program may go on",
+                "eliteserver: {error}；程序可能仍在运行"
+            ));
             Ok(NOT_SENT)
         }
     }
@@ -152,7 +154,7 @@ fn prepared(
         if !is_error && is_set {
             continue;
         }
-        for line in elite_syntax::render_human(&language::finding(&finding), &file, false)
+        for line in elite_syntax::render_human(&finding, &file, language::chosen(), false)
             .trim_end()
             .lines()
         {
@@ -160,8 +162,9 @@ fn prepared(
         }
     }
     let program = compile(file.clone(), &known).map_err(|_| {
-        SendError::Sentence(format!(
+        SendError::Sentence(text!(
             "{} does not compile; nothing was sent",
+            "{} 无法编译；没有发送任何内容",
             EscapedText(file.name())
         ))
     })?;
@@ -207,12 +210,12 @@ impl FollowedProgram {
             for news in follower.handle_message(&message, sent.elapsed()) {
                 match news {
                     ProgramEvent::Began => {}
-                    ProgramEvent::Paused => {
-                        self.screen.line(&language::told("the program is paused"))
-                    }
-                    ProgramEvent::Resumed => {
-                        self.screen.line(&language::told("the program goes on"))
-                    }
+                    ProgramEvent::Paused => self
+                        .screen
+                        .text(&text!("the program is paused", "程序暂停")),
+                    ProgramEvent::Resumed => self
+                        .screen
+                        .text(&text!("the program goes on", "程序继续运行")),
                     ProgramEvent::Exception(exception) => self.tell(&exception),
                     ProgramEvent::Finished(outcome) => {
                         while let Ok(line) = timeout(LAST_LINES, self.printed.next()).await {
@@ -230,25 +233,30 @@ impl FollowedProgram {
     }
 
     /// Where the program is, of the line that the controller tells: `, line 7, node 3 Approach`.
-    fn doing(&self, line: Option<u32>) -> String {
+    fn doing(&self, line: Option<u32>) -> Text {
         let line = line.and_then(|line| i32::try_from(line).ok());
         let Some((line, _)) = line.and_then(|line| self.outgoing.place(line, 1)) else {
-            return String::new();
+            return Text::verbatim("");
         };
-        let node = self.nodes.at(line);
-        let node = node.map_or_else(String::new, |node| format!(", {}", EscapedText(node)));
-        match language::is_chinese() {
-            true => format!("，第 {line} 行{node}"),
-            false => format!(", line {line}{node}"),
+        match self.nodes.at(line) {
+            Some(node) => text!(
+                ", line {line}, node {} {}",
+                "，第 {line} 行，节点 {} {}",
+                EscapedText(&node.number),
+                EscapedText(&node.label)
+            ),
+            None => text!(", line {line}", "，第 {line} 行"),
         }
     }
 
     /// Ctrl-C: the robot is stopped first.
     async fn stop(&mut self, robot: &mut PrimaryClient) -> Result<CommandStatus, PrimaryError> {
-        self.screen
-            .line(&language::told("stopping the program on the robot"));
+        self.screen.text(&text!(
+            "stopping the program on the robot",
+            "正在停止机器人上的程序"
+        ));
         let sentence = robot_consent::stop(robot).await?;
-        self.screen.line(&language::told(sentence));
+        self.screen.text(&sentence);
         self.screen.end();
         Ok(FAILED)
     }
@@ -259,15 +267,15 @@ impl FollowedProgram {
                 let place = self.outgoing.place_of_error(*line, *column, text);
                 let name = EscapedText(self.file.name());
                 let text = self.outgoing.in_file(text, self.file.name());
-                // Controllers that know no other language tell their errors in English.
-                let text = language::report(&text);
                 for part in text.lines().filter(|part| !part.trim().is_empty()) {
                     self.screen.line(&EscapedLines(part).to_string());
                 }
                 let Some((line, column)) = place else { return };
                 // A controller's text may say nothing of the place, or of lines that the file does not have.
-                self.screen
-                    .line(&language::told(&format!("  at {name}:{line}:{column}")));
+                self.screen.text(&text!(
+                    "  at {name}:{line}:{column}",
+                    "  位于 {name}:{line}:{column}"
+                ));
                 if line <= self.file.line_count() {
                     let text = self.file.line_text(line);
                     self.screen

@@ -58,9 +58,16 @@ fn of<'a>(names: impl Iterator<Item = &'a str>, values: &[RtsiValue]) -> RtsiPro
     told
 }
 
+/// A node of the pendant's task, as a file names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct NamedNode {
+    pub number: String,
+    pub label: String,
+}
+
 /// The nodes of the pendant's task that a file names, by the lines they stand in.
 #[derive(Clone, Debug, Default)]
-pub(super) struct NodeTracker(Vec<(u32, String)>);
+pub(super) struct NodeTracker(Vec<(u32, NamedNode)>);
 
 impl NodeTracker {
     /// Of lines such as `$ LINE: (7, "Approach")`. The file has been checked.
@@ -74,13 +81,17 @@ impl NodeTracker {
             let quote = label.chars().next().filter(|c| matches!(c, '"' | '\''))?;
             let label = label[1..].split(quote).next()?;
             let is_number = node.trim().parse::<u32>().is_ok();
-            is_number.then(|| (number, format!("node {} {label}", node.trim())))
+            let node = || NamedNode {
+                number: node.trim().to_owned(),
+                label: label.to_owned(),
+            };
+            is_number.then(|| (number, node()))
         });
         Self(nodes.collect())
     }
 
     /// The node that a line belongs to.
-    pub(super) fn at(&self, line: u32) -> Option<&str> {
+    pub(super) fn at(&self, line: u32) -> Option<&NamedNode> {
         let after = self.0.partition_point(|(at, _)| *at <= line);
         let (_, node) = self.0.get(after.checked_sub(1)?)?;
         Some(node)
@@ -96,8 +107,11 @@ mod tests {
         let text = "x = 1\n$ LINE: (3, \"摆动\")\nmovej(a)\n  $ LINE : (12,'Approach' , \"after\")\n\
             $ OTHER: (1, \"x\")\n$ LINE: (x, \"y\")\nmovej(b)\n";
         let nodes = NodeTracker::of(&SourceFile::new("task", text));
-        let at = [1, 2, 3, 4, 7, 999].map(|line| nodes.at(line));
-        let (swing, approach) = (Some("node 3 摆动"), Some("node 12 Approach"));
+        let at = [1, 2, 3, 4, 7, 999].map(|line| {
+            let node = nodes.at(line)?;
+            Some((node.number.as_str(), node.label.as_str()))
+        });
+        let (swing, approach) = (Some(("3", "摆动")), Some(("12", "Approach")));
         assert_eq!(at, [None, swing, swing, approach, approach, approach]);
     }
 

@@ -3,10 +3,11 @@
 use std::io::Write;
 use std::time::Duration;
 
+use messages::Text;
 use wire::primary::State;
 
 use super::rtsi_progress::RtsiProgress;
-use crate::language::{is_wide, pick};
+use crate::language::{self, is_wide, pick, shown};
 use crate::logging;
 use crate::ports::escape::EscapedLines;
 
@@ -42,6 +43,11 @@ impl ProgressLine {
         }
     }
 
+    /// A text that stays, in the language of this process.
+    pub(super) fn text(&mut self, text: &Text) {
+        self.line(text.in_language(language::chosen()));
+    }
+
     /// A line that the program printed: on standard output, as `run` has it.
     pub(super) fn output(&mut self, text: &str) {
         self.wipe();
@@ -55,7 +61,7 @@ impl ProgressLine {
         &mut self,
         state: &State,
         told: RtsiProgress,
-        place: &str,
+        place: &Text,
         moment: Duration,
     ) {
         let between = self.tcp_speed(state, moment);
@@ -77,10 +83,10 @@ impl ProgressLine {
         };
         let speed = speed.map_or_else(String::new, |speed| format!(", TCP {speed:.3} m/s"));
         let seconds = moment.as_secs_f64();
-        let shown = format!("{doing}{stopped}, {seconds:.1} s{speed}{place}");
+        let line = format!("{doing}{stopped}, {seconds:.1} s{speed}{}", shown(place));
         // A line that wraps is not wiped.
         let mut columns = 0;
-        let shown: String = shown
+        let drawn: String = line
             .chars()
             .take_while(|letter| {
                 columns += 1 + usize::from(is_wide(*letter));
@@ -89,7 +95,7 @@ impl ProgressLine {
             .collect();
         let mut error = std::io::stderr().lock();
         // Whoever closed the terminal does not read it.
-        let _ = write!(error, "\r\x1b[K{shown}").and_then(|()| error.flush());
+        let _ = write!(error, "\r\x1b[K{drawn}").and_then(|()| error.flush());
         self.drawn = Some(moment);
     }
 

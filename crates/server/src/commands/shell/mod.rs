@@ -16,7 +16,7 @@ use std::time::Duration;
 
 use elite_runtime::{Preset, PresetError};
 use elite_syntax::{SourceFile, compile};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use robot_client::{InterpreterRequest, RobotAddress, dashboard};
 use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 use thiserror::Error;
@@ -28,11 +28,11 @@ use crate::command::{CommandResult, CommandStatus};
 use crate::commands::line_input::{CompletionNames, InputLine, LineCommands, LineSource};
 use crate::commands::program_output::{self, ProgramOutput};
 use crate::commands::robot_consent;
-use crate::language::told;
+use crate::language::{self, shown};
 use crate::logging;
 use crate::shutdown::Shutdown;
 
-use output::show;
+use output::{show, show_text};
 use session::{SessionCommand, SessionError, SessionReply, SessionRequest, ShellSession};
 use statement_reader::StatementReader;
 
@@ -46,20 +46,47 @@ const SAID: Duration = Duration::from_millis(100);
 const LOG_LINES: usize = 20;
 
 /// The shell's own orders.
-const ORDERS: [(&str, &str); 7] = [
-    ("abort", "stop the movej or movel that the arm does"),
-    ("help", "this list"),
+const ORDERS: [(&str, Text); 7] = [
+    (
+        "abort",
+        Text::fixed(
+            "stop the movej or movel that the arm does",
+            "停止机械臂正在执行的 movej 或 movel",
+        ),
+    ),
+    ("help", Text::fixed("this list", "本列表")),
     (
         "log",
-        "the last reports of the robot: errors, alarms; :log 100 for more",
+        Text::fixed(
+            "the last reports of the robot: errors, alarms; :log 100 for more",
+            "机器人最近的报告：错误、报警；:log 100 显示更多",
+        ),
     ),
     (
         "quit",
-        "end, once everything before is done (Ctrl-D as well)",
+        Text::fixed(
+            "end, once everything before is done (Ctrl-D as well)",
+            "前面的语句都完成后退出（也可按 Ctrl-D）",
+        ),
     ),
-    ("skip", "drop the statements that wait"),
-    ("state", "how the robot is, and which statement it is at"),
-    ("vars", "variables of this session, or :vars NAME NAME"),
+    (
+        "skip",
+        Text::fixed("drop the statements that wait", "丢弃等待中的语句"),
+    ),
+    (
+        "state",
+        Text::fixed(
+            "how the robot is, and which statement it is at",
+            "机器人的状态，以及执行到哪条语句",
+        ),
+    ),
+    (
+        "vars",
+        Text::fixed(
+            "variables of this session, or :vars NAME NAME",
+            "本次会话的变量，或 :vars NAME NAME",
+        ),
+    ),
 ];
 
 /// A reason why there is no shell, told in a sentence.
@@ -105,8 +132,9 @@ fn open_shell(args: &ShellArgs) -> Result<CommandStatus, ShellError> {
     if lines.is_terminal() {
         // Before the first prompt.
         logging::flush_within(SAID);
-        show(&told(
+        show_text(&text!(
             "Statements are carried out at once. :help lists the shell's own orders, :quit ends.",
+            "语句立即执行。:help 列出本程序的命令，:quit 退出。"
         ));
     }
     let mut shell = Shell {
@@ -127,7 +155,12 @@ async fn opened(
 ) -> Result<ShellSession, ShellError> {
     let robot = &args.robot;
     let address = RobotAddress::new(&robot.robot, robot.primary_port);
-    robot_consent::ask_consent(robot, &address, "Open a shell on").await?;
+    robot_consent::ask_consent(
+        robot,
+        &address,
+        &text!("Open a shell on", "打开交互会话，连接"),
+    )
+    .await?;
     let mut body = String::new();
     for setting in settings {
         body.push_str(&format!("\tglobal {}\n", setting.name()));
@@ -146,9 +179,10 @@ async fn opened(
     }
     let stop = shutdown.token().clone();
     let session = ShellSession::open(&address, &statements, dashboard, body, printed, stop).await?;
-    logging::say(&told(&format!(
-        "interpreter mode of the robot at {address}"
-    )));
+    language::say(&text!(
+        "interpreter mode of the robot at {address}",
+        "机器人 {address} 的解释器模式"
+    ));
     if !session.shows_output() {
         logging::say(program_output::elsewhere());
     }
@@ -177,10 +211,10 @@ impl SessionThread {
                     Err(error @ SessionError::Stopped(_)) => (FAILED, error),
                     Err(error) => (NO_CONNECTION, error),
                 };
-                logging::say(&told(&format!("eliteserver: {error}")));
+                language::say(&text!("eliteserver: {error}", "eliteserver: {error}"));
                 // Whoever waits for a line of a pipe is not told in any other way; a terminal is to be left in order.
                 match is_terminal {
-                    true => logging::say(&told("press Enter")),
+                    true => language::say(&text!("press Enter", "请按回车键")),
                     false => shutdown.begin(status),
                 }
                 status
@@ -229,11 +263,17 @@ impl Shell {
                     .ask(SessionCommand::Word(InterpreterRequest::Abort))
                     .map(Some),
                 InputLine::TooLong => {
-                    self.complain("a line of more than 64 KiB is no statement");
+                    self.complain(&text!(
+                        "a line of more than 64 KiB is no statement",
+                        "超过 64 KiB 的一行不是语句"
+                    ));
                     Ok(None)
                 }
                 InputLine::Broken(error) => {
-                    self.complain(&format!("no more lines can be read: {error}"));
+                    self.complain(&text!(
+                        "no more lines can be read: {error}",
+                        "无法继续读取输入：{error}"
+                    ));
                     self.quit().map(Some)
                 }
                 InputLine::End => self.quit().map(Some),
@@ -278,7 +318,7 @@ impl Shell {
                 Ok(answer)
             }
             Err(error) => {
-                self.complain(&error.to_string());
+                self.complain(&error);
                 Ok(SessionReply::Discarded)
             }
         }
@@ -304,7 +344,10 @@ impl Shell {
         let rest: Vec<String> = words.map(str::to_owned).collect();
         let takes_more = matches!(name, "vars" | "log");
         if !takes_more && !rest.is_empty() {
-            self.complain(&format!(":{name} takes nothing behind it"));
+            self.complain(&text!(
+                ":{name} takes nothing behind it",
+                ":{name} 后面不能有内容"
+            ));
             return Ok(None);
         }
         let order = match name {
@@ -318,20 +361,26 @@ impl Shell {
             "log" => match rest.first().map_or(Ok(LOG_LINES), |count| count.parse()) {
                 Ok(count) if rest.len() < 2 => SessionCommand::Log(count),
                 _ => {
-                    self.complain(":log takes how many lines, as :log 100");
+                    self.complain(&text!(
+                        ":log takes how many lines, as :log 100",
+                        ":log 后面是行数，如 :log 100"
+                    ));
                     return Ok(None);
                 }
             },
             "quit" => return self.quit().map(Some),
             "help" => {
                 for (order, what) in ORDERS {
-                    show(&format!("  :{order:6} {}", told(what)));
+                    show(&format!("  :{order:6} {}", shown(&what)));
                 }
                 return Ok(None);
             }
             other => {
                 let orders = ORDERS.map(|(order, _)| format!(":{order}")).join(", ");
-                self.complain(&format!("there is no :{other}; there are {orders}"));
+                self.complain(&text!(
+                    "there is no :{other}; there are {orders}",
+                    "没有 :{other}；可用的有 {orders}"
+                ));
                 return Ok(None);
             }
         };
@@ -339,11 +388,11 @@ impl Shell {
     }
 
     /// What is wrong with a line that is not sent.
-    fn complain(&mut self, sentence: &str) {
+    fn complain(&mut self, sentence: &impl Localized) {
         self.has_failed = true;
         match self.is_terminal {
-            true => show(&told(&format!("  {sentence}"))),
-            false => logging::say(&told(&format!("eliteserver: {sentence}"))),
+            true => show(&format!("  {}", shown(sentence))),
+            false => language::say(&text!("eliteserver: {sentence}", "eliteserver: {sentence}")),
         }
     }
 

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use robot_client::interpreter::{self, END_INTERPRETER_STATEMENT};
 use robot_client::{
     InterpreterClient, InterpreterError, InterpreterRequest, PrimaryClient, PrimaryError, Reply,
@@ -21,7 +21,7 @@ use wire::primary::{
     Exception, ExceptionLevel, ExceptionSource, Message, RobotErrorDisplay, RobotException, State,
 };
 
-use super::output::{described, show};
+use super::output::{described, show, show_text};
 use super::shown_value;
 use crate::commands::line_input::Notifier;
 use crate::commands::program_output::ProgramOutput;
@@ -96,11 +96,11 @@ pub(super) enum SessionError {
     #[error("{error}; {what}")]
     GivenUp {
         error: Box<SessionError>,
-        what: &'static str,
+        what: Text,
     },
     /// Ctrl-C; the robot was stopped.
     #[error("{0}")]
-    Stopped(&'static str),
+    Stopped(Text),
 }
 
 /// A session.
@@ -171,9 +171,9 @@ impl ShellSession {
         let what = match &error {
             SessionError::Interpreter(_) | SessionError::Unanswered(_) => {
                 let stopped = robot_consent::stop(&mut self.primary).await;
-                stopped.unwrap_or("its program may go on")
+                stopped.unwrap_or(text!("its program may go on", "其程序可能仍在运行"))
             }
-            SessionError::Primary(_) => "its program may go on",
+            SessionError::Primary(_) => text!("its program may go on", "其程序可能仍在运行"),
             _ => return error,
         };
         let error = Box::new(error);
@@ -243,9 +243,10 @@ impl ShellSession {
                 for (name, value) in names.iter().zip(values) {
                     match value {
                         Some(value) => show(&format!("  {name} = {}", EscapedText(&value))),
-                        None => show(&language::told(&format!(
-                            "  {name}: not told; robots tell globals only, and --set NAME=VALUE makes one"
-                        ))),
+                        None => show_text(&text!(
+                            "  {name}: not told; robots tell globals only, and --set NAME=VALUE makes one",
+                            "  {name}：未知；机器人只报告全局变量，用 --set NAME=VALUE 可以创建"
+                        )),
                     }
                 }
             }
@@ -312,8 +313,9 @@ impl ShellSession {
     async fn statement(&mut self, text: &str) -> Result<SessionReply, SessionError> {
         // In a pipe what follows an error is not for a program that knows nothing of what was before it.
         if self.is_over() && self.voice.is_some() {
-            show(&language::told(
+            show_text(&text!(
                 "  the program on the robot has ended; a new one begins, with none of its variables",
+                "  机器人上的程序已结束；将启动新程序，原有变量不再存在"
             ));
             self.enter().await?;
         }
@@ -389,8 +391,11 @@ impl ShellSession {
                 let about = shown_value::in_reply(about, text);
                 let reason = about.strip_suffix(text.trim()).unwrap_or(&about);
                 let reason = reason.trim_end().trim_end_matches(':').trim_end();
-                let reason = format!("  discarded: {}", EscapedText(reason));
-                show(&language::told(&reason));
+                show_text(&text!(
+                    "  discarded: {}",
+                    "  已丢弃：{}",
+                    EscapedText(reason)
+                ));
             }
             Reply::Discard { about } => {
                 let about = shown_value::in_reply(about, text);
@@ -410,8 +415,8 @@ impl ShellSession {
         }
         if let Reply::Discard { about } = &reply {
             self.has_failed = true;
-            let line = format!("discarded: {}", EscapedText(about));
-            self.say(line);
+            let line = text!("discarded: {}", "已丢弃：{}", EscapedText(about));
+            self.say(line.in_language(language::chosen()));
         }
     }
 
@@ -439,13 +444,12 @@ impl ShellSession {
         let Some(state) = &self.state else {
             return Ok(());
         };
-        for line in described(state) {
-            show(&line);
-        }
+        described(state).iter().for_each(show_text);
         let [executed, accepted, waiting] = counts;
-        show(&language::told(&format!(
-            "  statements: {executed} was carried out last, {accepted} accepted last, {waiting} wait"
-        )));
+        show_text(&text!(
+            "  statements: {executed} was carried out last, {accepted} accepted last, {waiting} wait",
+            "  语句：最后执行 {executed}，最后接收 {accepted}，等待 {waiting} 条"
+        ));
         Ok(())
     }
 
@@ -470,10 +474,7 @@ impl ShellSession {
         let (is_failure, text) = match &told.exception {
             Exception::Script { text, .. } => {
                 let told = shown_value::in_report(text.trim(), NAME);
-                (
-                    !text.starts_with("[SEC]"),
-                    language::report(&told).into_owned(),
-                )
+                (!text.starts_with("[SEC]"), told)
             }
             Exception::Robot {
                 code,
@@ -501,7 +502,7 @@ impl ShellSession {
             self.reports.pop_front();
         }
         self.reports.push_back(format!("{since:9.3} s  {text}"));
-        self.say(text);
+        self.say(&text);
     }
 
     /// A line that a statement printed.
@@ -514,10 +515,10 @@ impl ShellSession {
     }
 
     /// Something that nobody asked for.
-    fn say(&mut self, text: String) {
+    fn say(&mut self, text: &str) {
         match &mut self.voice {
             Some(voice) => voice(format!("{text}\n")),
-            None => logging::say(&text),
+            None => logging::say(text),
         }
     }
 
@@ -550,9 +551,15 @@ impl ShellSession {
     /// Ctrl-C: the robot is stopped first.
     async fn stopped(&mut self) -> Result<SessionError, SessionError> {
         if self.is_over() {
-            return Ok(SessionError::Stopped("the shell was ended"));
+            return Ok(SessionError::Stopped(text!(
+                "the shell was ended",
+                "交互会话已结束"
+            )));
         }
-        logging::say(&language::told("stopping the program on the robot"));
+        language::say(&text!(
+            "stopping the program on the robot",
+            "正在停止机器人上的程序"
+        ));
         Ok(SessionError::Stopped(
             robot_consent::stop(&mut self.primary).await?,
         ))

@@ -40,7 +40,7 @@ fn has_value(expr: &Expr) -> bool {
         return true;
     };
     let known = all().find(|builtin| *builtin.name == **name);
-    known.is_none_or(|builtin| !builtin.returns.starts_with("nothing"))
+    known.is_none_or(|builtin| !builtin.returns.english().starts_with("nothing"))
 }
 
 /// What was typed, of a statement that was sent.

@@ -8,6 +8,7 @@ pub mod session;
 use std::sync::Arc;
 
 use io_bus::ControlMode;
+use messages::Text;
 use motion_api::RobotState;
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
@@ -73,7 +74,7 @@ pub trait DashboardBackend: Send + Sync + 'static {
     /// True while the loaded task runs, started by [`play`](Self::play).
     fn plays_loaded_task(&self) -> bool;
     /// Starts the loaded task in the place of whatever runs, or lets a paused one go on.
-    fn play(&self) -> impl Future<Output = Result<(), String>> + Send;
+    fn play(&self) -> impl Future<Output = Result<(), Text>> + Send;
     /// A global variable of the task, as a script would print it.
     fn variable(&self, name: &str) -> impl Future<Output = Result<String, String>> + Send;
     /// Sets a global variable of the task from the text of a value.

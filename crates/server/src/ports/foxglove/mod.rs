@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use controller::cell_world::SceneWatch;
+use messages::Text;
 use prost::Message as _;
 use recorder::{Topic, ViewerMessages};
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -249,7 +250,7 @@ impl MessageEncoder {
         let cut = if end < line.text.len() { "…" } else { "" };
         let text = format!("{}{cut}", &line.text[..end]);
         let at = viewer.nanos(line.time);
-        let message = viewer.log(line.time, line.level, &line.source, &text);
+        let message = viewer.log(line.time, line.level, &line.source, &Text::verbatim(text));
         self.stage.send(Topic::Log, at, message);
     }
 }

@@ -47,7 +47,7 @@ pub async fn serve<S, F>(
                 Ok(answering) => answering.await,
                 Err(turned_away) => {
                     tracing::warn!("http: {turned_away}");
-                    refuse(turned_away.status(), &turned_away.to_string())
+                    refuse(turned_away.status(), &turned_away)
                 }
             })
         }

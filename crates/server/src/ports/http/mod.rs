@@ -21,6 +21,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
+use messages::{Localized, Text, text};
 use motion_api::{RegisterImages, RobotState};
 use parking_lot::Mutex;
 use serde_json::{Value, json};
@@ -78,9 +79,9 @@ pub trait HttpBackend: Send + Sync + 'static {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SetInputsError {
     /// Inputs can never be set here, for this reason.
-    ReadOnly(String),
+    ReadOnly(Text),
     /// Inputs cannot be set now, for this reason.
-    Unavailable(String),
+    Unavailable(Text),
 }
 
 /// What the handlers share.
@@ -273,24 +274,30 @@ async fn set_inputs<S: HttpBackend>(
 ) -> Response {
     let (head, body) = request.into_parts();
     if let Err(turned_away) = cross_site::check(&head.headers) {
-        return refuse(turned_away.status(), &turned_away.to_string());
+        return refuse(turned_away.status(), &turned_away);
     }
     let body = match tokio::time::timeout(BODY_TIMEOUT, to_bytes(body, BODY_BYTES_MAX)).await {
         Ok(Ok(body)) => body,
         Ok(Err(_too_long_or_broken)) => {
-            let text = format!("the body is cut off or longer than {BODY_BYTES_MAX} bytes");
+            let text = text!(
+                "the body is cut off or longer than {BODY_BYTES_MAX} bytes",
+                "正文不完整或超过 {BODY_BYTES_MAX} 字节"
+            );
             return refuse(StatusCode::PAYLOAD_TOO_LARGE, &text);
         }
         Err(_elapsed) => {
             let secs = BODY_TIMEOUT.as_secs();
-            let text = format!("the body was not complete after {secs} s");
+            let text = text!(
+                "the body was not complete after {secs} s",
+                "{secs} s 后正文仍不完整"
+            );
             return refuse(StatusCode::REQUEST_TIMEOUT, &text);
         }
     };
     let state = shared.source.state();
     let changes = match io::read(&body, &state.io_config) {
         Ok(changes) => changes,
-        Err(error) => return refuse(StatusCode::UNPROCESSABLE_ENTITY, &error.to_string()),
+        Err(error) => return refuse(StatusCode::UNPROCESSABLE_ENTITY, &error),
     };
     match shared.source.set_inputs(&changes) {
         Ok(()) => {}
@@ -303,8 +310,9 @@ async fn set_inputs<S: HttpBackend>(
         return answer(StatusCode::OK, &json!({"after_cycle": state.cycle}));
     }
     let millis = TAKEN_WITHIN.as_millis();
-    let text = format!(
-        "the inputs wait for a cycle, and none has begun for {millis} ms; they are set when the next one begins"
+    let text = text!(
+        "the inputs wait for a cycle, and none has begun for {millis} ms; they are set when the next one begins",
+        "输入在等待一个周期，而 {millis} ms 内没有周期开始；下一个周期开始时设置"
     );
     refuse(StatusCode::SERVICE_UNAVAILABLE, &text)
 }
@@ -327,15 +335,16 @@ fn answer(status: StatusCode, page: &Value) -> Response {
 }
 
 /// Says why not.
-fn refuse(status: StatusCode, reason: &str) -> Response {
+fn refuse(status: StatusCode, reason: &impl Localized) -> Response {
     answer(status, &refusal(reason))
 }
 
-/// A refusal as JSON; in both languages where the tables have the sentence, since each page has its own.
-fn refusal(reason: &str) -> Value {
-    let mut refusal = json!({"error": reason});
-    if let Some(chinese) = page::sentences::chinese(reason) {
-        refusal["texts"] = json!({"en": reason, "zh": chinese});
+/// A refusal as JSON; in both languages where these differ, since each page has its own.
+fn refusal(reason: &impl Localized) -> Value {
+    let reason = Text::of(reason);
+    let mut refusal = json!({"error": reason.english()});
+    if let Some(chinese) = reason.other_chinese() {
+        refusal["texts"] = json!({"en": reason.english(), "zh": chinese});
     }
     refusal
 }

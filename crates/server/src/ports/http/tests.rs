@@ -370,9 +370,12 @@ async fn inputs_that_were_not_taken_are_not_said_to_be_set() {
     let source = Arc::new(Fake::default());
     let (address, _shutdown, _port) = port(source.clone()).await;
     for (reason, status) in [
-        (SetInputsError::ReadOnly("a recording".to_owned()), 409),
         (
-            SetInputsError::Unavailable("nothing was set: full".to_owned()),
+            SetInputsError::ReadOnly(messages::Text::verbatim("a recording")),
+            409,
+        ),
+        (
+            SetInputsError::Unavailable(messages::Text::verbatim("nothing was set: full")),
             503,
         ),
     ] {

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use elite_runtime::Robot;
 use io_bus::ControlMode;
 use kinematics::JointPositions;
+use messages::text;
 use motion_api::{
     CommandId, MachineCommand, MotionMode, Origin, Outcome, PointList, RobotMode, RobotState,
     SafetyMode, StopReason,
@@ -170,7 +171,10 @@ impl Goals {
             speeds: description.speed_limits,
         };
         if !goal.multi_dof_trajectory.points.is_empty() {
-            let what = "a trajectory of joints with several degrees of freedom";
+            let what = text!(
+                "a trajectory of joints with several degrees of freedom",
+                "多自由度关节的轨迹"
+            );
             return Err(told(TrajectoryError::Unsupported { what }));
         }
         let mut checked = check(&goal.trajectory, &self.prefix, &limits).map_err(told)?;
@@ -365,12 +369,12 @@ impl Goals {
             Outcome::Refused(refusal) => (
                 GoalEnd::Aborted,
                 code::INVALID_GOAL,
-                robot.sentence(refusal),
+                robot.sentence(refusal).to_string(),
             ),
             Outcome::ProtectiveStop(reason @ StopReason::EmergencyStop) => (
                 GoalEnd::Aborted,
                 code::PATH_TOLERANCE_VIOLATED,
-                robot.sentence(reason),
+                robot.sentence(reason).to_string(),
             ),
             Outcome::ProtectiveStop(reason) => (
                 GoalEnd::Aborted,

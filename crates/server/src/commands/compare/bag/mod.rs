@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use messages::Localized;
+use messages::{Localized, Text, text};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use recorder::{FileEnd, ReadError, messages_of_file};
 use robot_client::compare::{RunTrace, TraceSample};
@@ -16,7 +16,7 @@ use ros2::messages::{JointState, Message, PoseStamped, Time, WrenchStamped};
 use ros2::names::{BASE, JOINTS, TOOL, topic};
 use thiserror::Error;
 
-use crate::logging;
+use crate::language;
 
 /// Most samples of a topic: eleven hours at 250 Hz.
 const SAMPLES_MAX: usize = 10_000_000;
@@ -71,7 +71,7 @@ pub(super) enum BagReadError {
         name: String,
         topic: String,
         number: usize,
-        reason: String,
+        reason: Text,
     },
     #[error("{topic} of {name} has more than {SAMPLES_MAX} messages")]
     #[zh("{name} 的 {topic} 多于 {SAMPLES_MAX} 条消息")]
@@ -287,19 +287,21 @@ impl BagContent {
             }
         }
         if messages.ending() == Some(&FileEnd::Truncated) {
-            logging::say(&format!(
+            language::say(&text!(
                 "{} was cut off; what it has is compared",
+                "{} 被截断；只比较其已有内容",
                 file.display()
             ));
         }
         Ok(())
     }
 
-    fn add_joints(&mut self, data: &[u8], logged: u64) -> Result<(), String> {
+    fn add_joints(&mut self, data: &[u8], logged: u64) -> Result<(), Text> {
         let state: JointState = decoded(data)?;
         if state.position.len() != state.name.len() {
-            return Err(format!(
+            return Err(text!(
                 "it has {} joints and {} positions",
+                "有 {} 个关节和 {} 个位置",
                 state.name.len(),
                 state.position.len()
             ));
@@ -313,7 +315,7 @@ impl BagContent {
         Ok(())
     }
 
-    fn add_pose(&mut self, data: &[u8], logged: u64) -> Result<(), String> {
+    fn add_pose(&mut self, data: &[u8], logged: u64) -> Result<(), Text> {
         let PoseStamped { header, pose } = decoded(data)?;
         let turn = pose.orientation;
         let turn = UnitQuaternion::try_new(Quaternion::new(turn.w, turn.x, turn.y, turn.z), 1e-6);
@@ -325,7 +327,7 @@ impl BagContent {
         Ok(())
     }
 
-    fn add_force(&mut self, data: &[u8], logged: u64) -> Result<(), String> {
+    fn add_force(&mut self, data: &[u8], logged: u64) -> Result<(), Text> {
         let WrenchStamped { header, wrench } = decoded(data)?;
         if header.frame_id.ends_with(TOOL) {
             let force = Vector3::new(wrench.force.x, wrench.force.y, wrench.force.z);
@@ -375,11 +377,12 @@ impl BagContent {
     }
 }
 
-fn decoded<M: Message>(data: &[u8]) -> Result<M, String> {
+fn decoded<M: Message>(data: &[u8]) -> Result<M, Text> {
     match data.len() <= MESSAGE_BYTES_MAX {
-        true => M::from_cdr(data).map_err(|error| error.to_string()),
-        false => Err(format!(
+        true => M::from_cdr(data).map_err(|error| Text::verbatim(error.to_string())),
+        false => Err(text!(
             "it has {} bytes, at most {MESSAGE_BYTES_MAX} are read",
+            "有 {} 字节，最多读取 {MESSAGE_BYTES_MAX} 字节",
             data.len()
         )),
     }
@@ -438,7 +441,7 @@ struct JointPlaces {
 }
 
 impl JointPlaces {
-    fn of(&mut self, names: &[String]) -> Result<Option<[usize; 6]>, String> {
+    fn of(&mut self, names: &[String]) -> Result<Option<[usize; 6]>, Text> {
         if self.names != names {
             self.places = joint_places(names)?;
             self.names = names.to_vec();
@@ -448,10 +451,11 @@ impl JointPlaces {
 }
 
 /// Places of the joints, which all may have a prefix; none where they are not there.
-fn joint_places(names: &[String]) -> Result<Option<[usize; 6]>, String> {
+fn joint_places(names: &[String]) -> Result<Option<[usize; 6]>, Text> {
     if names.len() > JOINTS_MAX {
-        return Err(format!(
+        return Err(text!(
             "it has {} joints, at most {JOINTS_MAX} are read",
+            "有 {} 个关节，最多读取 {JOINTS_MAX} 个",
             names.len()
         ));
     }
@@ -469,8 +473,9 @@ fn joint_places(names: &[String]) -> Result<Option<[usize; 6]>, String> {
         [(a, first), rest @ ..] => match found.iter().find(|(prefix, _)| prefix.is_empty()) {
             Some((_, places)) => Ok(Some(*places)),
             None if rest.iter().all(|(prefix, _)| prefix == a) => Ok(Some(*first)),
-            None => Err(format!(
+            None => Err(text!(
                 "it has the joints of several arms, which begin with {a} and {}",
+                "含有多台机械臂的关节，名称以 {a} 和 {} 开头",
                 rest[0].0
             )),
         },

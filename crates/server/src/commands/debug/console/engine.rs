@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use editor::dap::stream::{self, DapInput};
 use editor::dap::{RunTarget, serve_attaching};
+use messages::{Text, text};
 use platform::signals::TerminationSignals;
 use serde_json::{Value as Json, json};
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -44,7 +45,7 @@ pub(super) struct DebugEngine {
 impl DebugEngine {
     /// Starts it; `launch` makes a robot and a program of the arguments of `launch`.
     pub(super) fn start(
-        launch: impl Fn(&Json) -> Result<RunTarget, String> + Send + Sync + 'static,
+        launch: impl Fn(&Json) -> Result<RunTarget, Text> + Send + Sync + 'static,
     ) -> io::Result<Self> {
         let (of_console, input) = io::pipe()?;
         let (answers, mut output) = io::pipe()?;
@@ -80,22 +81,22 @@ impl DebugEngine {
     }
 
     /// Sends a request, and gives back its number.
-    pub(super) fn send(&mut self, command: &str, arguments: Json) -> Result<i64, String> {
+    pub(super) fn send(&mut self, command: &str, arguments: Json) -> Result<i64, Text> {
         self.seq += 1;
         let message =
             json!({"type": "request", "seq": self.seq, "command": command, "arguments": arguments});
-        stream::write(&mut self.input, &message).map_err(|error| error.to_string())?;
+        stream::write(&mut self.input, &message).map_err(|error| Text::of(&error))?;
         Ok(self.seq)
     }
 
     /// Sends a request and waits for what is answered.
-    pub(super) fn ask(&mut self, command: &str, arguments: Json) -> Result<Json, String> {
+    pub(super) fn ask(&mut self, command: &str, arguments: Json) -> Result<Json, Text> {
         let number = self.send(command, arguments)?;
         self.answer(number)
     }
 
     /// Waits for the answer to a request; events wait for [`Self::event`], answers to others until they are asked for.
-    pub(super) fn answer(&mut self, number: i64) -> Result<Json, String> {
+    pub(super) fn answer(&mut self, number: i64) -> Result<Json, Text> {
         loop {
             if let Some(answer) = self.answers.remove(&number) {
                 return result_of(answer);
@@ -111,7 +112,7 @@ impl DebugEngine {
                 Ok(EngineInput::Interrupt) => self.waiting.push_back(EngineEvent::Interrupt),
                 Ok(EngineInput::Gone) | Err(_) => {
                     self.waiting.push_back(EngineEvent::Gone);
-                    return Err("the debugger has ended".to_owned());
+                    return Err(text!("the debugger has ended", "调试器已结束"));
                 }
             }
         }
@@ -157,10 +158,13 @@ fn event_of(message: Json) -> Option<EngineEvent> {
     Some(EngineEvent::Event(name, body))
 }
 
-fn result_of(message: Json) -> Result<Json, String> {
+fn result_of(message: Json) -> Result<Json, Text> {
     let text = |key: &str| message.get(key).and_then(Json::as_str);
     match message.get("success").and_then(Json::as_bool) {
         Some(true) => Ok(message.get("body").cloned().unwrap_or_default()),
-        _ => Err(text("message").unwrap_or("refused").to_owned()),
+        _ => Err(match text("message") {
+            Some(message) => Text::verbatim(message.to_owned()),
+            None => text!("refused", "被拒绝"),
+        }),
     }
 }

@@ -12,13 +12,14 @@ use std::io::{IsTerminal, Write, stdin, stdout};
 use std::path::Path;
 use std::rc::Rc;
 
+use messages::{Language, Text, text};
 use serde_json::{Value as Json, json};
 
 use super::launch::LaunchRequest;
 use crate::cli::DebugArgs;
-use crate::command::{CommandError, CommandResult, CommandStatus};
+use crate::command::{CommandResult, CommandStatus};
 use crate::commands::line_input::{CompletionNames, InputLine, LineCommands, LineSource};
-use crate::language::{self, told};
+use crate::language::{self, shown};
 use crate::ports::escape::EscapedLine;
 use engine::{DebugEngine, EngineEvent};
 use orders::{ORDERS, Order, Stop, WORDS, parse};
@@ -31,10 +32,9 @@ const VARIABLES_MAX: usize = 200;
 /// Debugs a program at the terminal, or with orders from a pipe. Exit status: 0 left, 2 the program cannot be started.
 pub(super) fn console(args: &DebugArgs, file: &str) -> CommandResult {
     let request = LaunchRequest::from_args(args, Path::new(file));
-    let request = request.map_err(CommandError::sentence)?;
+    let request = request?;
     let mut engine = DebugEngine::start(move |_| request.target())?;
-    let started = begin(&mut engine);
-    started.map_err(CommandError::sentence)?;
+    begin(&mut engine)?;
     let names: BTreeSet<String> = elite_runtime::builtins::names()
         .map(str::to_owned)
         .collect();
@@ -72,8 +72,10 @@ pub(super) fn console(args: &DebugArgs, file: &str) -> CommandResult {
 }
 
 /// Launches the program, held before its first statement.
-fn begin(engine: &mut DebugEngine) -> Result<(), String> {
-    engine.ask("initialize", json!({"adapterID": "eliteserver"}))?;
+fn begin(engine: &mut DebugEngine) -> Result<(), Text> {
+    let locale = language::pick("en", "zh");
+    let about = json!({"adapterID": "eliteserver", "locale": locale});
+    engine.ask("initialize", about)?;
     let stops = json!({"stopOnEntry": true, "stopAtEnd": true});
     let launched = engine.send("launch", stops)?;
     let filters = json!({"filters": ["uncaught"]});
@@ -119,11 +121,14 @@ impl Console {
                 InputLine::Text(text) => text,
                 InputLine::Interrupt => continue,
                 InputLine::TooLong => {
-                    show(&told("  that line is too long"));
+                    show(language::pick("  that line is too long", "  该行太长"));
                     continue;
                 }
                 InputLine::Broken(error) => {
-                    show(&told(&format!("  no more lines can be read: {error}")));
+                    show_text(&text!(
+                        "  no more lines can be read: {error}",
+                        "  无法继续读取输入：{error}"
+                    ));
                     return self.leave();
                 }
                 InputLine::End => return self.leave(),
@@ -135,7 +140,7 @@ impl Console {
                 Ok(Order::Nothing) if self.is_terminal => self.last.clone(),
                 Ok(order) => order,
                 Err(error) => {
-                    show(&format!("  {}", told_error(&error)));
+                    show(&format!("  {}", shown(&error)));
                     continue;
                 }
             };
@@ -147,7 +152,7 @@ impl Console {
                 _ => Order::Nothing,
             };
             if let Err(error) = self.carry_out(order) {
-                show(&format!("  {}", told_error(&error)));
+                show(&format!("  {}", shown(&error)));
             }
             if self.phase == Phase::Running {
                 // The engine has gone.
@@ -161,15 +166,14 @@ impl Console {
         let _ = self.engine.ask("disconnect", json!({}));
     }
 
-    fn carry_out(&mut self, order: Order) -> Result<(), String> {
+    fn carry_out(&mut self, order: Order) -> Result<(), Text> {
         match order {
             Order::Nothing | Order::Quit => Ok(()),
             Order::Help => {
                 let width = ORDERS.iter().map(|(order, ..)| order.len()).max();
-                for (order, english, chinese) in ORDERS {
+                for (order, what) in ORDERS {
                     let width = width.unwrap_or(0);
-                    let what = language::pick(english, chinese);
-                    show(&format!("  {order:<width$}  {what}"));
+                    show(&format!("  {order:<width$}  {}", shown(what)));
                 }
                 Ok(())
             }
@@ -181,14 +185,18 @@ impl Console {
                     ));
                 }
                 for stop in &self.stops {
-                    show(&format!("  {}: {}", stop.number, described(&stop.stop)));
+                    show(&format!(
+                        "  {}: {}",
+                        stop.number,
+                        shown(&described(&stop.stop))
+                    ));
                 }
                 Ok(())
             }
             Order::Break(stop) => {
                 self.last_number += 1;
                 let number = self.last_number;
-                let shown = described(&stop);
+                let about = described(&stop);
                 self.stops.push(ActiveStop { number, stop });
                 if let Err(error) = self.tell_stops() {
                     self.stops.pop();
@@ -196,7 +204,7 @@ impl Console {
                     let _ = self.tell_stops();
                     return Err(error);
                 }
-                show(&format!("  {number}: {shown}"));
+                show(&format!("  {number}: {}", shown(&about)));
                 Ok(())
             }
             Order::Delete(number) => {
@@ -204,7 +212,10 @@ impl Console {
                 self.stops
                     .retain(|stop| number.is_some_and(|number| stop.number != number));
                 if let Some(number) = number.filter(|_| self.stops.len() == before) {
-                    return Err(format!("there is no {number}; break lists what there is"));
+                    return Err(text!(
+                        "there is no {number}; break lists what there is",
+                        "没有 {number}；break 列出已有的停止条件"
+                    ));
                 }
                 self.tell_stops()
             }
@@ -248,11 +259,11 @@ impl Console {
     }
 
     /// Tells the engine what the program is to stop for.
-    fn tell_stops(&mut self) -> Result<(), String> {
+    fn tell_stops(&mut self) -> Result<(), Text> {
         self.tell_stops_and(None)
     }
 
-    fn tell_stops_and(&mut self, one_more: Option<&Stop>) -> Result<(), String> {
+    fn tell_stops_and(&mut self, one_more: Option<&Stop>) -> Result<(), Text> {
         let (mut lines, mut functions, mut arm) = (Vec::new(), Vec::new(), Vec::new());
         for stop in self.stops.iter().map(|stop| &stop.stop).chain(one_more) {
             match stop {
@@ -282,14 +293,17 @@ impl Console {
             for breakpoint in bound.into_iter().flatten() {
                 if breakpoint.get("verified") != Some(&json!(true)) {
                     let why = breakpoint.get("message").and_then(Json::as_str);
-                    return Err(why.unwrap_or("there is no such place").to_owned());
+                    return Err(match why {
+                        Some(why) => Text::verbatim(why.to_owned()),
+                        None => text!("there is no such place", "没有这个位置"),
+                    });
                 }
             }
         }
         Ok(())
     }
 
-    fn go_until(&mut self, stop: Stop, request: &str) -> Result<(), String> {
+    fn go_until(&mut self, stop: Stop, request: &str) -> Result<(), Text> {
         let told = self.tell_stops_and(Some(&stop));
         let gone = told.and_then(|()| self.go(request, json!({"threadId": self.thread})));
         self.tell_stops()?;
@@ -297,13 +311,12 @@ impl Console {
     }
 
     /// Lets the program go on until it is held again.
-    fn go(&mut self, request: &str, arguments: Json) -> Result<(), String> {
+    fn go(&mut self, request: &str, arguments: Json) -> Result<(), Text> {
         if self.phase == Phase::Over {
-            return Err(language::pick(
+            return Err(text!(
                 "the program has ended; restart runs it anew",
-                "程序已结束；restart 重新运行",
-            )
-            .to_owned());
+                "程序已结束；restart 重新运行"
+            ));
         }
         self.engine.ask(request, arguments)?;
         self.phase = Phase::Running;
@@ -351,38 +364,42 @@ impl Console {
                 self.thread = thread.unwrap_or(1);
                 let cycle = body.get("cycle").and_then(Json::as_u64).unwrap_or(0);
                 let reason = match (text("reason"), text("description")) {
-                    ("step" | "goto", "") => String::new(),
-                    (reason, "") => format!(": {}", reason_text(reason)),
-                    ("pause", what) => format!(": {}", told(what)),
-                    (reason, what) => format!(": {}: {}", reason_text(reason), told(what)),
+                    ("step" | "goto", "") => Text::verbatim(""),
+                    (reason, "") => text!(": {}", "：{}", reason_text(reason)),
+                    ("pause", what) => text!(": {what}", "：{what}"),
+                    (reason, what) => text!(": {}: {what}", "：{}：{what}", reason_text(reason)),
                 };
                 self.frame = None;
                 if let Ok(step) = self.evaluate("get_steptime()", "hover") {
                     self.step = step.parse().unwrap_or(self.step);
                 }
                 let time = cycle as f64 * self.step;
-                match language::is_chinese() {
-                    true => show(&format!("停在第 {cycle} 个周期，{time:.3} s{reason}")),
-                    false => show(&format!("held in cycle {cycle}, {time:.3} s{reason}")),
-                }
+                show_text(&text!(
+                    "held in cycle {cycle}, {time:.3} s{reason}",
+                    "停在第 {cycle} 个周期，{time:.3} s{reason}"
+                ));
                 // The sentence of a stop has been said as output.
-                if !text("text").is_empty() && text("description") != "protective stop" {
-                    show(&language::report(text("text")));
+                let stop = Text::fixed("protective stop", "保护性停止");
+                let is_stop = [Language::English, Language::Chinese]
+                    .map(|language| stop.in_language(language))
+                    .contains(&text("description"));
+                if !text("text").is_empty() && !is_stop {
+                    show(text("text"));
                 }
             }
             "exited" => {
                 let code = body.get("exitCode").and_then(Json::as_i64).unwrap_or(0);
-                show(&match language::is_chinese() {
-                    true => format!("程序已结束，状态 {code}"),
-                    false => format!("the program has ended, status {code}"),
-                });
+                show_text(&text!(
+                    "the program has ended, status {code}",
+                    "程序已结束，状态 {code}"
+                ));
             }
             "terminated" => self.phase = Phase::Over,
             _ => {}
         }
     }
 
-    fn evaluate(&mut self, expression: &str, context: &str) -> Result<String, String> {
+    fn evaluate(&mut self, expression: &str, context: &str) -> Result<String, Text> {
         let mut arguments = json!({"expression": expression, "context": context});
         if let (Some((frame, _)), Json::Object(fields)) = (self.frame, &mut arguments) {
             fields.insert("frameId".to_owned(), json!(frame));
@@ -392,7 +409,7 @@ impl Console {
         Ok(result.unwrap_or_default().to_owned())
     }
 
-    fn frames(&mut self) -> Result<Vec<Json>, String> {
+    fn frames(&mut self) -> Result<Vec<Json>, Text> {
         let asked = json!({"threadId": self.thread});
         let answer = self.engine.ask("stackTrace", asked)?;
         let frames = answer.get("stackFrames").and_then(Json::as_array);
@@ -412,24 +429,24 @@ impl Console {
         show(&self.numbered(line, true));
     }
 
-    fn show_calls(&mut self) -> Result<(), String> {
+    fn show_calls(&mut self) -> Result<(), Text> {
         for frame in self.frames()? {
             let line = frame.get("line").and_then(Json::as_u64).unwrap_or(0);
             let name = frame.get("name").and_then(Json::as_str).unwrap_or_default();
             let line = line as u32;
             let text = self.line(line).trim();
-            let in_line = match language::is_chinese() {
-                true => format!("第 {line} 行"),
-                false => format!("line {line}"),
-            };
-            show(&format!("  {}, {in_line}: {text}", EscapedLine(name)));
+            show_text(&text!(
+                "  {}, line {line}: {text}",
+                "  {}，第 {line} 行：{text}",
+                EscapedLine(name)
+            ));
         }
         Ok(())
     }
 
-    fn show_scope(&mut self, name: &str) -> Result<(), String> {
+    fn show_scope(&mut self, name: &str) -> Result<(), Text> {
         let Some((frame, _)) = self.frame else {
-            return Err(language::pick("the program is not held", "程序没有停住").to_owned());
+            return Err(text!("the program is not held", "程序没有停住"));
         };
         let answer = self.engine.ask("scopes", json!({"frameId": frame}))?;
         let scopes = answer.get("scopes").and_then(Json::as_array);
@@ -495,35 +512,29 @@ impl Console {
     }
 }
 
-fn described(stop: &Stop) -> String {
-    let with = |place: String, condition: &Option<String>| match condition {
-        Some(condition) => format!("{place} if {condition}"),
+fn described(stop: &Stop) -> Text {
+    let with = |place: Text, condition: &Option<String>| match condition {
+        Some(condition) => text!("{place} if {condition}", "{place} if {condition}"),
         None => place,
     };
     match stop {
-        Stop::Line(line, condition) => match language::is_chinese() {
-            true => with(format!("第 {line} 行"), condition),
-            false => with(format!("line {line}"), condition),
-        },
-        Stop::Function(name, condition) => with(format!("{name}()"), condition),
-        Stop::Arm(condition) => match language::is_chinese() {
-            true => format!("当 {condition}"),
-            false => format!("when {condition}"),
-        },
+        Stop::Line(line, condition) => with(text!("line {line}", "第 {line} 行"), condition),
+        Stop::Function(name, condition) => with(Text::verbatim(format!("{name}()")), condition),
+        Stop::Arm(condition) => text!("when {condition}", "当 {condition}"),
     }
 }
 
-fn reason_text(reason: &str) -> &str {
-    match (language::is_chinese(), reason) {
-        (false, "entry") => "before the first statement",
-        (false, "data breakpoint") => "the condition is true",
-        (true, "entry") => "第一条语句之前",
-        (true, "breakpoint" | "function breakpoint") => "断点",
-        (true, "data breakpoint") => "条件成立",
-        (true, "exception") => "异常",
-        (true, "pause") => "暂停",
-        (true, "end") => "结束",
-        (_, other) => other,
+/// Why the program is held, of the protocol's word for it.
+fn reason_text(reason: &str) -> Text {
+    match reason {
+        "entry" => text!("before the first statement", "第一条语句之前"),
+        "data breakpoint" => text!("the condition is true", "条件成立"),
+        "breakpoint" => text!("breakpoint", "断点"),
+        "function breakpoint" => text!("function breakpoint", "断点"),
+        "exception" => text!("exception", "异常"),
+        "pause" => text!("pause", "暂停"),
+        "end" => text!("end", "结束"),
+        other => Text::verbatim(other.to_owned()),
     }
 }
 
@@ -537,15 +548,9 @@ fn without_nulls(breakpoints: Vec<Json>) -> Vec<Json> {
     cleaned.collect()
 }
 
-/// What is wrong with an order. Between the first and the last of several lines is a finding with the text that it is about.
-fn told_error(error: &str) -> String {
-    let last = error.lines().count().saturating_sub(1);
-    let lines = error.lines().enumerate().map(|(index, line)| match index {
-        0 => told(line),
-        index if index == last => told(line),
-        _ => language::report(line),
-    });
-    lines.collect::<Vec<_>>().join("\n")
+/// A text of the answer, in the language of this process.
+fn show_text(text: &Text) {
+    show(text.in_language(language::chosen()));
 }
 
 /// A line of the answer. Whoever reads may have seen enough.

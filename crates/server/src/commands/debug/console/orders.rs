@@ -1,72 +1,94 @@
 //! What is typed at the debugger's prompt.
 
-/// The orders: how each is written, what it does in English and in Chinese.
-pub(super) const ORDERS: &[(&str, &str, &str)] = &[
+use messages::{Text, text};
+
+/// The orders: how each is written, and what it does.
+pub(super) const ORDERS: &[(&str, Text)] = &[
     (
         "break [LINE | FUNCTION] [if EXPRESSION]",
-        "stop there, as long as the expression is true; alone: list what the program stops for",
-        "在该处停下（表达式为真时）；单独使用：列出停止条件",
+        Text::fixed(
+            "stop there, as long as the expression is true; alone: list what the program stops for",
+            "在该处停下（表达式为真时）；单独使用：列出停止条件",
+        ),
     ),
     (
         "break when CONDITION",
-        "stop when this becomes true of the arm: break when norm(tcp_force[0:3]) > 20",
-        "机械臂满足条件时停下：break when norm(tcp_force[0:3]) > 20",
+        Text::fixed(
+            "stop when this becomes true of the arm: break when norm(tcp_force[0:3]) > 20",
+            "机械臂满足条件时停下：break when norm(tcp_force[0:3]) > 20",
+        ),
     ),
     (
         "delete [NUMBER]",
-        "forget one of these, or all",
-        "删除一个停止条件，或全部",
+        Text::fixed("forget one of these, or all", "删除一个停止条件，或全部"),
     ),
-    ("continue", "go on", "继续运行"),
+    ("continue", Text::fixed("go on", "继续运行")),
     (
         "step, next, out",
-        "to the next statement: into calls, over them, to the end of this one",
-        "到下一条语句：进入调用、越过调用、到本调用结束",
+        Text::fixed(
+            "to the next statement: into calls, over them, to the end of this one",
+            "到下一条语句：进入调用、越过调用、到本调用结束",
+        ),
     ),
     (
         "until LINE | CONDITION",
-        "go on to a line, or until this is true of the arm",
-        "运行到某一行，或直到机械臂满足条件",
+        Text::fixed(
+            "go on to a line, or until this is true of the arm",
+            "运行到某一行，或直到机械臂满足条件",
+        ),
     ),
     (
         "back [until LINE | CONDITION]",
-        "undo the last step; or go back to the last moment at which it was there",
-        "撤销上一步；或回到最近一次满足的时刻",
+        Text::fixed(
+            "undo the last step; or go back to the last moment at which it was there",
+            "撤销上一步；或回到最近一次满足的时刻",
+        ),
     ),
     (
         "reverse",
-        "go back to the last stop of a breakpoint",
-        "回到上一个断点处",
+        Text::fixed(
+            "go back to the last stop of a breakpoint",
+            "回到上一个断点处",
+        ),
     ),
     (
         "goto CYCLE | TIME s",
-        "to this cycle or time, forwards or backwards: goto 541, goto 2.1 s",
-        "到该周期或时间，可前可后：goto 541，goto 2.1 s",
+        Text::fixed(
+            "to this cycle or time, forwards or backwards: goto 541, goto 2.1 s",
+            "到该周期或时间，可前可后：goto 541，goto 2.1 s",
+        ),
     ),
     (
         "print EXPRESSION",
-        "a value: print get_actual_tcp_pose()[2]",
-        "显示值：print get_actual_tcp_pose()[2]",
+        Text::fixed(
+            "a value: print get_actual_tcp_pose()[2]",
+            "显示值：print get_actual_tcp_pose()[2]",
+        ),
     ),
     (
         "! STATEMENT",
-        "carry a statement out, which may move the arm: ! speed = 0.1",
-        "执行语句，可以移动机械臂：! speed = 0.1",
+        Text::fixed(
+            "carry a statement out, which may move the arm: ! speed = 0.1",
+            "执行语句，可以移动机械臂：! speed = 0.1",
+        ),
     ),
     (
         "where, list [LINE]",
-        "the calls that the program is in; its text around here",
-        "程序所在的调用；附近的程序文本",
+        Text::fixed(
+            "the calls that the program is in; its text around here",
+            "程序所在的调用；附近的程序文本",
+        ),
     ),
     (
         "vars, globals, arm",
-        "variables of this call, of the program; the state of the arm",
-        "本调用的变量、程序的变量；机械臂的状态",
+        Text::fixed(
+            "variables of this call, of the program; the state of the arm",
+            "本调用的变量、程序的变量；机械臂的状态",
+        ),
     ),
     (
         "restart, quit",
-        "run the program anew; leave",
-        "重新运行程序；退出",
+        Text::fixed("run the program anew; leave", "重新运行程序；退出"),
     ),
 ];
 
@@ -116,7 +138,7 @@ pub(super) enum Order {
 ///
 /// # Errors
 /// A sentence about what is wrong with it.
-pub(super) fn parse(line: &str) -> Result<Order, String> {
+pub(super) fn parse(line: &str) -> Result<Order, Text> {
     let line = line.trim();
     if let Some(statement) = line.strip_prefix('!') {
         return Ok(Order::Statement(statement.trim().to_owned()));
@@ -126,7 +148,10 @@ pub(super) fn parse(line: &str) -> Result<Order, String> {
         .map_or((line, ""), |(word, rest)| (word, rest.trim()));
     let alone = |order: Order| match rest {
         "" => Ok(order),
-        _ => Err(format!("{word} takes nothing behind it")),
+        _ => Err(text!(
+            "{word} takes nothing behind it",
+            "{word} 后面不能有内容"
+        )),
     };
     match word {
         "" => Ok(Order::Nothing),
@@ -135,7 +160,10 @@ pub(super) fn parse(line: &str) -> Result<Order, String> {
         "d" | "delete" if rest.is_empty() => Ok(Order::Delete(None)),
         "d" | "delete" => match rest.parse() {
             Ok(number) => Ok(Order::Delete(Some(number))),
-            Err(_) => Err("delete takes the number that break shows".to_owned()),
+            Err(_) => Err(text!(
+                "delete takes the number that break shows",
+                "delete 后面是 break 显示的编号"
+            )),
         },
         "c" | "continue" | "r" | "run" => alone(Order::Go("continue")),
         "s" | "step" => alone(Order::Go("stepIn")),
@@ -148,13 +176,15 @@ pub(super) fn parse(line: &str) -> Result<Order, String> {
             None => alone(Order::Go("stepBack")),
         },
         "g" | "goto" => goto(rest),
-        "p" | "print" if rest.is_empty() => Err("print takes an expression".to_owned()),
+        "p" | "print" if rest.is_empty() => {
+            Err(text!("print takes an expression", "print 后面是表达式"))
+        }
         "p" | "print" => Ok(Order::Print(rest.to_owned())),
         "w" | "where" | "bt" => alone(Order::Where),
         "l" | "list" if rest.is_empty() => Ok(Order::List(None)),
         "l" | "list" => match rest.parse() {
             Ok(line) => Ok(Order::List(Some(line))),
-            Err(_) => Err("list takes the number of a line".to_owned()),
+            Err(_) => Err(text!("list takes the number of a line", "list 后面是行号")),
         },
         "v" | "vars" => alone(Order::Scope("Locals")),
         "globals" => alone(Order::Scope("Globals")),
@@ -163,26 +193,31 @@ pub(super) fn parse(line: &str) -> Result<Order, String> {
         "h" | "help" | "?" => Ok(Order::Help),
         "q" | "quit" | "exit" => alone(Order::Quit),
         other => {
-            let near = elite_syntax::nearest(other, WORDS.iter());
-            let hint = near.map_or_else(
-                || "help lists the orders".to_owned(),
-                |near| format!("did you mean {near}?"),
-            );
+            let hint = match elite_syntax::nearest(other, WORDS.iter()) {
+                Some(near) => text!("did you mean {near}?", "是否想写 {near}？"),
+                None => text!("help lists the orders", "help 列出所有命令"),
+            };
             let shown: String = other.chars().take(40).collect();
-            Err(format!("there is no order {shown:?}; {hint}"))
+            Err(text!(
+                "there is no order {shown:?}; {hint}",
+                "没有命令 {shown:?}；{hint}"
+            ))
         }
     }
 }
 
-fn until(goal: &str) -> Result<Stop, String> {
+fn until(goal: &str) -> Result<Stop, Text> {
     match goal.parse() {
-        _ if goal.is_empty() => Err("until takes a line or a condition of the arm".to_owned()),
+        _ if goal.is_empty() => Err(text!(
+            "until takes a line or a condition of the arm",
+            "until 后面是行号或机械臂的条件"
+        )),
         Ok(line) => Ok(Stop::Line(line, None)),
         Err(_) => Ok(Stop::Arm(goal.to_owned())),
     }
 }
 
-fn stop(rest: &str) -> Result<Stop, String> {
+fn stop(rest: &str) -> Result<Stop, Text> {
     if let Some(condition) = rest.strip_prefix("when ") {
         return Ok(Stop::Arm(condition.trim().to_owned()));
     }
@@ -198,14 +233,14 @@ fn stop(rest: &str) -> Result<Stop, String> {
         .all(|c| c.is_alphanumeric() || matches!(c, '_' | '.'));
     match is_name {
         true => Ok(Stop::Function(place.to_owned(), condition)),
-        false => Err(
-            "break takes a line, the name of a function, or 'when' and a condition of the arm"
-                .to_owned(),
-        ),
+        false => Err(text!(
+            "break takes a line, the name of a function, or 'when' and a condition of the arm",
+            "break 后面是行号、函数名，或 'when' 和机械臂的条件"
+        )),
     }
 }
 
-fn goto(rest: &str) -> Result<Order, String> {
+fn goto(rest: &str) -> Result<Order, Text> {
     if let Some(time) = rest.strip_suffix('s') {
         let time: Option<f64> = time.trim().parse().ok();
         if let Some(time) = time.filter(|time| time.is_finite() && *time >= 0.0) {
@@ -214,7 +249,10 @@ fn goto(rest: &str) -> Result<Order, String> {
     }
     match rest.parse() {
         Ok(cycle) => Ok(Order::GotoCycle(cycle)),
-        Err(_) => Err("goto takes a cycle or a time: goto 541, goto 2.1 s".to_owned()),
+        Err(_) => Err(text!(
+            "goto takes a cycle or a time: goto 541, goto 2.1 s",
+            "goto 后面是周期或时间：goto 541，goto 2.1 s"
+        )),
     }
 }
 
@@ -262,7 +300,7 @@ mod tests {
             ("until", "until takes"),
         ] {
             let error = parse(text).unwrap_err();
-            assert!(error.contains(part), "{text}: {error}");
+            assert!(error.english().contains(part), "{text}: {error}");
         }
     }
 }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use controller::recorded_run::{InitialSetupError, model_of};
-use messages::Localized;
+use messages::{Localized, Text};
 use recorder::lengths::truncate_marked;
 use recorder::{ReadError, Recording, RecordingEntry, Topic, ViewerMessages};
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -329,7 +329,9 @@ fn shown(mut entry: RecordingEntry) -> RecordingEntry {
         }
         RecordingEntry::Log(log) => {
             shorten(&mut log.source);
-            shorten(&mut log.message);
+            let mut message = log.message.english().to_owned();
+            shorten(&mut message);
+            log.message = Text::verbatim(message);
         }
         RecordingEntry::Command(command) => {
             command.arguments.clear();

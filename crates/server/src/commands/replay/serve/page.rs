@@ -8,6 +8,7 @@ use elite_runtime::CompilePool;
 use elite_runtime::message::Message;
 use elite_runtime::task_folder::TaskFolder;
 use kinematics::{JointPositions, Pose, RpyPose};
+use messages::{Text, text};
 use motion_api::{CommandId, CommandKind, Outcome};
 use parking_lot::Mutex;
 use pendant::{History, PageOrder, SceneMeshes};
@@ -20,8 +21,8 @@ use crate::ports::http::HttpBackend as _;
 use crate::ports::http::page::{PageBackend, ShownProgram};
 
 impl PageBackend for Playback {
-    fn read_only(&self) -> Option<String> {
-        Some(READ_ONLY.to_owned())
+    fn read_only(&self) -> Option<Text> {
+        Some(READ_ONLY.clone())
     }
 
     fn scene(&self) -> Value {
@@ -64,12 +65,12 @@ impl PageBackend for Playback {
         (self.log_lines(), None)
     }
 
-    async fn order(&self, _: PageOrder) -> Result<Value, String> {
-        Err(READ_ONLY.to_owned())
+    async fn order(&self, _: PageOrder) -> Result<Value, Text> {
+        Err(READ_ONLY.clone())
     }
 
-    fn begin_hold(&self, _: CommandKind) -> Result<CommandId, String> {
-        Err(READ_ONLY.to_owned())
+    fn begin_hold(&self, _: CommandKind) -> Result<CommandId, Text> {
+        Err(READ_ONLY.clone())
     }
 
     /// Nothing is held.
@@ -82,9 +83,12 @@ impl PageBackend for Playback {
     /// Nobody has asked for anything.
     fn forget(&self, _: CommandId) {}
 
-    fn reach(&self, pose: [f64; 6]) -> Result<[f64; 6], String> {
+    fn reach(&self, pose: [f64; 6]) -> Result<[f64; 6], Text> {
         if pose.iter().any(|x| !x.is_finite()) {
-            return Err("a pose has six finite numbers".to_owned());
+            return Err(text!(
+                "a pose has six finite numbers",
+                "位姿需要六个有限的数"
+            ));
         }
         let state = self.state();
         let base_from_tcp = Pose::from_rpy(&RpyPose::from_array(pose));
@@ -95,13 +99,13 @@ impl PageBackend for Playback {
             .inverse_nearest(&base_from_tcp, &flange_from_tcp, near);
         found
             .map(|joints| joints.0)
-            .ok_or_else(|| "the pose is out of reach".to_owned())
+            .ok_or_else(|| text!("the pose is out of reach", "位姿不可达"))
     }
 
-    fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], String> {
+    fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], Text> {
         match self.model().limits().contains(&JointPositions(joints)) {
             true => Ok(joints),
-            false => Err("a joint would leave its range".to_owned()),
+            false => Err(text!("a joint would leave its range", "关节将超出其范围")),
         }
     }
 
@@ -109,16 +113,13 @@ impl PageBackend for Playback {
         None
     }
 
-    fn recording(&self) -> Result<Recording, String> {
-        let none = "no recording is shown";
-        self.shown()
-            .recording
-            .clone()
-            .ok_or_else(|| none.to_owned())
+    fn recording(&self) -> Result<Recording, Text> {
+        let none = text!("no recording is shown", "没有显示记录");
+        self.shown().recording.clone().ok_or(none)
     }
 
-    fn rehearsal(&self) -> Result<ControllerConfig, String> {
-        Err(READ_ONLY.to_owned())
+    fn rehearsal(&self) -> Result<ControllerConfig, Text> {
+        Err(READ_ONLY.clone())
     }
 
     fn compile_pool(&self) -> &CompilePool {

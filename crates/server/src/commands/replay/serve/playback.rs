@@ -7,6 +7,7 @@ use std::time::Duration;
 use controller::recording_observer::PROGRAM_ENDED;
 use elite_runtime::CompilePool;
 use kinematics::RobotModel;
+use messages::{Text, text};
 use motion::histogram::Histogram;
 use motion_api::{RegisterImages, Registers, RingFull, RobotState};
 use parking_lot::Mutex;
@@ -37,8 +38,10 @@ const WAITING_MAX: usize = 256;
 /// Global variables that are kept for `/panel`.
 const VARIABLES_MAX: usize = 1000;
 /// What clients are told that want to change something.
-pub(super) const READ_ONLY: &str =
-    "this is a replay of a recording, it takes no programs and no inputs";
+pub(super) static READ_ONLY: Text = text!(
+    "this is a replay of a recording, it takes no programs and no inputs",
+    "这是记录的重放，不接受程序和输入"
+);
 
 /// What is played, at the moment.
 pub(super) struct Playback {
@@ -232,8 +235,9 @@ impl Playback {
         let LogMessage {
             level,
             source,
-            message: text,
+            message,
         } = message;
+        let text = message.english().to_owned();
         let line = {
             let mut now = self.now.lock();
             if text == PROGRAM_ENDED && source == now.program {
@@ -357,7 +361,7 @@ impl rtsi::RtsiBackend for Playback {
     }
 
     fn read_only(&self) -> Option<&'static str> {
-        Some(READ_ONLY)
+        Some(READ_ONLY.english())
     }
 
     fn apply(
@@ -402,7 +406,7 @@ impl http::HttpBackend for Playback {
     }
 
     fn set_inputs(&self, _changes: &http::io::IoChanges) -> Result<(), SetInputsError> {
-        Err(SetInputsError::ReadOnly(READ_ONLY.to_owned()))
+        Err(SetInputsError::ReadOnly(READ_ONLY.clone()))
     }
 
     fn figures(&self) -> Figures {
@@ -492,7 +496,7 @@ mod tests {
             RecordingEntry::Log(LogMessage {
                 level: LogLevel::Info,
                 source: "p".to_owned(),
-                message: PROGRAM_ENDED.to_owned(),
+                message: Text::verbatim(PROGRAM_ENDED),
             }),
         );
         assert_eq!(status(), TaskStatus::Stopped);

@@ -9,7 +9,6 @@ use std::sync::Arc;
 
 use controller::cell_world::WorldScene;
 use controller::cell_world::topic::{self, WorldMessage};
-use elite_runtime::chinese;
 use kinematics::RobotModel;
 use motion_api::RobotState;
 use parking_lot::Mutex;
@@ -24,7 +23,7 @@ use crate::ports::description::TaskStatus;
 use crate::ports::http::HttpBackend as _;
 use crate::ports::http::page::{
     ALARM_LEVEL, MODE_LEVEL, ModeTracker, PageBackend as _, ShownProgram, add_load, line_event,
-    registers_text, short,
+    registers_text, texts_of,
 };
 
 /// Programs whose text is kept.
@@ -161,14 +160,17 @@ impl<M: Iterator<Item = Result<WorldMessage, ReadError>>> HistoryReader<'_, M> {
                 }
             }
             RecordingEntry::Log(message) => {
-                let event = line_event(time, message.level, &message.source, &message.message);
+                let event = line_event(
+                    time,
+                    message.level,
+                    &message.source,
+                    message.message.english(),
+                );
                 self.event(time, message.level.number() as u8, &event);
                 if message.level >= recorder::LogLevel::Error {
                     let mut alarm = event;
                     alarm["event"] = "alarm".into();
-                    let chinese = chinese::sentence(&message.message);
-                    let chinese = chinese.as_deref().unwrap_or(&message.message);
-                    alarm["texts"] = json!({"en": alarm["text"].clone(), "zh": short(chinese)});
+                    alarm["texts"] = texts_of(&message.message);
                     alarm["kind"] = "recorded".into();
                     self.event(time, ALARM_LEVEL, &alarm);
                 }

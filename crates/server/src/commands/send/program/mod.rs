@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use elite_runtime::{Preset, PresetError};
 use elite_syntax::{Diagnostic, Program, ProgramKind, SourceFile, compile};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use thiserror::Error;
 
 use crate::ports::script_text::{StringTracker, is_end_line};
@@ -49,7 +49,7 @@ pub(super) enum WrapError {
     /// What became of it does not compile: a fault of ours or a construct that only a file's own level takes.
     #[error("the program cannot be put into a function, as controllers take it: {0}")]
     #[zh("程序无法放入控制器要求的函数中：{0}")]
-    NotWrapped(String),
+    NotWrapped(Text),
 }
 
 impl OutgoingProgram {
@@ -157,7 +157,10 @@ impl OutgoingProgram {
             [] => Ok(Self::as_it_is(file.text(), file.text().starts_with("sec "))),
             [first, ..] => Err(WrapError::Setting(PresetError {
                 given: first.name().to_owned(),
-                why: "a text that is not checked is sent as it is; leave --no-check out",
+                why: text!(
+                    "a text that is not checked is sent as it is; leave --no-check out",
+                    "不检查的文本按原样发送；请去掉 --no-check"
+                ),
             })),
         }
     }
@@ -240,15 +243,15 @@ impl OutgoingProgram {
         lines.collect::<Vec<_>>().join("\n")
     }
 
-    fn told(&self, findings: &[Diagnostic], file: &Arc<SourceFile>) -> String {
+    fn told(&self, findings: &[Diagnostic], file: &Arc<SourceFile>) -> Text {
         let Some(finding) = findings.first() else {
-            return String::new();
+            return Text::verbatim("");
         };
         let fields = finding.fields(file);
         let column = i32::try_from(fields.column).unwrap_or(1);
         let line = i32::try_from(fields.line).unwrap_or(0);
         match self.place(line, column) {
-            Some((line, _)) => format!("line {line}: {}", finding.message),
+            Some((line, _)) => text!("line {line}: {}", "第 {line} 行：{}", finding.message),
             None => finding.message.clone(),
         }
     }

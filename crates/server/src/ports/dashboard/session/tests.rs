@@ -101,10 +101,10 @@ impl DashboardBackend for Fake {
     fn plays_loaded_task(&self) -> bool {
         self.robot.lock().task == TaskStatus::Running
     }
-    async fn play(&self) -> Result<(), String> {
+    async fn play(&self) -> Result<(), messages::Text> {
         let mut robot = self.robot.lock();
         if robot.loaded.is_none() {
-            return Err("no task is loaded".to_owned());
+            return Err(messages::text!("no task is loaded", "没有载入任务"));
         }
         robot.task = TaskStatus::Running;
         Ok(())

@@ -12,6 +12,7 @@ use editor::dap::{AttachedSession, SessionSender};
 use futures_util::{SinkExt as _, StreamExt as _};
 use hyper::upgrade::OnUpgrade;
 use hyper_util::rt::TokioIo;
+use messages::Text;
 use serde_json::{Value, json};
 use supervision::{ThreadRole, ThreadSupervisor};
 use tokio::sync::mpsc;
@@ -94,7 +95,7 @@ pub async fn attend<C: PageBackend>(
             },
             line = lines.recv() => {
                 if let Ok(line) = line {
-                    inlet.output("console", format!("{}: {}\n", line.source, line.text));
+                    inlet.output("console", Text::verbatim(format!("{}: {}\n", line.source, line.text)));
                 }
             },
             said = source.next() => if !pass_on(said, &inlet) { break },

@@ -3,6 +3,7 @@
 use axum::body::Body;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
+use messages::text;
 use pendant::Token;
 use pendant::assets::{INDEX, NONCE_MARK, content_security_policy, find};
 
@@ -13,14 +14,17 @@ pub(super) async fn file(method: Method, uri: Uri, asked: HeaderMap) -> Response
     if method != Method::GET && method != Method::HEAD {
         let mut refused = refuse(
             StatusCode::METHOD_NOT_ALLOWED,
-            "a page can only be looked at",
+            &text!("a page can only be looked at", "页面只能查看"),
         );
         let allowed = HeaderValue::from_static("GET, HEAD");
         refused.headers_mut().insert(header::ALLOW, allowed);
         return refused;
     }
     let Some(asset) = find(uri.path()) else {
-        return refuse(StatusCode::NOT_FOUND, "there is no such page");
+        return refuse(
+            StatusCode::NOT_FOUND,
+            &text!("there is no such page", "没有这个页面"),
+        );
     };
     let known = asked.get(header::IF_NONE_MATCH);
     if asset.path != INDEX && known.is_some_and(|known| known == asset.mark) {

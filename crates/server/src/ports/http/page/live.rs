@@ -15,6 +15,7 @@ use hyper::Request;
 use hyper::body::Incoming;
 use hyper::upgrade::{OnUpgrade, Upgraded};
 use hyper_util::rt::TokioIo;
+use messages::{Text, text};
 use motion_api::{CommandId, Outcome};
 use pendant::jog::HoldToRun;
 use pendant::{HoldToRunState, PageId, PageOrder};
@@ -51,8 +52,9 @@ type PageStream = WebSocketStream<TokioIo<Upgraded>>;
 /// Answers the request for the live view: pages of this very server and programs may look.
 pub fn shake_hands(request: Request<Incoming>, upgrade: &Upgrade) -> Response {
     if let Some(origin) = foreign_origin(request.headers()) {
-        let text = format!(
+        let text = text!(
             "the request comes from a page of {}; only pages of this server may look",
+            "请求来自 {} 的页面；只有此服务器的页面可以查看",
             EscapedLine(&origin)
         );
         return refuse(StatusCode::FORBIDDEN, &text);
@@ -200,7 +202,7 @@ impl<C: PageBackend> PageSession<'_, C> {
         }
     }
 
-    fn answer(&self, id: u64, result: Result<Value, String>) {
+    fn answer(&self, id: u64, result: Result<Value, Text>) {
         let message = match result {
             Ok(value) => json!({"answer": id, "ok": true, "value": value}),
             Err(reason) => {
@@ -215,7 +217,7 @@ impl<C: PageBackend> PageSession<'_, C> {
 
     /// Does what the page says until it leaves.
     async fn listen(&mut self, mut source: SplitStream<PageStream>) -> Result<(), Error> {
-        let mut orders: FuturesUnordered<BoxFuture<'_, (u64, Result<Value, String>)>> =
+        let mut orders: FuturesUnordered<BoxFuture<'_, (u64, Result<Value, Text>)>> =
             FuturesUnordered::new();
         let mut looks = tokio::time::interval(LOOK);
         looks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
@@ -236,7 +238,9 @@ impl<C: PageBackend> PageSession<'_, C> {
                             let order = self.take(text.as_bytes());
                             if let Some((id, order)) = order {
                                 if orders.len() >= ORDERS_MAX {
-                                    let text = format!("{ORDERS_MAX} orders of this page are being carried out already");
+                                    let text = text!(
+            "{ORDERS_MAX} orders of this page are being carried out already",
+            "此页面已有 {ORDERS_MAX} 个命令正在执行");
                                     self.answer(id, Err(text));
                                 } else {
                                     let cockpit = &self.page.cockpit;
@@ -251,7 +255,7 @@ impl<C: PageBackend> PageSession<'_, C> {
                     },
                 },
                 Some((id, result)) = orders.next(), if !orders.is_empty() => self.answer(id, result),
-                () = expired => self.release(Err("the page gave no sign of life, so the arm was stopped".to_owned())),
+                () = expired => self.release(Err(text!("the page gave no sign of life, so the arm was stopped", "页面没有发出心跳，机械臂已停止"))),
                 _ = looks.tick(), if is_holding => self.poll_held_motion(),
             }
         }
@@ -265,7 +269,7 @@ impl<C: PageBackend> PageSession<'_, C> {
                 // The number, if it can be found, so that the page knows which order it was.
                 let id = serde_json::from_slice::<Value>(text).ok();
                 let id = id.and_then(|value| value["id"].as_u64()).unwrap_or(0);
-                self.answer(id, Err(error.to_string()));
+                self.answer(id, Err(Text::of(&error)));
                 return None;
             }
         };
@@ -273,7 +277,7 @@ impl<C: PageBackend> PageSession<'_, C> {
         if let Some(token) = &request.token {
             self.is_trusted = self.page.token.is(token);
             if !self.is_trusted {
-                self.answer(id, Err(pendant::ControlError::Token.to_string()));
+                self.answer(id, Err(Text::of(&pendant::ControlError::Token)));
                 return None;
             }
         }
@@ -319,29 +323,29 @@ impl<C: PageBackend> PageSession<'_, C> {
         None
     }
 
-    fn check(&self, order: &PageOrder) -> Result<(), String> {
+    fn check(&self, order: &PageOrder) -> Result<(), Text> {
         if let Some(reason) = self.page.cockpit.read_only() {
             return Err(reason);
         }
         if !self.is_trusted {
-            return Err(pendant::ControlError::Token.to_string());
+            return Err(Text::of(&pendant::ControlError::Token));
         }
         if order.needs_control() {
             self.page
                 .desk
                 .lock()
                 .check(self.id)
-                .map_err(|error| error.to_string())?;
+                .map_err(|error| Text::of(&error))?;
         }
         Ok(())
     }
 
-    fn control(&mut self, takes: bool) -> Result<Value, String> {
+    fn control(&mut self, takes: bool) -> Result<Value, Text> {
         if let Some(reason) = self.page.cockpit.read_only() {
             return Err(reason);
         }
         if !self.is_trusted {
-            return Err(pendant::ControlError::Token.to_string());
+            return Err(Text::of(&pendant::ControlError::Token));
         }
         if takes {
             let before = self.page.desk.lock().take(self.id);
@@ -361,8 +365,11 @@ impl<C: PageBackend> PageSession<'_, C> {
         self.release(Ok(json!("released")));
         let cockpit = &self.page.cockpit;
         if cockpit.task_status() != TaskStatus::Stopped {
-            let text = "a program runs; stop it before the arm is moved by hand";
-            return self.answer(id, Err(text.to_owned()));
+            let text = text!(
+                "a program runs; stop it before the arm is moved by hand",
+                "程序正在运行；手动移动机械臂前请先停止程序"
+            );
+            return self.answer(id, Err(text));
         }
         match cockpit.begin_hold(held.begin(&cockpit.state())) {
             Ok(command) => {
@@ -374,7 +381,7 @@ impl<C: PageBackend> PageSession<'_, C> {
     }
 
     /// What is held ends; the order that began it is answered.
-    fn release(&mut self, result: Result<Value, String>) {
+    fn release(&mut self, result: Result<Value, Text>) {
         let command = self.jogging.held().map(|(_, command)| command);
         let Some(end) = self.jogging.end() else {
             return;
@@ -383,7 +390,7 @@ impl<C: PageBackend> PageSession<'_, C> {
         self.settle(command, result);
     }
 
-    fn settle(&mut self, command: Option<CommandId>, result: Result<Value, String>) {
+    fn settle(&mut self, command: Option<CommandId>, result: Result<Value, Text>) {
         if let Some(command) = command.filter(|id| *id != CommandId::NONE) {
             self.page.cockpit.forget(command);
         }
@@ -399,7 +406,7 @@ impl<C: PageBackend> PageSession<'_, C> {
         };
         let cockpit = &self.page.cockpit;
         if let Err(error) = self.page.desk.lock().check(self.id) {
-            return self.release(Err(error.to_string()));
+            return self.release(Err(Text::of(&error)));
         }
         let outcome = cockpit.outcome(command);
         let (result, is_over) = match outcome {
@@ -410,7 +417,10 @@ impl<C: PageBackend> PageSession<'_, C> {
             Some(Outcome::Aborted) => (Ok(json!("stopped")), true),
             Some(Outcome::ProtectiveStop(reason)) => {
                 let reason = cockpit.sentence(&reason);
-                (Err(format!("protective stop: {reason}")), true)
+                (
+                    Err(text!("protective stop: {reason}", "保护性停止：{reason}")),
+                    true,
+                )
             }
         };
         if is_over {

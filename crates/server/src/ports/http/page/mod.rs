@@ -11,7 +11,6 @@ mod page_broadcast;
 mod planned;
 mod routes;
 mod search;
-pub(super) mod sentences;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -23,6 +22,7 @@ use elite_runtime::task_folder::TaskFolder;
 use futures_util::FutureExt as _;
 use futures_util::future::BoxFuture;
 use hyper::upgrade::OnUpgrade;
+use messages::{Localized, Text};
 use motion_api::{CommandId, CommandKind, Outcome};
 use parking_lot::Mutex;
 use pendant::{ControlLock, History, PageOrder, SceneMeshes, Token};
@@ -36,7 +36,7 @@ pub use debug::DEBUG_PATH;
 pub use live::{LIVE_PATH, shake_hands};
 pub use page_broadcast::{
     ALARM_LEVEL, MODE_LEVEL, ModeTracker, PageBroadcast, add_load, line_event, registers_text,
-    short,
+    short, texts_of,
 };
 pub use routes::router;
 
@@ -57,7 +57,7 @@ pub struct ShownProgram {
 /// What the page asks of a controller, beside what every http client may.
 pub trait PageBackend: HttpBackend {
     /// Reason why nothing can be ordered, if so.
-    fn read_only(&self) -> Option<String>;
+    fn read_only(&self) -> Option<Text>;
     /// The hub that debuggers attach to, if they may.
     fn debuggers(&self) -> Option<&Arc<editor::dap::DebugHub>> {
         None
@@ -86,16 +86,16 @@ pub trait PageBackend: HttpBackend {
         None
     }
     /// Carries an order out that is not held; what it answers.
-    fn order(&self, order: PageOrder) -> impl Future<Output = Result<Value, String>> + Send;
+    fn order(&self, order: PageOrder) -> impl Future<Output = Result<Value, Text>> + Send;
     /// A sentence about the arm in which safety planes have the names of the cell.
-    fn sentence(&self, about: &dyn std::fmt::Display) -> String {
-        about.to_string()
+    fn sentence(&self, about: &impl Localized) -> Text {
+        Text::of(about)
     }
     /// Gives the arm a command that is held.
     ///
     /// # Errors
     /// A sentence.
-    fn begin_hold(&self, command: CommandKind) -> Result<CommandId, String>;
+    fn begin_hold(&self, command: CommandKind) -> Result<CommandId, Text>;
     /// Ends what is held; never refused.
     fn end_hold(&self, command: CommandKind);
     /// How a command ended, once.
@@ -106,26 +106,26 @@ pub trait PageBackend: HttpBackend {
     ///
     /// # Errors
     /// A sentence.
-    fn reach(&self, pose: [f64; 6]) -> Result<[f64; 6], String>;
+    fn reach(&self, pose: [f64; 6]) -> Result<[f64; 6], Text>;
     /// Whether the arm may be asked to be at joint positions.
     ///
     /// # Errors
     /// A sentence.
-    fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], String>;
+    fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], Text>;
     /// The programs, and where they are.
     fn tasks(&self) -> Option<(&TaskFolder, &Path)>;
     /// Settings of an arm that stands as this one does, for a program that is run beside it and reaches nothing outside.
     ///
     /// # Errors
     /// A sentence: nothing can be run here.
-    fn rehearsal(&self) -> Result<ControllerConfig, String>;
+    fn rehearsal(&self) -> Result<ControllerConfig, Text>;
     /// The pool that compiles texts, shared with the ports.
     fn compile_pool(&self) -> &CompilePool;
     /// The recording that is shown, or being made.
     ///
     /// # Errors
     /// A sentence: there is none, or it cannot be opened.
-    fn recording(&self) -> Result<Recording, String>;
+    fn recording(&self) -> Result<Recording, Text>;
     /// The history of a recording; a controller that runs has one that the stage fills.
     fn recorded(&self) -> Option<Arc<Mutex<History>>> {
         None

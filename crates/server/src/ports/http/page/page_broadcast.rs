@@ -9,8 +9,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use elite_runtime::chinese;
 use elite_runtime::message::{Message, Severity};
+use messages::{Language, Text};
 use parking_lot::Mutex;
 
 use motion_api::{RegisterImages, RobotMode, RobotState, SafetyMode};
@@ -322,60 +322,60 @@ pub fn line_event(time: f64, level: LogLevel, source: &str, text: &str) -> Value
 
 /// What people must see, as an event: `text` in the language of this process, `texts` in each.
 fn alarm_event(time: f64, message: &Message) -> Option<Value> {
-    let chinese = chinese::message(message);
-    let (english_text, chinese_text) = (headline(message)?, headline(&chinese)?);
-    let told = match language::is_chinese() {
-        true => &chinese,
-        false => message,
-    };
-    let mut event = match told {
+    let chosen = language::chosen();
+    let (text, mut event) = match message {
         Message::ScriptError {
             program,
             line,
             column,
+            summary,
             report,
-            ..
-        } => json!({
-            "kind": "script",
-            "program": program.0,
-            "line": line,
-            "column": column,
-            "report": short(report),
-        }),
+        } => (
+            summary,
+            json!({
+                "kind": "script",
+                "program": program.0,
+                "line": line,
+                "column": column,
+                "report": short(report.in_language(chosen)),
+            }),
+        ),
         Message::Robot {
             origin,
             code,
             sub_code,
             severity,
-            ..
-        } => json!({
-            "kind": "robot",
-            "program": origin.program.0,
-            "line": origin.line,
-            "code": code,
-            "sub_code": sub_code,
-            "severity": match severity {
-                Severity::Info => "info",
-                Severity::Warning => "warning",
-                Severity::Error => "error",
-            },
-        }),
+            text,
+        } => (
+            text,
+            json!({
+                "kind": "robot",
+                "program": origin.program.0,
+                "line": origin.line,
+                "code": code,
+                "sub_code": sub_code,
+                "severity": match severity {
+                    Severity::Info => "info",
+                    Severity::Warning => "warning",
+                    Severity::Error => "error",
+                },
+            }),
+        ),
         Message::Print { .. } | Message::Log { .. } => return None,
     };
     event["event"] = "alarm".into();
     event["time"] = time.into();
-    event["text"] = short(headline(told)?).into();
-    event["texts"] = json!({"en": short(english_text), "zh": short(chinese_text)});
+    event["text"] = short(text.in_language(chosen)).into();
+    event["texts"] = texts_of(text);
     Some(event)
 }
 
-/// The sentence of an alarm.
-fn headline(message: &Message) -> Option<&str> {
-    match message {
-        Message::ScriptError { summary, .. } => Some(summary),
-        Message::Robot { text, .. } => Some(text),
-        Message::Print { .. } | Message::Log { .. } => None,
-    }
+/// A text in each language, as events have it.
+pub fn texts_of(text: &Text) -> Value {
+    json!({
+        "en": short(text.english()),
+        "zh": short(text.in_language(Language::Chinese)),
+    })
 }
 
 /// A text that is cut with a mark where it is too long for an event.

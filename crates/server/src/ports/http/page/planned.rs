@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use messages::{Text, text};
 use pendant::planned_path::{PathQuery, planned_path};
 use serde_json::Value;
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -22,13 +23,10 @@ const WALL_TIME: Duration = Duration::from_secs(8);
 ///
 /// # Errors
 /// A sentence.
-pub(super) async fn path<C: PageBackend>(
-    page: &Page<C>,
-    asked: PathQuery,
-) -> Result<Value, String> {
-    asked.check().map_err(|error| error.to_string())?;
+pub(super) async fn path<C: PageBackend>(page: &Page<C>, asked: PathQuery) -> Result<Value, Text> {
+    asked.check().map_err(|error| Text::of(&error))?;
     let Ok(_turn) = page.planning.acquire().await else {
-        return Err("the server is ending".to_owned());
+        return Err(text!("the server is ending", "服务器正在结束"));
     };
     // The robot may have moved while others had their turn.
     let settings = page.cockpit.rehearsal()?;
@@ -42,9 +40,14 @@ pub(super) async fn path<C: PageBackend>(
         let _ = reply.send(planned_path(&settings, asked, &mut keep_going));
     };
     let started = ThreadSupervisor::default().start(ThreadRole::Service, "planned path", running);
-    started.map_err(|error| format!("the operating system gives no thread: {error}"))?;
+    started.map_err(|error| {
+        text!(
+            "the operating system gives no thread: {error}",
+            "操作系统没有提供线程：{error}"
+        )
+    })?;
     found
         .await
-        .map_err(|_| "the run ended without an answer".to_owned())?
-        .map_err(|error| error.to_string())
+        .map_err(|_| text!("the run ended without an answer", "运行结束但没有回答"))?
+        .map_err(|error| Text::of(&error))
 }

@@ -10,6 +10,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use messages::text;
 use pendant::editor_queries::{self, TextQuery};
 use pendant::history::{EVENTS_GIVEN_MAX, EventQuery};
 use pendant::orders::OrderBody;
@@ -97,7 +98,10 @@ async fn mesh<C: PageBackend>(
     let Some(mesh) = known else {
         return refuse(
             StatusCode::NOT_FOUND,
-            "the scene has no mesh of this number",
+            &text!(
+                "the scene has no mesh of this number",
+                "场景中没有此编号的网格"
+            ),
         );
     };
     let headers = [
@@ -144,7 +148,10 @@ async fn debug<C: PageBackend>(State(page): PageState<C>) -> Response {
         Some(hub) => answer(StatusCode::OK, &hub.shown()),
         None => refuse(
             StatusCode::SERVICE_UNAVAILABLE,
-            "nothing runs here that could be debugged",
+            &text!(
+                "nothing runs here that could be debugged",
+                "这里没有可调试的程序在运行"
+            ),
         ),
     }
 }
@@ -166,11 +173,14 @@ async fn tasks<C: PageBackend>(State(page): PageState<C>) -> Response {
 
 async fn open<C: PageBackend>(State(page): PageState<C>, Path(name): Path<String>) -> Response {
     let Some((folder, _)) = page.cockpit.tasks() else {
-        return refuse(StatusCode::NOT_FOUND, "a recording has no task folder");
+        return refuse(
+            StatusCode::NOT_FOUND,
+            &text!("a recording has no task folder", "记录没有任务文件夹"),
+        );
     };
     match programs::open(folder, &name) {
         Ok(program) => answer(StatusCode::OK, &program),
-        Err(error) => refuse(StatusCode::NOT_FOUND, &error.to_string()),
+        Err(error) => refuse(StatusCode::NOT_FOUND, &error),
     }
 }
 
@@ -208,7 +218,10 @@ async fn save<C: PageBackend>(
         Err(refused) => return refused,
     };
     let Some((_, root)) = page.cockpit.tasks() else {
-        return refuse(StatusCode::NOT_FOUND, "a recording has no task folder");
+        return refuse(
+            StatusCode::NOT_FOUND,
+            &text!("a recording has no task folder", "记录没有任务文件夹"),
+        );
     };
     match programs::save(root, &name, &saved.text, saved.before.as_deref()) {
         Ok(etag) => answer(StatusCode::OK, &json!({"name": name, "etag": etag})),
@@ -218,7 +231,7 @@ async fn save<C: PageBackend>(
                 SaveError::System { .. } => StatusCode::INTERNAL_SERVER_ERROR,
                 _ => StatusCode::UNPROCESSABLE_ENTITY,
             };
-            refuse(status, &error.to_string())
+            refuse(status, &error)
         }
     }
 }
@@ -234,16 +247,19 @@ async fn about_text<C: PageBackend>(
         Err(refused) => return refused,
     };
     if let Err(error) = question.check() {
-        return refuse(StatusCode::UNPROCESSABLE_ENTITY, &error.to_string());
+        return refuse(StatusCode::UNPROCESSABLE_ENTITY, &error);
     }
     let Ok(_turn) = page.reading.acquire().await else {
-        return refuse(StatusCode::SERVICE_UNAVAILABLE, "the server is ending");
+        return refuse(
+            StatusCode::SERVICE_UNAVAILABLE,
+            &text!("the server is ending", "服务器正在结束"),
+        );
     };
     let pool = page.cockpit.compile_pool();
     let reading = pool.run(question.text.len(), move || answers(&question));
     match reading.await {
         Ok(found) => answer(StatusCode::OK, &found),
-        Err(trouble) => refuse(StatusCode::SERVICE_UNAVAILABLE, &trouble.to_string()),
+        Err(trouble) => refuse(StatusCode::SERVICE_UNAVAILABLE, &trouble),
     }
 }
 
@@ -269,7 +285,10 @@ async fn describe(Path(name): Path<String>, uri: Uri) -> Response {
     let mut languages = query.filter_map(|part| part.strip_prefix("language="));
     let text = editor_queries::about_name(&name, languages.next().unwrap_or_default());
     match text.is_null() {
-        true => refuse(StatusCode::NOT_FOUND, "there is no function of this name"),
+        true => refuse(
+            StatusCode::NOT_FOUND,
+            &text!("there is no function of this name", "没有这个名称的函数"),
+        ),
         false => answer(StatusCode::OK, &json!({"name": name, "text": text})),
     }
 }
@@ -335,21 +354,27 @@ async fn order<C: PageBackend>(State(page): PageState<C>, request: Request) -> R
     let order = match body(request).await {
         Ok(OrderBody(Some(order))) => order,
         Ok(OrderBody(None)) => {
-            return refuse(StatusCode::UNPROCESSABLE_ENTITY, "there is no order");
+            return refuse(
+                StatusCode::UNPROCESSABLE_ENTITY,
+                &text!("there is no order", "没有命令"),
+            );
         }
         Err(refused) => return refused,
     };
     if let Err(error) = order.check() {
-        return refuse(StatusCode::UNPROCESSABLE_ENTITY, &error.to_string());
+        return refuse(StatusCode::UNPROCESSABLE_ENTITY, &error);
     }
     if order.is_held() {
-        let text = "what is held needs signs of life: give this order over /api/v1/live";
-        return refuse(StatusCode::UNPROCESSABLE_ENTITY, text);
+        let text = text!(
+            "what is held needs signs of life: give this order over /api/v1/live",
+            "按住的动作需要心跳：请通过 /api/v1/live 发出此命令"
+        );
+        return refuse(StatusCode::UNPROCESSABLE_ENTITY, &text);
     }
     if order.needs_control()
         && let Err(error) = page.desk.lock().check_visitor()
     {
-        return refuse(StatusCode::CONFLICT, &error.to_string());
+        return refuse(StatusCode::CONFLICT, &error);
     }
     match page.cockpit.order(order).await {
         Ok(value) => answer(StatusCode::OK, &json!({"ok": true, "value": value})),
@@ -368,7 +393,7 @@ fn may_order<C: PageBackend>(page: &Page<C>, headers: &HeaderMap) -> Result<(), 
     let given = given.and_then(|value| value.strip_prefix("Bearer "));
     match given.is_some_and(|given| page.token.is(given.trim())) {
         true => Ok(()),
-        false => Err(refuse(StatusCode::UNAUTHORIZED, &ControlError::Token.to_string()).into()),
+        false => Err(refuse(StatusCode::UNAUTHORIZED, &ControlError::Token).into()),
     }
 }
 
@@ -376,23 +401,29 @@ fn may_order<C: PageBackend>(page: &Page<C>, headers: &HeaderMap) -> Result<(), 
 async fn body<T: DeserializeOwned>(request: Request) -> Result<T, Response> {
     let (head, body) = request.into_parts();
     if let Err(turned_away) = cross_site::check(&head.headers) {
-        return Err(refuse(turned_away.status(), &turned_away.to_string()));
+        return Err(refuse(turned_away.status(), &turned_away));
     }
     let read = axum::body::to_bytes(body, BODY_BYTES_MAX);
     let bytes = match tokio::time::timeout(BODY_TIMEOUT, read).await {
         Ok(Ok(bytes)) => bytes,
         Ok(Err(_too_long_or_broken)) => {
-            let text = format!("the body is cut off or longer than {BODY_BYTES_MAX} bytes");
+            let text = text!(
+                "the body is cut off or longer than {BODY_BYTES_MAX} bytes",
+                "正文不完整或超过 {BODY_BYTES_MAX} 字节"
+            );
             return Err(refuse(StatusCode::PAYLOAD_TOO_LARGE, &text));
         }
         Err(_elapsed) => {
             let secs = BODY_TIMEOUT.as_secs();
-            let text = format!("the body was not complete after {secs} s");
+            let text = text!(
+                "the body was not complete after {secs} s",
+                "{secs} s 后正文仍不完整"
+            );
             return Err(refuse(StatusCode::REQUEST_TIMEOUT, &text));
         }
     };
     serde_json::from_slice(&bytes).map_err(|error| {
-        let text = format!("the body does not fit: {error}");
+        let text = text!("the body does not fit: {error}", "正文不符：{error}");
         refuse(StatusCode::UNPROCESSABLE_ENTITY, &text)
     })
 }
@@ -407,7 +438,7 @@ fn number(uri: &Uri, name: &str, otherwise: f64) -> Result<f64, Box<Response>> {
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
         _ => {
-            let text = format!("{name} must be a number");
+            let text = text!("{name} must be a number", "{name} 必须是数");
             Err(refuse(StatusCode::UNPROCESSABLE_ENTITY, &text).into())
         }
     }

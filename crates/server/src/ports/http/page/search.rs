@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use controller::condition::ConditionError;
 use controller::search::{MatchInterval, search};
-use messages::Localized;
+use messages::{Localized, Text, text};
 use recorder::{ReadError, Recording};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -47,16 +47,17 @@ enum SearchError {
 pub(super) async fn find<C: PageBackend>(
     page: &Page<C>,
     asked: SearchRequest,
-) -> Result<Value, String> {
+) -> Result<Value, Text> {
     let condition = asked.condition;
     if condition.len() > CONDITION_BYTES_MAX {
-        return Err(format!(
+        return Err(text!(
             "the condition has {} bytes, {CONDITION_BYTES_MAX} are allowed",
+            "条件有 {} 字节，最多允许 {CONDITION_BYTES_MAX} 字节",
             condition.len()
         ));
     }
     let Ok(_turn) = page.searching.acquire().await else {
-        return Err("the server is ending".to_owned());
+        return Err(text!("the server is ending", "服务器正在结束"));
     };
     let recording = page.cockpit.recording()?;
     let wanted = CancelOnDrop(Arc::new(AtomicBool::new(true)));
@@ -68,11 +69,16 @@ pub(super) async fn find<C: PageBackend>(
         let _ = reply.send(found);
     };
     let started = ThreadSupervisor::default().start(ThreadRole::Service, "search", looking);
-    started.map_err(|error| format!("the operating system gives no thread: {error}"))?;
+    started.map_err(|error| {
+        text!(
+            "the operating system gives no thread: {error}",
+            "操作系统没有提供线程：{error}"
+        )
+    })?;
     found
         .await
-        .map_err(|_| "the search ended without an answer".to_owned())?
-        .map_err(|error| error.to_string())
+        .map_err(|_| text!("the search ended without an answer", "查找结束但没有回答"))?
+        .map_err(|error| Text::of(&error))
 }
 
 /// Somebody waits for the answer, until this is dropped.
