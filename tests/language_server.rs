@@ -506,7 +506,7 @@ fn findings_and_errors_are_in_chinese_where_that_is_wanted() {
     let told = said(&["run", "--language", "zh"], &[], "movej(1)\n");
     // The type stays, and so does the picture.
     assert!(
-        told.contains("TypeError: movej(): q 必须是六个关节位置（rad），不能是 int（1）"),
+        told.contains("TypeError: movej()：q 必须是六个关节位置（rad），不能是 int（1）"),
         "{told}"
     );
     let own = said(&["run", "--language", "zh"], &[], "print([1][2])\n");

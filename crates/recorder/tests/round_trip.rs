@@ -144,7 +144,7 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
             "0.004 1 standard_digital_out[0] Level(true)",
             "0.004 1 standard_digital_out[3] Level(true)",
             "0.004 1 tool_analog_in Number(4.5)",
-            "0.004 Error script something failed",
+            "0.004 Error script something failed Some(\"出了错\")",
             "0.004 1 output_integer_register[2] Integer(-3)",
             "0.004 weld.script.total int 7",
             "0.004 weld.script None Some(7)",

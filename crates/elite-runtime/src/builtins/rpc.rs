@@ -51,7 +51,10 @@ fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
         Err(error) => {
             return Err(call.error(
                 ExceptionKind::ValueError,
-                text!("rpc_factory(): url {error}", "rpc_factory()：url {error}"),
+                text!(
+                    "rpc_factory(): url {error}",
+                    "rpc_factory()：参数 url {error}"
+                ),
             ));
         }
     };

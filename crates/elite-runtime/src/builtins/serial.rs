@@ -510,7 +510,11 @@ pub(super) fn on_line_thread<T: Clone + 'static, E: Localized>(
 ) -> Result<Result<T, Text>, Unwind> {
     let work = async move { work.await.map_err(|error| Text::of(&error)) };
     let theirs = call.wait_for_future(UnmeteredFuture(Box::pin(work)))?;
-    let own = theirs.clone();
+    // Copies of a text share its words.
+    let own = match &theirs {
+        Ok(result) => Ok(result.clone()),
+        Err(said) => Err(Text::of(said)),
+    };
     task_memory::uncounted(|| drop(theirs));
     Ok(own)
 }
