@@ -194,7 +194,7 @@ pub(crate) fn read(data: &[u8]) -> Result<(u64, ExternalInput), Text> {
         ));
     }
     let message: ExternalMessage =
-        serde_json::from_slice(data).map_err(|error| Text::verbatim(error.to_string()))?;
+        serde_json::from_slice(data).map_err(|error| Text::of_library(&error))?;
     let external = ExternalInput {
         program: ProgramId(message.program),
         turn: message.turn,

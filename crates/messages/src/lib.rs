@@ -55,6 +55,7 @@
 
 mod help;
 mod language;
+mod library;
 mod localized;
 mod system;
 mod text;
@@ -63,6 +64,7 @@ pub mod value;
 
 pub use help::LocalizedHelp;
 pub use language::Language;
+pub use library::{LIBRARY_SENTENCES, LibrarySentences};
 pub use localized::{InLanguage, Localized};
 pub use messages_macros::{Localized, LocalizedHelp, text};
 pub use text::Text;

@@ -9,7 +9,7 @@ use std::sync::mpsc;
 use std::thread::Thread;
 use std::time::Duration;
 
-use messages::Localized;
+use messages::{Localized, Text};
 use motion_api::Timeline;
 use platform::clock::{now, sleep_until};
 use platform::priority;
@@ -66,14 +66,14 @@ pub enum SetupWarning {
         /// Wanted.
         priority: u8,
         /// What the system said.
-        reason: String,
+        reason: Text,
     },
     /// Memory is not locked.
     #[error("memory cannot be locked ({reason}); cycles may be late when memory is short")]
     #[zh("无法锁定内存（{reason}）；内存不足时周期可能延迟")]
     Memory {
         /// What the system said.
-        reason: String,
+        reason: Text,
     },
 }
 
@@ -228,11 +228,13 @@ pub(crate) fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
     if let Some(priority) = options.fifo_priority
         && let Err(reason) = priority::set_fifo_priority(priority)
     {
+        let reason = Text::of(&reason);
         warnings.push(SetupWarning::Priority { priority, reason });
     }
     if options.lock_memory
         && let Err(reason) = priority::lock_memory()
     {
+        let reason = Text::of(&reason);
         warnings.push(SetupWarning::Memory { reason });
     }
     warnings

@@ -20,7 +20,7 @@ pub(crate) use imp::no_favour;
 ///
 /// # Errors
 /// What the system said, or that it has no such priorities.
-pub fn set_fifo_priority(priority: u8) -> Result<(), String> {
+pub fn set_fifo_priority(priority: u8) -> std::io::Result<()> {
     imp::fifo(priority)
 }
 
@@ -28,12 +28,14 @@ pub fn set_fifo_priority(priority: u8) -> Result<(), String> {
 ///
 /// # Errors
 /// What the system said, or that it cannot.
-pub fn lock_memory() -> Result<(), String> {
+pub fn lock_memory() -> std::io::Result<()> {
     imp::lock_memory()
 }
 
 #[cfg(target_os = "linux")]
 mod imp {
+    use std::io;
+
     use nix::sys::mman::{MlockAllFlags, mlockall};
     use thread_priority::{
         Error, RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
@@ -78,21 +80,21 @@ mod imp {
         }
     }
 
-    pub(super) fn fifo(priority: u8) -> Result<(), String> {
+    pub(super) fn fifo(priority: u8) -> io::Result<()> {
         let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-        let value = ThreadPriority::try_from(priority.min(99)).map_err(str::to_owned)?;
+        let value = ThreadPriority::try_from(priority.min(99)).map_err(io::Error::other)?;
         set_thread_priority_and_policy(thread_native_id(), value, policy).map_err(|error| {
             match error {
-                Error::OS(code) => crate::error_text(&std::io::Error::from_raw_os_error(code)),
-                other => format!("{other:?}"),
+                Error::OS(code) => io::Error::from_raw_os_error(code),
+                other => io::Error::other(format!("{other:?}")),
             }
         })
     }
 
-    pub(super) fn lock_memory() -> Result<(), String> {
+    pub(super) fn lock_memory() -> io::Result<()> {
         // Only what is mapped now. Locking future mappings too would make unrelated allocations fail where the limit on
         // locked memory is small.
-        mlockall(MlockAllFlags::MCL_CURRENT).map_err(|error| error.desc().to_owned())
+        Ok(mlockall(MlockAllFlags::MCL_CURRENT)?)
     }
 }
 
@@ -102,12 +104,12 @@ mod imp {
         Err(crate::needs_linux("a nice value for threads").to_string())
     }
 
-    pub(super) fn fifo(_: u8) -> Result<(), String> {
-        Err(crate::needs_linux("a FIFO priority").to_string())
+    pub(super) fn fifo(_: u8) -> std::io::Result<()> {
+        Err(crate::needs_linux("a FIFO priority"))
     }
 
-    pub(super) fn lock_memory() -> Result<(), String> {
-        Err(crate::needs_linux("locking memory").to_string())
+    pub(super) fn lock_memory() -> std::io::Result<()> {
+        Err(crate::needs_linux("locking memory"))
     }
 }
 

@@ -13,7 +13,7 @@ pub(crate) fn check_value_count(most: usize, text: &[u8]) -> Result<(), Text> {
     json.deserialize_any(ValueCounter(&mut left))
         .and_then(|()| json.end())
         .map_err(|error| match left {
-            Some(_) => Text::verbatim(error.to_string()),
+            Some(_) => Text::of_library(&error),
             None => text!(
                 "it has too many values at line {} column {}",
                 "值太多（第 {} 行第 {} 列）",

@@ -355,16 +355,15 @@ fn decode(topic: Topic, data: &[u8]) -> Result<Option<RecordingEntry>, Text> {
         ));
     }
     fn json<T: serde::de::DeserializeOwned>(data: &[u8]) -> Result<T, Text> {
-        serde_json::from_slice(data).map_err(|error| Text::verbatim(error.to_string()))
+        serde_json::from_slice(data).map_err(|error| Text::of_library(&error))
     }
     Ok(Some(match topic {
         Topic::Cycle => {
-            let cycle =
-                CycleMessage::decode(data).map_err(|error| Text::verbatim(error.to_string()))?;
+            let cycle = CycleMessage::decode(data).map_err(|error| Text::of_library(&error))?;
             RecordingEntry::Cycle(Box::new(cycle))
         }
         Topic::Log => {
-            let wrong = |error: prost::DecodeError| Text::verbatim(error.to_string());
+            let wrong = |error: prost::DecodeError| Text::of_library(&error);
             let log = foxglove::messages::Log::decode(data).map_err(wrong)?;
             let translation = LogTranslation::decode(data).map_err(wrong)?;
             RecordingEntry::Log(LogMessage {

@@ -224,7 +224,7 @@ impl Decoder {
                     .as_ref()
                     .ok_or_else(|| fail(text!("there is none", "没有")))?;
                 let files = FileDescriptorSet::decode(schema.data.as_ref())
-                    .map_err(|error| fail(Text::verbatim(error.to_string())))?;
+                    .map_err(|error| fail(Text::of_library(&error)))?;
                 // prost-reflect indexes beyond its files when it words its error about another syntax.
                 if let Some(other) = files
                     .file
@@ -239,7 +239,7 @@ impl Decoder {
                     )));
                 }
                 let pool = DescriptorPool::from_file_descriptor_set(files)
-                    .map_err(|error| fail(Text::verbatim(error.to_string())))?;
+                    .map_err(|error| fail(Text::of_library(&error)))?;
                 let message = pool.get_message_by_name(&schema.name).ok_or_else(|| {
                     fail(text!("it does not define {}", "没有定义 {}", schema.name))
                 })?;
@@ -261,8 +261,8 @@ impl Decoder {
         match self {
             Self::Json => {
                 json_values::check_value_count(MAX_COLUMNS, data)?;
-                let value: serde_json::Value = serde_json::from_slice(data)
-                    .map_err(|error| Text::verbatim(error.to_string()))?;
+                let value: serde_json::Value =
+                    serde_json::from_slice(data).map_err(|error| Text::of_library(&error))?;
                 walk.json(&value)
             }
             Self::Protobuf(_) if data.len() > MAX_PROTOBUF => Err(text!(
@@ -272,7 +272,7 @@ impl Decoder {
             )),
             Self::Protobuf(descriptor) => {
                 let message = DynamicMessage::decode(descriptor.clone(), data)
-                    .map_err(|error| Text::verbatim(error.to_string()))?;
+                    .map_err(|error| Text::of_library(&error))?;
                 walk.message(&message)
             }
         }
@@ -462,7 +462,7 @@ mod tests {
             panic!("there is no such syntax");
         };
         assert!(
-            Text::verbatim(error.to_string())
+            Text::of_library(&error)
                 .english()
                 .contains("its syntax is \"proto9\""),
             "{error}"

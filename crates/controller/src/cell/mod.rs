@@ -530,7 +530,7 @@ fn schema_error(text: &str, file: &Text, error: &toml::de::Error) -> CellError {
     let key = source.split_once('=').map(|(key, _)| key.trim());
     let message = match point_error(text, error) {
         Some(refusal) => refusal,
-        None => Text::verbatim(error.message().replace('\n', ", ")),
+        None => Text::of_library(&error.message().replace('\n', ", ")),
     };
     let words = message.english();
     let message = match key {

@@ -394,7 +394,7 @@ pub(crate) fn write(recording: &RecorderHandle, message: &WorldMessage, period: 
 /// # Errors
 /// What is wrong with it, in words.
 pub fn read(bytes: &[u8]) -> Result<WorldMessage, Text> {
-    serde_json::from_slice(bytes).map_err(|error| Text::verbatim(error.to_string()))
+    serde_json::from_slice(bytes).map_err(|error| Text::of_library(&error))
 }
 
 /// The messages of a recording, in the order of cycles.

@@ -202,7 +202,7 @@ impl Element {
 }
 
 fn read_tree(text: &str) -> Result<Element, InvalidXmlRpc> {
-    let broken = |error: &dyn std::fmt::Display| InvalidXmlRpc(Text::verbatim(error.to_string()));
+    let broken = |error: &dyn std::fmt::Display| InvalidXmlRpc(Text::of_library(&error));
     let mut reader = Reader::from_str(text);
     // Elements from the outermost to the one that is open.
     let mut open: Vec<Element> = vec![Element::default()];

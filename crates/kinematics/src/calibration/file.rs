@@ -83,7 +83,7 @@ impl Calibration {
         let whole: toml::Table = text.parse().map_err(|error: toml::de::Error| {
             let upto = error.span().map_or(0, |span| span.start);
             let line = 1 + text.bytes().take(upto).filter(|b| *b == b'\n').count();
-            syntax(line, Text::verbatim(error.message().replace('\n', ", ")))
+            syntax(line, Text::of_library(&error.message().replace('\n', ", ")))
         })?;
         let reader = ErrorContext { path };
         reader.known(

@@ -32,7 +32,7 @@ impl Extension {
         loop {
             let event = reader.read_event().map_err(|error| ModelError::NotXml {
                 offset: reader.error_position(),
-                reason: Text::verbatim(error.to_string()),
+                reason: Text::of_library(&error),
             })?;
             let (element, opens) = match event {
                 Event::Start(element) => (element, true),

@@ -8,11 +8,10 @@ use std::net::AddrParseError;
 use std::num::{IntErrorKind, ParseFloatError, ParseIntError};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use messages::{Language, Text};
+use messages::{Language, LibrarySentences, Text};
 
-/// Forms of sentences, in which `{}` stands for what varies, and their Chinese ones, in which it is numbered. The first
-/// that fits counts.
-const FORMS: &[(&str, &str)] = &[
+/// Sentences of clap.
+const FORMS: LibrarySentences = LibrarySentences(&[
     ("invalid value '{}' for '{}'", "{1} 的值 '{0}' 无效"),
     (
         "a value is required for '{}' but none was supplied",
@@ -97,7 +96,7 @@ const FORMS: &[(&str, &str)] = &[
     ),
     ("For more information, try '{}'.", "详细信息请用 '{0}'。"),
     ("{} is not in {}", "{0} 不在 {1} 之内"),
-];
+]);
 
 /// What stands before a refusal.
 const HEAD: [&str; 2] = ["error: ", "错误："];
@@ -153,7 +152,7 @@ fn reason(source: &(dyn Error + 'static)) -> String {
         return "不是 IP 地址".to_owned();
     }
     let english = source.to_string();
-    chinese_of(&english).unwrap_or(english)
+    FORMS.chinese(&english).unwrap_or(english)
 }
 
 fn line_in_chinese(line: &str) -> String {
@@ -163,42 +162,11 @@ fn line_in_chinese(line: &str) -> String {
         Some(said) => (HEAD[1], said),
         None => ("", text),
     };
-    let chinese = chinese_of(said);
+    let chinese = FORMS.chinese(said);
     format!(
         "{before}{head}{}{after}",
         chinese.as_deref().unwrap_or(said)
     )
-}
-
-/// The Chinese form of a sentence that is known.
-fn chinese_of(english: &str) -> Option<String> {
-    FORMS.iter().find_map(|(form, chinese)| {
-        let parts = parts_of(form, english)?;
-        let numbered = parts.iter().enumerate();
-        Some(
-            numbered.fold((*chinese).to_owned(), |text, (number, part)| {
-                text.replace(&format!("{{{number}}}"), part)
-            }),
-        )
-    })
-}
-
-/// What stands for each `{}` of a form; none if the text has another form.
-fn parts_of<'t>(form: &str, text: &'t str) -> Option<Vec<&'t str>> {
-    let mut words = form.split("{}");
-    let mut rest = text.strip_prefix(words.next()?)?;
-    let mut words = words.peekable();
-    let mut parts = Vec::new();
-    while let Some(word) = words.next() {
-        let at = match words.peek() {
-            // The last words are the end of the text.
-            None => rest.strip_suffix(word)?.len(),
-            Some(_) => rest.find(word)?,
-        };
-        parts.push(&rest[..at]);
-        rest = &rest[at + word.len()..];
-    }
-    rest.is_empty().then_some(parts)
 }
 
 #[cfg(test)]

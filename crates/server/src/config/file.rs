@@ -78,7 +78,7 @@ pub(super) fn merge_file(
         .map_err(|e: toml::de::Error| ConfigError::Syntax {
             path: path.to_owned(),
             line: e.span().map_or(1, |span| line_of(text, span.start)),
-            message: e.message().replace('\n', ", "),
+            message: Text::of_library(&e.message().replace('\n', ", ")),
         })?;
     let mut seen = BTreeSet::new();
     for (written, value) in &table {

@@ -68,7 +68,7 @@ pub enum ConfigError {
         /// Line from 1.
         line: usize,
         /// What the parser says.
-        message: String,
+        message: Text,
     },
     /// Two options that contradict each other.
     #[error("--local and --control {mode} contradict each other: leave one of them out")]

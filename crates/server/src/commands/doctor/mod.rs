@@ -404,10 +404,10 @@ mod tests {
         let refused = vec![
             SetupWarning::Priority {
                 priority: 80,
-                reason: "not permitted".to_owned(),
+                reason: Text::verbatim("not permitted"),
             },
             SetupWarning::Memory {
-                reason: "too little".to_owned(),
+                reason: Text::verbatim("too little"),
             },
         ];
         let poor = timing_checks(&rehearsal(&latencies, refused), step);
@@ -436,7 +436,7 @@ mod tests {
             &rehearsal(
                 &[900; 500],
                 vec![SetupWarning::Memory {
-                    reason: "Operation not permitted (os error 1)".to_owned(),
+                    reason: Text::of(&std::io::Error::from_raw_os_error(1)),
                 }],
             ),
             step,

@@ -122,7 +122,7 @@ impl FleetConfig {
             )));
         }
         let table: Table = text.parse().map_err(|error: toml::de::Error| {
-            wrong(Text::verbatim(error.message().replace('\n', ", ")))
+            wrong(Text::of_library(&error.message().replace('\n', ", ")))
         })?;
         let mut top = with_dashes(table).map_err(wrong)?;
         let defaults = match top.remove("defaults") {

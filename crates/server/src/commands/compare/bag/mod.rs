@@ -379,7 +379,7 @@ impl BagContent {
 
 fn decoded<M: Message>(data: &[u8]) -> Result<M, Text> {
     match data.len() <= MESSAGE_BYTES_MAX {
-        true => M::from_cdr(data).map_err(|error| Text::verbatim(error.to_string())),
+        true => M::from_cdr(data).map_err(|error| Text::of_library(&error)),
         false => Err(text!(
             "it has {} bytes, at most {MESSAGE_BYTES_MAX} are read",
             "有 {} 字节，最多读取 {MESSAGE_BYTES_MAX} 字节",
