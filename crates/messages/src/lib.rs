@@ -65,6 +65,6 @@ pub mod value;
 pub use help::LocalizedHelp;
 pub use language::Language;
 pub use library::{LIBRARY_SENTENCES, LibrarySentences};
-pub use localized::{InLanguage, Localized};
+pub use localized::{Localized, LocalizedDisplay};
 pub use messages_macros::{Localized, LocalizedHelp, text};
 pub use text::Text;

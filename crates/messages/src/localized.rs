@@ -14,8 +14,8 @@ pub trait Localized: fmt::Display {
     fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result;
 
     /// The value as something that is displayed in a language.
-    fn in_language(&self, language: Language) -> InLanguage<'_, Self> {
-        InLanguage {
+    fn in_language(&self, language: Language) -> LocalizedDisplay<'_, Self> {
+        LocalizedDisplay {
             value: self,
             language,
         }
@@ -24,12 +24,12 @@ pub trait Localized: fmt::Display {
 
 /// A localized value with the language in which it is displayed.
 #[derive(Debug)]
-pub struct InLanguage<'v, T: ?Sized> {
+pub struct LocalizedDisplay<'v, T: ?Sized> {
     value: &'v T,
     language: Language,
 }
 
-impl<T: Localized + ?Sized> fmt::Display for InLanguage<'_, T> {
+impl<T: Localized + ?Sized> fmt::Display for LocalizedDisplay<'_, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.value.fmt_in(self.language, f)
     }

@@ -6,7 +6,7 @@
 
 use std::fmt::Display;
 
-use crate::{InLanguage, Language, Localized};
+use crate::{Language, Localized, LocalizedDisplay};
 
 /// An argument of a text.
 #[derive(Debug)]
@@ -22,7 +22,7 @@ pub trait ShownInLanguage<'v> {
 }
 
 impl<'v, T: Localized + ?Sized> ShownInLanguage<'v> for Value<'v, T> {
-    type Shown = InLanguage<'v, T>;
+    type Shown = LocalizedDisplay<'v, T>;
 
     fn shown(&self, language: Language) -> Self::Shown {
         self.0.in_language(language)

@@ -4,7 +4,7 @@
 use std::ffi::OsString;
 use std::sync::OnceLock;
 
-use messages::{InLanguage, Language, Localized};
+use messages::{Language, Localized, LocalizedDisplay};
 
 use crate::cli::TextLanguage;
 
@@ -84,7 +84,7 @@ pub fn chosen() -> Language {
 }
 
 /// A text as it is shown in the language of this process.
-pub fn shown<T: Localized>(text: &T) -> InLanguage<'_, T> {
+pub fn shown<T: Localized>(text: &T) -> LocalizedDisplay<'_, T> {
     text.in_language(chosen())
 }
 

@@ -8,11 +8,12 @@ mod goals;
 mod program;
 mod request;
 
+use std::fmt;
 use std::time::Instant;
 
 use elite_runtime::ProgramText;
 use kinematics::{JointPositions, Pose};
-use messages::{Localized, Text, text};
+use messages::{Language, Localized, Text, text};
 use path_planning::{CollisionScene, JointPath, ObstaclePlace, PathError, PathRequest};
 use thiserror::Error;
 
@@ -97,7 +98,7 @@ pub enum NoPathReason {
 }
 
 impl NoPathReason {
-    /// The word for it.
+    /// The word for it, which machines read.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::StartInCollision => "start_in_collision",
@@ -105,6 +106,26 @@ impl NoPathReason {
             Self::OutOfReach => "out_of_reach",
             Self::NoPath => "no_path",
         }
+    }
+}
+
+impl fmt::Display for NoPathReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl Localized for NoPathReason {
+    fn fmt_in(&self, language: Language, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(language.pick(
+            self.as_str(),
+            match self {
+                Self::StartInCollision => "起点碰撞",
+                Self::GoalInCollision => "终点碰撞",
+                Self::OutOfReach => "不可达",
+                Self::NoPath => "没有路径",
+            },
+        ))
     }
 }
 

@@ -1,8 +1,9 @@
 //! Command lines, and the options they are read as.
 
 use super::*;
+use crate::options::PortSetting;
 use clap::CommandFactory;
-use controller::options::Permission;
+use controller::options::{ModelChoice, Permission};
 
 fn parse(line: &str) -> Result<CliCommand, clap::Error> {
     Cli::try_parse_from(line.split_whitespace()).map(Cli::into_command)

@@ -50,7 +50,7 @@ pub fn plan(args: &PlanArgs, config: &RunConfig) -> CommandResult {
         Err(PlanError::NoPath { reason, detail }) => {
             match args.format {
                 FindingFormat::Human => {
-                    language::complain(&text!("{}: {detail}", "{}：{detail}", reason.as_str()));
+                    language::complain(&text!("{reason}: {detail}", "{reason}：{detail}"));
                 }
                 FindingFormat::Json => print(&format!(
                     "{}\n",
