@@ -11,8 +11,8 @@ use syn::parse_macro_input;
 /// Implements `messages::Localized` for an error of `thiserror`.
 ///
 /// Each variant (or the struct) has `#[zh("…")]` beside `#[error("…")]`, with the grammar of `#[error]`: `{field}`,
-/// `{0}`, and `{}` for further arguments, which may begin with a field (`.path.display()`). Both texts must use the same
-/// arguments. The attribute is left out where the English text has no letters of its own, and for
+/// `{0}`, and `{}` for further arguments, which may begin with a field (`.path.display()`). Both texts must use the
+/// same arguments. The attribute is left out where the English text has no letters of its own, and for
 /// `#[error(transparent)]`.
 #[proc_macro_derive(Localized, attributes(zh))]
 pub fn derive_localized(input: TokenStream) -> TokenStream {

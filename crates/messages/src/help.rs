@@ -1,7 +1,7 @@
 //! Help texts of the command line.
 
-/// Options or commands whose help is declared in both languages: the English one as the comment of the field or variant,
-/// which is where clap takes it from, the Chinese one below it.
+/// Options or commands whose help is declared in both languages: the English one as the comment of the field or
+/// variant, which is where clap takes it from, the Chinese one below it.
 ///
 /// ```
 /// use messages::LocalizedHelp;

@@ -1,8 +1,8 @@
 //! Texts for people, in English and Chinese.
 //!
-//! Both languages of a text stand side by side where the text is declared, so neither can be forgotten and no text has to
-//! be recognised later. An error names its texts on its variants; the derive macro refuses a variant whose two texts use
-//! different arguments:
+//! Both languages of a text stand side by side where the text is declared, so neither can be forgotten and no text has
+//! to be recognised later. An error names its texts on its variants; the derive macro refuses a variant whose two texts
+//! use different arguments:
 //!
 //! ```
 //! use messages::{Language, Localized};
@@ -50,8 +50,8 @@
 //! struct EndError;
 //! ```
 //!
-//! `Display` is English everywhere: what machines read (logs, recordings, answers of ports) stays English. Whoever shows
-//! a text to a person asks for the language of that person.
+//! `Display` is English everywhere: what machines read (logs, recordings, answers of ports) stays English. Whoever
+//! shows a text to a person asks for the language of that person.
 
 mod help;
 mod language;

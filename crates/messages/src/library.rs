@@ -1,5 +1,5 @@
-//! What libraries say of wrong input, in Chinese. Their sentences carry no identifier, so these alone are known by their
-//! form; every text of our own is declared in both languages.
+//! What libraries say of wrong input, in Chinese. Their sentences carry no identifier, so these alone are known by
+//! their form; every text of our own is declared in both languages.
 
 use crate::Text;
 
