@@ -28,9 +28,9 @@ const CASES: u64 = 40;
 const COMMANDS: usize = 50;
 
 /// Cases in which a limit was broken once: offsets of the path and belts that ended while the arm made good what it
-/// lagged behind, and force mode that began, or went on, under a motion.
-const ONCE_WRONG: [u64; 12] = [
-    47, 232, 298, 440, 492, 798, 983, 1427, 1783, 1861, 2662, 2845,
+/// lagged behind, force mode that began, or went on, under a motion, and `speedl` to the end of the arm's reach.
+const ONCE_WRONG: [u64; 13] = [
+    47, 232, 298, 370, 440, 492, 798, 983, 1427, 1783, 1861, 2662, 2845,
 ];
 
 /// Kinds of commands; [`place`] puts each of them somewhere.

@@ -270,6 +270,11 @@ impl TcpSpeedMode {
             let (v, a) = (qd[joint], qdd[joint]);
             let moved = (q[joint] - from.q[joint]) / step;
             let jerk = (a - from.qdd[joint]) / step;
+            // Where the arm is almost stretched the acceleration changes and comes back within one cycle: only the way
+            // and the speed of the cycle tell.
+            let along = from.qd[joint] + step / 2.0 * from.qdd[joint];
+            let jerk_of_way = (moved - along) * 6.0 / (step * step);
+            let jerk_of_speed = ((v - from.qd[joint]) / step - from.qdd[joint]) * 2.0 / step;
             let state = ScalarState {
                 position: q[joint],
                 speed: v,
@@ -278,6 +283,7 @@ impl TcpSpeedMode {
             let fits = v.abs().max(moved.abs()) <= axis.speed * share
                 && a.abs() <= axis.acceleration * share
                 && jerk.abs() <= axis.jerk * JERK_SHARE
+                && jerk_of_way.abs().max(jerk_of_speed.abs()) <= axis.jerk
                 && arm.axes[joint].can_brake_within_limits(&state);
             if !fits {
                 return Err(number);
