@@ -15,6 +15,9 @@ const SAME_IN_BOTH: &[&str] = &[
     "{}：model = {given:?}：{source}",
 ];
 
+/// Names of types and units, which are written alike in both languages.
+const TYPES_AND_UNITS: &[&str] = &["bool", "float", "int", "str", "rad"];
+
 /// A text as it is declared.
 struct DeclaredText {
     place: String,
@@ -120,7 +123,8 @@ fn has_words(form: &str) -> bool {
         .map(|piece| piece.split_once('}').map_or(piece, |(_, words)| words));
     words
         .flat_map(str::split_whitespace)
-        .any(|word| word.len() > 2 && word.bytes().all(|letter| letter.is_ascii_lowercase()))
+        .filter(|word| word.len() > 2 && !TYPES_AND_UNITS.contains(word))
+        .any(|word| word.bytes().all(|letter| letter.is_ascii_lowercase()))
 }
 
 #[test]
