@@ -87,7 +87,7 @@ enum InputMessage {
     Lost {
         #[serde(default, skip_serializing_if = "String::is_empty")]
         text: String,
-        /// The same in Chinese, where that is something else.
+        /// The Chinese form of the text, where it differs from the English one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         chinese: Option<String>,
     },

@@ -236,7 +236,7 @@ fn form(text: &AttributeText, fields: &Fields, punctuation: bool) -> syn::Result
                 form.format.push_str(&words);
                 continue;
             }
-            Piece::Place(place) => place,
+            Piece::Placeholder(place) => place,
         };
         let named = text
             .arguments

@@ -8,12 +8,12 @@ pub(crate) enum Piece {
     /// Words, with `{{` and `}}` as they stand.
     Words(String),
     /// The place of an argument.
-    Place(Place),
+    Placeholder(Placeholder),
 }
 
 /// The place of an argument.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Place {
+pub(crate) struct Placeholder {
     /// What the place names: nothing, a number, or an identifier.
     pub name: String,
     /// How the argument is formatted, with its colon; empty for `Display`.
@@ -40,7 +40,7 @@ pub(crate) fn pieces(literal: &LitStr) -> syn::Result<Vec<Piece>> {
                 let inner = &rest[1..end];
                 let (name, format) = inner.split_at(inner.find(':').unwrap_or(inner.len()));
                 pieces.push(Piece::Words(std::mem::take(&mut words)));
-                pieces.push(Piece::Place(Place {
+                pieces.push(Piece::Placeholder(Placeholder {
                     name: name.trim().to_owned(),
                     format: format.to_owned(),
                 }));
@@ -61,7 +61,7 @@ pub(crate) fn pieces(literal: &LitStr) -> syn::Result<Vec<Piece>> {
 pub(crate) fn has_words(pieces: &[Piece]) -> bool {
     pieces.iter().any(|piece| match piece {
         Piece::Words(words) => words.bytes().any(|letter| letter.is_ascii_alphabetic()),
-        Piece::Place(_) => false,
+        Piece::Placeholder(_) => false,
     })
 }
 

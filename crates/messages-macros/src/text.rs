@@ -109,7 +109,7 @@ fn form(literal: &LitStr, arguments: &mut TextArguments) -> syn::Result<TextForm
     for piece in pieces(literal)? {
         match piece {
             Piece::Words(words) => format.push_str(&words),
-            Piece::Place(place) => {
+            Piece::Placeholder(place) => {
                 let number = arguments.number(&place.name, &mut next, literal)?;
                 format.push_str(&format!("{{{}{}}}", shown.len(), place.format));
                 shown.push((number, place.format.is_empty()));

@@ -64,7 +64,7 @@ pub mod value;
 
 pub use help::LocalizedHelp;
 pub use language::Language;
-pub use library::{LIBRARY_SENTENCES, LibrarySentences};
+pub use library::LibrarySentences;
 pub use localized::{Localized, LocalizedDisplay};
 pub use messages_macros::{Localized, LocalizedHelp, text};
 pub use text::Text;

@@ -9,7 +9,7 @@ use crate::Text;
 pub struct LibrarySentences(pub &'static [(&'static str, &'static str)]);
 
 /// Sentences and words of serde, serde_json, toml, base64 and the standard library.
-pub const LIBRARY_SENTENCES: LibrarySentences = LibrarySentences(&[
+const LIBRARY_SENTENCES: LibrarySentences = LibrarySentences(&[
     ("{} at line {} column {}", "{0~}（第 {1} 行第 {2} 列）"),
     (
         "failed to lookup address information: Temporary failure in name resolution",

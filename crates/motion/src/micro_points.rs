@@ -63,10 +63,33 @@ impl MicroPoints {
         place.as_ref()
     }
 
-    fn take(&mut self, id: CommandId) -> Option<Arc<PointList>> {
+    /// The points of a command that begins: as many as it says, at a time between them that can be kept.
+    fn take(
+        &mut self,
+        id: CommandId,
+        count: u32,
+        interval: f64,
+    ) -> Result<Arc<PointList>, Refusal> {
         let slot = self.arrived.iter_mut();
         let mut slot = slot.filter_map(|slot| slot.take_if(|handed| handed.id == id));
-        slot.next().map(|handed| handed.points)
+        let list = slot.next().map(|handed| handed.points);
+        if !(MIN_REQUESTED_RATE..=MAX_DURATION).contains(&interval) {
+            return Err(bad_value(
+                phrase!("the time between points", "点之间的时间"),
+                interval,
+                phrase!("0.000001 to 1000000 s", "0.000001 到 1000000 s"),
+            ));
+        }
+        list.filter(|list| list.count() == count).ok_or_else(|| {
+            bad_value(
+                phrase!("the number of points", "点的数目"),
+                f64::from(count),
+                phrase!(
+                    "that of the points handed over with it",
+                    "随之交付的点的数目"
+                ),
+            )
+        })
     }
 }
 
@@ -88,26 +111,7 @@ impl ControlLoop {
 
     /// Begins a moveml.
     pub(crate) fn moveml(&mut self, command: &Command, count: u32, interval: f64) -> CommandResult {
-        let list = self.micro_points.take(command.id);
-        if !(MIN_REQUESTED_RATE..=MAX_DURATION).contains(&interval) {
-            let needed = phrase!("0.000001 to 1000000 s", "0.000001 到 1000000 s");
-            return Err(bad_value(
-                phrase!("the time between points", "点之间的时间"),
-                interval,
-                needed,
-            ));
-        }
-        let list = list.filter(|list| list.count() == count).ok_or_else(|| {
-            let needed = phrase!(
-                "that of the points handed over with it",
-                "随之交付的点的数目"
-            );
-            bad_value(
-                phrase!("the number of points", "点的数目"),
-                f64::from(count),
-                needed,
-            )
-        })?;
+        let list = self.micro_points.take(command.id, count, interval)?;
         let line = if list.are_poses() {
             self.line_of_poses(list.samples(), interval)?
         } else {
@@ -163,26 +167,7 @@ impl ControlLoop {
         count: u32,
         interval: f64,
     ) -> CommandResult {
-        let list = self.micro_points.take(command.id);
-        if !(MIN_REQUESTED_RATE..=MAX_DURATION).contains(&interval) {
-            let needed = phrase!("0.000001 to 1000000 s", "0.000001 到 1000000 s");
-            return Err(bad_value(
-                phrase!("the time between points", "点之间的时间"),
-                interval,
-                needed,
-            ));
-        }
-        let list = list.filter(|list| list.count() == count).ok_or_else(|| {
-            let needed = phrase!(
-                "that of the points handed over with it",
-                "随之交付的点的数目"
-            );
-            bad_value(
-                phrase!("the number of points", "点的数目"),
-                f64::from(count),
-                needed,
-            )
-        })?;
+        let list = self.micro_points.take(command.id, count, interval)?;
         if list.are_poses() {
             return Err(bad_value(
                 phrase!("the kind of points", "点的类型"),

@@ -65,17 +65,9 @@ fn of_environment() -> Language {
         .map_or(Language::English, |value| Language::of_locale(&value))
 }
 
-/// Whether people are talked to in Chinese.
-pub fn is_chinese() -> bool {
-    CHOSEN.get() == Some(&Language::Chinese)
-}
-
 /// One of two forms of a text.
 pub fn pick<'t>(english: &'t str, chinese: &'t str) -> &'t str {
-    match is_chinese() {
-        true => chinese,
-        false => english,
-    }
+    chosen().pick(english, chinese)
 }
 
 /// The language in which people are talked to.

@@ -56,7 +56,7 @@ pub struct Ran {
     pub error: String,
     /// The whole report of it.
     pub report: String,
-    /// The same in Chinese.
+    /// The report in Chinese.
     pub chinese: String,
     /// Line and column of it.
     pub error_at: (u32, u32),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use messages::{Text, text};
 
-use super::{Calibration, CalibrationError, Place, TABLE};
+use super::{Calibration, CalibrationError, CalibrationPart, TABLE};
 use crate::dh::DhTable;
 use crate::joint::DOF;
 
@@ -33,7 +33,7 @@ impl Calibration {
             if let Some(element) = values.iter().position(|value| !value.is_finite()) {
                 return Err(CalibrationError::Value {
                     path: path.to_owned(),
-                    place: Place::Table,
+                    place: CalibrationPart::Table,
                     key: format!("{key}[{element}]"),
                     given: values[element].to_string(),
                     allowed: text!("finite numbers are needed", "需要有限的数"),
@@ -88,7 +88,7 @@ impl Calibration {
         let reader = ErrorContext { path };
         reader.known(
             &whole,
-            Place::File,
+            CalibrationPart::File,
             &["model", TABLE],
             text!("model and [modified_dh]", "model 和 [modified_dh]"),
         )?;
@@ -96,7 +96,7 @@ impl Calibration {
             Some(toml::Value::String(model)) if !model.trim().is_empty() => model.as_str(),
             Some(other) => {
                 return Err(reader.value(
-                    Place::File,
+                    CalibrationPart::File,
                     "model",
                     other,
                     text!("a name as \"cs66\" is needed", "需要如 \"cs66\" 的名称"),
@@ -104,7 +104,7 @@ impl Calibration {
             }
             None => {
                 return Err(reader.missing(
-                    Place::File,
+                    CalibrationPart::File,
                     "model",
                     text!(
                         "it says which arm was measured, as model = \"cs66\"",
@@ -120,11 +120,11 @@ impl Calibration {
                     "a table with a, d, alpha and optionally theta is needed",
                     "需要含有 a、d、alpha 和可选 theta 的表"
                 );
-                return Err(reader.value(Place::File, TABLE, other, allowed));
+                return Err(reader.value(CalibrationPart::File, TABLE, other, allowed));
             }
             None => {
                 return Err(reader.missing(
-                    Place::File,
+                    CalibrationPart::File,
                     TABLE,
                     text!(
                         "the table with a, d, alpha and optionally theta is needed",
@@ -136,7 +136,7 @@ impl Calibration {
         let keys = ["a", "d", "alpha", "theta"];
         reader.known(
             table,
-            Place::Table,
+            CalibrationPart::Table,
             &keys,
             text!(
                 "a, d, alpha and optionally theta",
@@ -191,7 +191,7 @@ impl ErrorContext<'_> {
     fn known(
         &self,
         table: &toml::Table,
-        place: Place,
+        place: CalibrationPart,
         keys: &[&str],
         allowed: Text,
     ) -> Result<(), CalibrationError> {
@@ -208,7 +208,7 @@ impl ErrorContext<'_> {
 
     fn value(
         &self,
-        place: Place,
+        place: CalibrationPart,
         key: impl Into<String>,
         given: &toml::Value,
         allowed: Text,
@@ -222,7 +222,12 @@ impl ErrorContext<'_> {
         }
     }
 
-    fn missing(&self, place: Place, key: &'static str, allowed: Text) -> CalibrationError {
+    fn missing(
+        &self,
+        place: CalibrationPart,
+        key: &'static str,
+        allowed: Text,
+    ) -> CalibrationError {
         CalibrationError::Missing {
             path: self.path.to_owned(),
             place,
@@ -238,11 +243,15 @@ impl ErrorContext<'_> {
         what: &Text,
     ) -> Result<[f64; DOF], CalibrationError> {
         let Some(given) = table.get(key) else {
-            return Err(self.missing(Place::Table, key, text!("{what} are needed", "需要{what}")));
+            return Err(self.missing(
+                CalibrationPart::Table,
+                key,
+                text!("{what} are needed", "需要{what}"),
+            ));
         };
         let toml::Value::Array(items) = given else {
             return Err(self.value(
-                Place::Table,
+                CalibrationPart::Table,
                 key,
                 given,
                 text!("a list of {what} is needed", "需要{what}的列表"),
@@ -254,7 +263,7 @@ impl ErrorContext<'_> {
                 "需要{what}，这里有 {} 个",
                 items.len()
             );
-            return Err(self.value(Place::Table, key, given, allowed));
+            return Err(self.value(CalibrationPart::Table, key, given, allowed));
         }
         let mut numbers = [0.0; DOF];
         for (element, (number, item)) in numbers.iter_mut().zip(items).enumerate() {
@@ -265,7 +274,7 @@ impl ErrorContext<'_> {
                 other => {
                     let key = format!("{key}[{element}]");
                     return Err(self.value(
-                        Place::Table,
+                        CalibrationPart::Table,
                         key,
                         other,
                         text!("a number is needed", "需要一个数"),

@@ -43,9 +43,9 @@ pub struct Calibration {
     path: PathBuf,
 }
 
-/// Where in a calibration file something is wrong.
+/// The part of a calibration file that an error is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, Localized)]
-pub enum Place {
+pub enum CalibrationPart {
     /// The file outside of the table.
     #[error("the file")]
     #[zh("文件")]
@@ -86,7 +86,7 @@ pub enum CalibrationError {
         /// The calibration file.
         path: PathBuf,
         /// The table, or the file.
-        place: Place,
+        place: CalibrationPart,
         /// The key.
         key: String,
         /// What is allowed.
@@ -99,7 +99,7 @@ pub enum CalibrationError {
         /// The calibration file.
         path: PathBuf,
         /// The table, or the file.
-        place: Place,
+        place: CalibrationPart,
         /// The key.
         key: &'static str,
         /// What it is.
@@ -112,7 +112,7 @@ pub enum CalibrationError {
         /// The calibration file.
         path: PathBuf,
         /// The table, or the file.
-        place: Place,
+        place: CalibrationPart,
         /// The key; in an array, with the number of the element.
         key: String,
         /// The value.
@@ -215,7 +215,7 @@ impl Calibration {
     fn value_error(&self, key: String, given: f64, allowed: Text) -> CalibrationError {
         CalibrationError::Value {
             path: self.path.clone(),
-            place: Place::Table,
+            place: CalibrationPart::Table,
             key,
             given: given.to_string(),
             allowed,

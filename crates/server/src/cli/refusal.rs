@@ -1,7 +1,7 @@
 //! What clap says of a wrong command line, in Chinese.
 //!
-//! Its sentences, and those of the standard library about numbers, are English: they are known by their forms. What our
-//! options allow is a text of both languages.
+//! Sentences of clap, and those of the standard library about numbers, are English and have no identifiers, so they are
+//! known by their forms. What our options allow is a text of both languages.
 
 use std::error::Error;
 use std::net::AddrParseError;

@@ -97,6 +97,11 @@ fn toml_list(values: &[f64]) -> String {
     format!("[{}]", texts.join(", "))
 }
 
+/// Rows that several answers have.
+const RESIDUAL: Text = text!("residual (rms)", "残差（均方根）");
+const SAMPLES: Text = text!("samples", "样本数");
+const RESTS: Text = text!("rests", "静止段");
+
 impl Answer {
     /// One object.
     pub fn json(&self) -> Json {
@@ -162,12 +167,8 @@ impl Answer {
     /// Lines for people; the last ones are what is pasted elsewhere.
     pub fn human(&self) -> String {
         let mut text = String::new();
-        let mut row = |name: Text, value: String, sigma: String, unit: &str| {
-            let sigma = if sigma.is_empty() {
-                sigma
-            } else {
-                format!("  ± {sigma}")
-            };
+        let mut row = |name: Text, value: String, sigma: Option<String>, unit: &str| {
+            let sigma = sigma.map_or_else(String::new, |sigma| format!("  ± {sigma}"));
             let name = padded(name.in_language(chosen()), 20);
             let _ = writeln!(text, "{name}{value}{sigma} {unit}");
         };
@@ -176,41 +177,26 @@ impl Answer {
                 row(
                     text!("mass", "质量"),
                     number(a.mass),
-                    number(a.sigma_mass),
+                    Some(number(a.sigma_mass)),
                     "kg",
                 );
                 row(
                     text!("centre of gravity", "重心"),
                     list(&a.cog),
-                    list(&a.sigma_cog),
+                    Some(list(&a.sigma_cog)),
                     "m",
                 );
                 match a.inertia {
-                    Some(inertia) => row(
-                        text!("inertia", "惯量"),
-                        list(&inertia),
-                        String::new(),
-                        "kg m²",
-                    ),
+                    Some(inertia) => row(text!("inertia", "惯量"), list(&inertia), None, "kg m²"),
                     None => row(
                         text!("inertia", "惯量"),
                         shown(&text!("not told by this motion", "此运动无法判断")).to_string(),
-                        String::new(),
+                        None,
                         "",
                     ),
                 }
-                row(
-                    text!("residual (rms)", "残差（均方根）"),
-                    number(a.residual_rms),
-                    String::new(),
-                    "",
-                );
-                row(
-                    text!("samples", "样本数"),
-                    a.samples.to_string(),
-                    String::new(),
-                    "",
-                );
+                row(RESIDUAL, number(a.residual_rms), None, "");
+                row(SAMPLES, a.samples.to_string(), None, "");
                 let inertia = a
                     .inertia
                     .map(|i| format!(", {}", list(&i)))
@@ -227,69 +213,49 @@ impl Answer {
                 row(
                     text!("dry friction", "干摩擦"),
                     list(&a.coulomb),
-                    list(&a.sigma_coulomb),
+                    Some(list(&a.sigma_coulomb)),
                     "Nm",
                 );
                 row(
                     text!("viscous friction", "粘性摩擦"),
                     list(&a.viscous),
-                    list(&a.sigma_viscous),
+                    Some(list(&a.sigma_viscous)),
                     "Nm s/rad",
                 );
-                row(
-                    text!("residual (rms)", "残差（均方根）"),
-                    number(a.residual_rms),
-                    String::new(),
-                    "Nm",
-                );
-                row(
-                    text!("samples", "样本数"),
-                    a.samples.to_string(),
-                    String::new(),
-                    "",
-                );
+                row(RESIDUAL, number(a.residual_rms), None, "Nm");
+                row(SAMPLES, a.samples.to_string(), None, "");
                 let _ = write!(text, "\n{}", self.toml());
             }
             Self::Sensor(a) => {
                 row(
                     text!("bias", "零偏"),
                     list(&a.bias),
-                    list(&a.sigma_bias),
+                    Some(list(&a.sigma_bias)),
                     "N, Nm",
                 );
                 row(
                     text!("mass", "质量"),
                     number(a.mass),
-                    number(a.sigma_mass),
+                    Some(number(a.sigma_mass)),
                     "kg",
                 );
                 row(
                     text!("centre of gravity", "重心"),
                     list(&a.cog),
-                    list(&a.sigma_cog),
+                    Some(list(&a.sigma_cog)),
                     "m",
                 );
-                row(
-                    text!("residual (rms)", "残差（均方根）"),
-                    number(a.residual_rms),
-                    String::new(),
-                    "",
-                );
-                row(
-                    text!("rests", "静止段"),
-                    a.samples.to_string(),
-                    String::new(),
-                    "",
-                );
+                row(RESIDUAL, number(a.residual_rms), None, "");
+                row(RESTS, a.samples.to_string(), None, "");
             }
             Self::Tool(a) => {
                 row(
                     text!("position", "位置"),
                     list(&a.tcp[..3]),
-                    list(&a.sigma_position),
+                    Some(list(&a.sigma_position)),
                     "m",
                 );
-                let sigma = a.sigma_orientation.map(number).unwrap_or_default();
+                let sigma = a.sigma_orientation.map(number);
                 row(
                     text!("orientation", "姿态"),
                     list(&a.tcp[3..]),
@@ -299,24 +265,14 @@ impl Answer {
                 row(
                     text!("largest residual", "最大残差"),
                     number(a.residual_max),
-                    String::new(),
+                    None,
                     "m",
                 );
-                row(
-                    text!("rests", "静止段"),
-                    a.rests.to_string(),
-                    String::new(),
-                    "",
-                );
+                row(RESTS, a.rests.to_string(), None, "");
                 let _ = writeln!(text, "\nset_tcp({})", list(&a.tcp));
             }
             Self::Frame(a) => {
-                row(
-                    text!("frame", "坐标系"),
-                    list(&a.frame),
-                    String::new(),
-                    "m, rad",
-                );
+                row(text!("frame", "坐标系"), list(&a.frame), None, "m, rad");
                 let _ = writeln!(text, "\nframe = {}", list(&a.frame));
             }
         }

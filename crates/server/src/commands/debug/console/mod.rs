@@ -524,7 +524,7 @@ fn described(stop: &Stop) -> Text {
     }
 }
 
-/// Why the program is held, of the protocol's word for it.
+/// The reason for a stop in words, from the identifier that the debug adapter protocol has for it.
 fn reason_text(reason: &str) -> Text {
     match reason {
         "entry" => text!("before the first statement", "第一条语句之前"),
