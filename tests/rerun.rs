@@ -11,7 +11,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::common::eliteserver;
+use controller::cell_world::topic;
+use recorder::Recording;
+
+use crate::common::{alone, eliteserver};
 
 /// Functions that move the arm; a call of one of them makes a program one that moves.
 const MOVING: [&str; 9] = [
@@ -56,7 +59,13 @@ fn moves(path: &Path) -> bool {
 
 /// Records a program with the cell beside it and runs the recording again; what `--rerun` says, and how many cycles.
 fn rerun(script: &Path, clock: &str) -> u64 {
+    rerun_with_faults(script, clock, "").0
+}
+
+/// As [`rerun`], with orders for faults; the number of cycles, and the bytes of the recording.
+fn rerun_with_faults(script: &Path, clock: &str, faults: &str) -> (u64, Vec<u8>) {
     let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("faults"), faults).unwrap();
     let file = folder.path().join("run.mcap");
     let cell = match script.with_extension("toml") {
         own if own.exists() => own,
@@ -67,6 +76,10 @@ fn rerun(script: &Path, clock: &str) -> u64 {
         .arg(script)
         .args(["--clock", clock, "--record"]);
     run.arg(&file).current_dir(&folder);
+    run.env(
+        supervision::injection::VARIABLE,
+        folder.path().join("faults"),
+    );
     if cell.exists() {
         run.arg("--cell").arg(cell);
     }
@@ -91,7 +104,7 @@ fn rerun(script: &Path, clock: &str) -> u64 {
     let Some(cycles) = cycles.filter(|_| programs) else {
         panic!("{} ({clock}): {text}{:?}", script.display(), output.stderr);
     };
-    cycles.parse().unwrap()
+    (cycles.parse().unwrap(), std::fs::read(&file).unwrap())
 }
 
 #[test]
@@ -139,4 +152,32 @@ fn a_run_under_the_real_clock_runs_again_too() {
     for program in chosen {
         rerun(program, "realtime");
     }
+}
+
+/// The thread of the world sleeps for 1.5 s again and again: cycles have results that are old, then more cycles wait than the
+/// border holds, and the program ends while the world is behind.
+#[test]
+fn a_world_that_was_late_is_late_again() {
+    let _machine = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let cell = root().join("examples/cells/belt/cell.toml");
+    std::fs::copy(cell, folder.path().join("cell.toml")).unwrap();
+    let script = folder.path().join("discs.script");
+    let text = "for way in range(3):\n movej([0.4, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\n movej([0, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\n sleep(0.3)\nend\nsleep(0.6)\n";
+    std::fs::write(&script, text).unwrap();
+    let (cycles, recording) = rerun_with_faults(&script, "realtime", &"world stall\n".repeat(8));
+    assert!(cycles > 700, "{cycles}");
+    let recording = Recording::from_bytes(recording, "late").unwrap();
+    let messages: Vec<_> = topic::messages(&recording)
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
+    let late = messages.iter().filter(|message| message.seen.is_some());
+    assert!(late.count() > 500);
+    let missed: Vec<_> = messages
+        .iter()
+        .map(|message| message.missed)
+        .filter(|missed| *missed > 0)
+        .collect();
+    assert!(missed.iter().sum::<u64>() > 100, "{missed:?}");
 }

@@ -89,11 +89,12 @@ impl WorldThread {
         let mut late = LateWarnings::default();
         let thread = faults.start_service("world", move || {
             while !is_ending.load(Ordering::Acquire) {
-                injection::point("world");
                 runner.run_waiting();
                 late.look(&world);
                 thread::park();
+                injection::point("world");
             }
+            runner.finish();
         })?;
         Ok(Self { thread, ending })
     }

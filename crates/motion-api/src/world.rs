@@ -176,19 +176,29 @@ const CYCLES_IN_FLIGHT: usize = 256;
 pub fn world_channel() -> (WorldPort, WorldEndpoint) {
     let (to_world, from_cycle) = RingBuffer::new(CYCLES_IN_FLIGHT);
     let (to_cycle, from_world) = RingBuffer::new(CYCLES_IN_FLIGHT);
-    let late = Arc::new(AtomicU64::new(0));
+    let counts = Arc::<BorderCounts>::default();
     let port = WorldPort {
         to_world,
         from_world,
         latest: WorldOutput::default(),
-        late: late.clone(),
+        is_full: false,
+        counts: counts.clone(),
     };
     let endpoint = WorldEndpoint {
         from_cycle,
         to_cycle,
-        late: LateCycles(late),
+        counts: LateCycles(counts),
     };
     (port, endpoint)
+}
+
+/// What the world's end, and whoever measures, may ask about the control cycle's end.
+#[derive(Debug, Default)]
+struct BorderCounts {
+    /// Cycles for which the world came late.
+    late: AtomicU64,
+    /// Number of the newest cycle that began, whether the world is told of it or not.
+    newest: AtomicU64,
 }
 
 /// The control cycle's end. Nothing here allocates, locks or waits.
@@ -196,26 +206,36 @@ pub struct WorldPort {
     to_world: Producer<WorldInput>,
     from_world: Consumer<WorldOutput>,
     latest: WorldOutput,
-    late: Arc<AtomicU64>,
+    /// The world was too far behind when this cycle began: it misses the cycle.
+    is_full: bool,
+    counts: Arc<BorderCounts>,
 }
 
 impl WorldPort {
     /// The newest result, for the cycle of this number; counted as late where the world has not come to the cycle
-    /// before.
+    /// before. A cycle that the world will miss has the result of the cycle before: so the numbers of missed cycles are
+    /// all that a recording needs to repeat the run.
     pub fn receive(&mut self, cycle: u64) -> &WorldOutput {
-        while let Ok(next) = self.from_world.pop() {
+        self.is_full = self.to_world.is_full();
+        while !self.is_full
+            && let Ok(next) = self.from_world.pop()
+        {
             self.latest = next;
         }
         if self.latest.cycle + 1 < cycle {
-            self.late.fetch_add(1, Ordering::Relaxed);
+            self.counts.late.fetch_add(1, Ordering::Relaxed);
         }
+        self.counts.newest.store(cycle, Ordering::Relaxed);
         &self.latest
     }
 
-    /// Gives the end of a cycle to the world. One that is too far behind misses it.
+    /// Gives the end of a cycle to the world. A world that was too far behind at the cycle's beginning misses it.
     pub fn send(&mut self, input: WorldInput) {
+        if self.is_full {
+            return;
+        }
         let seen = self.latest.cycle;
-        // What does not fit shows as late cycles.
+        // There was room at the cycle's beginning, and only the world's end has touched the ring since.
         let _ = self.to_world.push(WorldInput { seen, ..input });
     }
 }
@@ -224,7 +244,7 @@ impl WorldPort {
 pub struct WorldEndpoint {
     from_cycle: Consumer<WorldInput>,
     to_cycle: Producer<WorldOutput>,
-    late: LateCycles,
+    counts: LateCycles,
 }
 
 impl WorldEndpoint {
@@ -235,24 +255,30 @@ impl WorldEndpoint {
 
     /// Gives a result to the next control cycle.
     pub fn answer(&mut self, output: &WorldOutput) {
-        // The cycle takes all that wait; a ring that is full has a cycle behind it that has ended.
+        // As many fit as cycles may wait for the world, and every cycle takes all of them, but one for which there was
+        // no room: the world has not come to an end of anything since the cycle before.
         let _ = self.to_cycle.push(*output);
     }
 
     /// The count of cycles for which the world came late.
     pub fn late_cycles(&self) -> LateCycles {
-        self.late.clone()
+        self.counts.clone()
+    }
+
+    /// Number of the newest cycle that began; 0 before the first.
+    pub fn newest_cycle(&self) -> u64 {
+        self.counts.0.newest.load(Ordering::Relaxed)
     }
 }
 
 /// How often a cycle began before the world had moved by the cycle before.
 #[derive(Clone, Debug, Default)]
-pub struct LateCycles(Arc<AtomicU64>);
+pub struct LateCycles(Arc<BorderCounts>);
 
 impl LateCycles {
     /// The number so far.
     pub fn count(&self) -> u64 {
-        self.0.load(Ordering::Relaxed)
+        self.0.late.load(Ordering::Relaxed)
     }
 }
 
@@ -273,6 +299,38 @@ mod tests {
         let mut set = PointSet::default();
         assert!(set.insert(IoPoint::Analog(2)) && !set.insert(IoPoint::Analog(2)));
         assert!(!set.contains(IoPoint::Analog(1)));
+    }
+
+    #[test]
+    fn a_world_that_is_too_far_behind_misses_cycles_which_have_the_result_of_the_cycle_before() {
+        let (mut port, mut world) = world_channel();
+        let input = |cycle| WorldInput {
+            cycle,
+            ..WorldInput::default()
+        };
+        let waiting = CYCLES_IN_FLIGHT as u64;
+        for cycle in 1..=waiting + 3 {
+            assert_eq!(port.receive(cycle).cycle, 0);
+            port.send(input(cycle));
+        }
+        assert_eq!(world.newest_cycle(), waiting + 3);
+        // Room for one comes after the beginning of a cycle, which is missed all the same.
+        assert_eq!(port.receive(waiting + 4).cycle, 0);
+        let first = world.next_cycle().unwrap();
+        world.answer(&WorldOutput {
+            cycle: first.cycle,
+            ..WorldOutput::default()
+        });
+        port.send(input(waiting + 4));
+        assert_eq!(port.receive(waiting + 5).cycle, 1);
+        port.send(input(waiting + 5));
+        let cycles =
+            core::iter::from_fn(|| world.next_cycle().map(|input| (input.cycle, input.seen)));
+        let all: Vec<_> = (2..=waiting).map(|cycle| (cycle, 0)).collect();
+        assert_eq!(
+            cycles.collect::<Vec<_>>(),
+            [all, vec![(waiting + 5, 1)]].concat()
+        );
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Faults on demand, for tests of the whole program; nothing at all without the feature `fault-injection`.
 //!
-//! The environment variable [`VARIABLE`] names a file. Each line of it is an order, `POINT panic`, `POINT overflow` or
-//! `POINT hang`: the next thread that passes [`point`] with that name panics once, or overflows its stack, or every one
-//! that passes stops there for ever. The file is read at [`begin`] and then watched; orders that were taken are gone
+//! The environment variable [`VARIABLE`] names a file. Each line of it is an order, `POINT panic`, `POINT overflow`,
+//! `POINT stall` or `POINT hang`: the next thread that passes [`point`] with that name panics once, or overflows its
+//! stack, or sleeps for 1.5 s, or every one that passes stops there for ever. The file is read at [`begin`] and then watched; orders that were taken are gone
 //! from it.
 
 /// Names the file of orders.
@@ -36,8 +36,12 @@ mod on_demand {
     enum Action {
         Panic,
         Overflow,
+        Stall,
         Hang,
     }
+
+    /// How long a thread sleeps that stalls.
+    const STALL: Duration = Duration::from_millis(1500);
 
     /// Recursion that asks nobody whether there is room.
     fn fall(level: u64) -> u64 {
@@ -90,6 +94,7 @@ mod on_demand {
         let action = match line.split_once(' ') {
             Some((name, "panic")) => (name.to_owned(), Action::Panic),
             Some((name, "overflow")) => (name.to_owned(), Action::Overflow),
+            Some((name, "stall")) => (name.to_owned(), Action::Stall),
             Some((name, "hang")) => (name.to_owned(), Action::Hang),
             _ => {
                 tracing::error!("no order for a fault: {line}");
@@ -119,6 +124,7 @@ mod on_demand {
             Action::Overflow => {
                 std::hint::black_box(fall(0));
             }
+            Action::Stall => std::thread::sleep(STALL),
             Action::Hang => loop {
                 std::thread::sleep(Duration::from_secs(3600));
             },

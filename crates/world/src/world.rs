@@ -171,7 +171,9 @@ impl World {
     }
 
     /// Moves the world by one period: with the arm where it is at the end of the cycle, and the outputs of the cycle.
+    /// The world's time is the cycle's also where cycles have been left out.
     pub fn step(&mut self, input: &WorldInput) -> &WorldOutput {
+        self.state.cycle = self.state.cycle.max(input.cycle.saturating_sub(1));
         let time = self.time();
         self.state.cycle += 1;
         let before = self.output.inputs;

@@ -119,8 +119,12 @@ impl WorldRunner {
     /// Moves the world by all cycles that wait.
     pub fn run_waiting(&mut self) {
         while let Some(input) = self.endpoint.next_cycle() {
+            if self.repeats_a_miss(input.cycle) {
+                continue;
+            }
             self.record_orders(input.cycle);
             let mut world = self.world.lock();
+            let missed = (input.cycle - 1).saturating_sub(world.state().cycle);
             if let Some((inputs, _)) = &mut self.repeat {
                 while let Some(order) = inputs.next_order(input.cycle) {
                     // Carried out when it was recorded, so it is now.
@@ -145,14 +149,42 @@ impl WorldRunner {
                 continue;
             }
             let is_late = input.seen + 1 < input.cycle;
-            if change.is_some() || is_late {
+            if change.is_some() || is_late || missed > 0 {
                 let mut message = change.unwrap_or_default();
                 message.cycle = input.cycle;
                 message.seen = is_late.then_some(input.seen);
+                message.missed = missed;
                 self.tell(&message, &input.base_from_flange);
             }
             self.draw(input.cycle);
         }
+    }
+
+    /// Moves the world by the cycles that still wait when the last cycle has ended, and says how many it missed.
+    pub fn finish(&mut self) {
+        self.run_waiting();
+        let next = self.endpoint.newest_cycle() + 1;
+        let missed = (next - 1).saturating_sub(self.world.lock().state().cycle);
+        self.record_orders(next);
+        if missed > 0 {
+            let message = WorldMessage {
+                cycle: next,
+                missed,
+                ..WorldMessage::default()
+            };
+            self.tell(&message, &Pose::IDENTITY);
+        }
+    }
+
+    /// Whether the recorded run that is repeated had no time for this cycle. The cycle after the last such one has what
+    /// it had then.
+    fn repeats_a_miss(&mut self, cycle: u64) -> bool {
+        let is_missed = |(inputs, _): &mut (WorldInputs, _)| inputs.is_missed(cycle);
+        let is_missed = self.repeat.as_mut().is_some_and(is_missed);
+        if is_missed {
+            self.answer_due(cycle + 1);
+        }
+        is_missed
     }
 
     /// Whether anybody is told what is new. Asked while the world is locked, as followers come while it is.
@@ -162,12 +194,23 @@ impl WorldRunner {
 
     /// Gives a result to the next cycle, or as late as it was when the run was recorded.
     fn answer(&mut self, input: &WorldInput, output: WorldOutput) {
-        let Some((inputs, waiting)) = &mut self.repeat else {
+        let Some((_, waiting)) = &mut self.repeat else {
             self.endpoint.answer(&output);
             return;
         };
         waiting.push_back(output);
-        let newest = inputs.newest_for(input.cycle + 1);
+        self.answer_due(input.cycle + 1);
+    }
+
+    /// Gives a cycle of a repeated run the results that it had.
+    fn answer_due(&mut self, cycle: u64) {
+        let Some((inputs, waiting)) = &mut self.repeat else {
+            return;
+        };
+        if inputs.is_missed(cycle) {
+            return;
+        }
+        let newest = inputs.newest_for(cycle);
         while let Some(due) = waiting.pop_front_if(|output| output.cycle <= newest) {
             self.endpoint.answer(&due);
         }

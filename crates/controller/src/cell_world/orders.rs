@@ -2,6 +2,7 @@
 //! run can be repeated.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use kinematics::{Pose, RpyPose};
 use messages::{Localized, Text};
@@ -112,6 +113,8 @@ pub struct WorldInputs {
     orders: VecDeque<(u64, WorldOrder)>,
     /// Number of a cycle, and of the cycle whose result was the newest for it.
     late: VecDeque<(u64, u64)>,
+    /// Cycles that the world did not move by.
+    missed: VecDeque<Range<u64>>,
 }
 
 impl WorldInputs {
@@ -127,6 +130,10 @@ impl WorldInputs {
             let orders = message.orders.into_iter().map(|order| (after, order));
             inputs.orders.extend(orders);
             inputs.late.extend(message.seen.map(|seen| (after, seen)));
+            if message.missed > 0 {
+                let first = after.saturating_sub(message.missed);
+                inputs.missed.push_back(first..after);
+            }
         }
         Ok(inputs)
     }
@@ -135,6 +142,18 @@ impl WorldInputs {
     pub(super) fn next_order(&mut self, cycle: u64) -> Option<WorldOrder> {
         let due = self.orders.pop_front_if(|(after, _)| *after < cycle);
         due.map(|(_, order)| order)
+    }
+
+    /// Whether the world did not move by `cycle`, which is no earlier than the one asked for before.
+    pub(super) fn is_missed(&mut self, cycle: u64) -> bool {
+        while self
+            .missed
+            .pop_front_if(|missed| missed.end <= cycle)
+            .is_some()
+        {}
+        self.missed
+            .front()
+            .is_some_and(|missed| missed.contains(&cycle))
     }
 
     /// The cycle whose result is the newest that `cycle` may have.

@@ -55,6 +55,9 @@ pub struct WorldMessage {
     /// Number of the cycle whose result this cycle had, where that is not the one before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen: Option<u64>,
+    /// How many of the cycles just before this one the world did not move by: it was too far behind.
+    #[serde(default, skip_serializing_if = "is_none_missed")]
+    pub missed: u64,
 }
 
 impl WorldMessage {
@@ -87,6 +90,14 @@ pub struct PartRow {
     /// Name of the gripper that holds it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_by: Option<String>,
+}
+
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+const fn is_none_missed(cycles: &u64) -> bool {
+    *cycles == 0
 }
 
 #[allow(
@@ -168,6 +179,7 @@ pub(crate) fn topic() -> CustomTopic {
                 "conveyors": {"type": "array", "items": {"type": "number"}},
                 "orders": {"type": "array", "items": {"type": "object"}},
                 "seen": integer,
+                "missed": integer,
             },
             "required": ["cycle"],
         })
