@@ -1,6 +1,7 @@
 //! Bodies of responses and events, in the form of the Debug Adapter Protocol. Lines and columns count as the client
 //! does.
 
+use messages::{Language, text};
 use serde::Serialize;
 use serde_json::Value as Json;
 
@@ -99,6 +100,22 @@ pub(super) struct ThreadRow {
     pub(super) name: String,
 }
 
+impl ThreadRow {
+    /// The thread of a number of the language: 0 is the main program, and secondary programs have the highest bit. A
+    /// client knows it by the next number, because 0 is none.
+    pub(super) fn new(number: u32, language: Language) -> Self {
+        let name = match number {
+            0 => text!("main program", "主程序"),
+            n if n >= 1 << 31 => text!("secondary program", "次要程序"),
+            n => text!("thread {n}", "线程 {n}"),
+        };
+        Self {
+            id: u64::from(number) + 1,
+            name: name.in_language(language).to_owned(),
+        }
+    }
+}
+
 /// Response to `threads`.
 #[derive(Debug, Serialize)]
 pub(super) struct ThreadsResponse {
@@ -130,7 +147,7 @@ pub(super) struct StackTraceResponse {
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Scope {
-    pub(super) name: &'static str,
+    pub(super) name: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) presentation_hint: Option<&'static str>,
     pub(super) variables_reference: usize,

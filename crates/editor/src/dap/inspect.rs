@@ -117,9 +117,9 @@ impl Probe {
                 };
                 done.transpose()
             }
-            "threads" => Some(Ok(self.threads_body())),
+            "threads" => Some(Ok(self.threads_body(language))),
             "stackTrace" => Some(self.stack_trace(halt, &asked)),
-            "scopes" => Some(self.scopes(halt, &asked)),
+            "scopes" => Some(self.scopes(halt, &asked, language)),
             "variables" => Some(self.variables(halt, &asked)),
             "exceptionInfo" => Some(self.exception_info(&asked, language)),
             "back" => Some(self.back(halt, &asked)),
@@ -131,16 +131,8 @@ impl Probe {
         }
     }
 
-    fn threads_body(&self) -> Json {
-        let name = |number: u32| match number {
-            0 => "main program".to_owned(),
-            n if n >= 1 << 31 => "secondary program".to_owned(),
-            n => format!("thread {n}"),
-        };
-        let row = |number: u32| ThreadRow {
-            id: u64::from(number) + 1,
-            name: name(number),
-        };
+    fn threads_body(&self, language: Language) -> Json {
+        let row = |number: u32| ThreadRow::new(number, language);
         let mut threads: Vec<ThreadRow> = self.threads().iter().map(|(n, _)| row(*n)).collect();
         if threads.is_empty() {
             threads.push(row(0));
@@ -225,14 +217,19 @@ impl Probe {
         })
     }
 
-    fn scopes(&self, halt: &PausedProgram<'_>, asked: &InspectArguments) -> Result<Json, Text> {
+    fn scopes(
+        &self,
+        halt: &PausedProgram<'_>,
+        asked: &InspectArguments,
+        language: Language,
+    ) -> Result<Json, Text> {
         let (thread, call) = self.call_of(halt, asked)?;
         let id = self.thread(thread).unwrap_or(ThreadId(0));
         let mut scopes = Vec::new();
         let mut table = self.table.borrow_mut();
-        let mut add = |name, presentation_hint, target| {
+        let mut add = |name: Text, presentation_hint, target| {
             scopes.push(Scope {
-                name,
+                name: name.in_language(language).to_owned(),
                 presentation_hint,
                 variables_reference: table.refer(target),
                 expensive: false,
@@ -240,10 +237,10 @@ impl Probe {
         };
         if !halt.has_globals_only(id, call) {
             let locals = ReferenceTarget::Locals { thread, call };
-            add("Locals", Some("locals"), locals);
+            add(text!("Locals", "局部变量"), Some("locals"), locals);
         }
-        add("Globals", None, ReferenceTarget::Globals);
-        add("Arm", None, ReferenceTarget::Arm);
+        add(text!("Globals", "全局变量"), None, ReferenceTarget::Globals);
+        add(text!("Arm", "手臂"), None, ReferenceTarget::Arm);
         Ok(body_of(&ScopesResponse { scopes }))
     }
 

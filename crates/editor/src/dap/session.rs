@@ -17,7 +17,7 @@ use serde_json::{Value as Json, json};
 use supervision::ThreadSupervisor;
 
 use super::attached_session::Attachment;
-use super::bodies::{StoppedEvent, body_of};
+use super::bodies::{StoppedEvent, ThreadRow, ThreadsResponse, body_of};
 use super::breakpoints::{Breakpoints, expression, same_path};
 use super::remote_attach::{ConnectFn, RemoteSink};
 use super::reverse::ReverseState;
@@ -341,9 +341,9 @@ impl<'s> DapSession<'s> {
                 let sources: Vec<Json> = self.launched.iter().map(|_| self.source_body()).collect();
                 Ok(json!({ "sources": sources }))
             }
-            "threads" if self.phase != ProgramPhase::Suspended => {
-                Ok(json!({"threads": [{"id": 1, "name": "main program"}]}))
-            }
+            "threads" if self.phase != ProgramPhase::Suspended => Ok(body_of(&ThreadsResponse {
+                threads: vec![ThreadRow::new(0, self.language)],
+            })),
             "continue" | "next" | "stepIn" | "stepOut" | "nextNode" => {
                 self.go(&request.1, arguments)
             }

@@ -138,3 +138,27 @@ fn only_the_console_moves_the_arm() {
     assert_eq!(client.all(&before), ["x=1"]);
     client.end();
 }
+
+#[test]
+fn threads_and_groups_of_variables_have_names_in_the_language_of_the_client() {
+    let mut client = Client::launched(PROGRAM, &[json!({"line": 16})], json!({}));
+    let held = client.held();
+    let names = |client: &mut Client, locale: &str| -> Vec<String> {
+        client.ask("initialize", json!({"adapterID": "test", "locale": locale}));
+        let threads = client.ask("threads", json!({}));
+        let scopes = client.ask("scopes", json!({"frameId": held.frame}));
+        let rows = [&threads["threads"], &scopes["scopes"]].map(|rows| rows.as_array().unwrap());
+        let rows = rows.into_iter().flatten();
+        rows.map(|row| row["name"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    assert_eq!(
+        names(&mut client, "en"),
+        ["main program", "Locals", "Globals", "Arm"]
+    );
+    assert_eq!(
+        names(&mut client, "zh-cn"),
+        ["主程序", "局部变量", "全局变量", "手臂"]
+    );
+    client.end();
+}
