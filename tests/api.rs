@@ -262,7 +262,8 @@ fn conditions_are_looked_for_in_the_recording_that_is_being_made() {
     let options = ["--record", record.to_str().unwrap(), "--clock", "virtual"];
     let server = Server::start(folder.path(), &options);
     let token = token_of(&server);
-    let text = "def p():\n  movej([0.5,-1.2,1.4,-1.77,-1.57,0],a=2,v=1)\n  movej([-0.5,-1.2,1.4,-1.77,-1.57,0],a=2,v=1)\nend\n";
+    let text = "def p():\n  movej([0.5,-1.2,1.4,-1.77,-1.57,0],a=2,v=1)\n\
+                \x20 movej([-0.5,-1.2,1.4,-1.77,-1.57,0],a=2,v=1)\nend\n";
     let run = json!({"do": "run", "name": "p.script", "text": text}).to_string();
     assert_eq!(post(&server, "/api/v1/orders", &token, &run).0, 200);
     let condition = json!({"condition": "actual_qd[0] < -0.9"}).to_string();

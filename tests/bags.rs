@@ -1,5 +1,5 @@
-//! Bags of ROS 2: of a recording, beside the recording of a run, and as a side of `compare`. That ROS tools read them is
-//! seen in `tests/ros2`.
+//! Bags of ROS 2: of a recording, beside the recording of a run, and as a side of `compare`. That ROS tools read them
+//! is seen in `tests/ros2`.
 
 #![allow(
     clippy::unwrap_used,

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use crate::common::{Dashboard, PATIENCE, Server, alone};
 
-const TASK: &str = r#"<EliTask name="stack" installationName="line" installationDirectory="cell" robotType="6212" createdVersion="2.15.0.477">
+const TASK: &str = r#"<EliTask name="stack" installationName="line" installationDirectory="cell" robotType="6212"
+         createdVersion="2.15.0.477">
   <InitVariables/>
   <MainTask isTaskAlwaysLoops="false" hasBeforeStart="true" hasInitVariables="false"/>
 </EliTask>
@@ -173,7 +174,8 @@ fn a_generated_task_goes_on_with_the_values_of_its_last_run() {
     assert_eq!(log.matches("A & B").count(), 2, "{log}");
 }
 
-const CELL_OF_GUARD: &str = r#"<EliTask name="guard" installationName="" robotType="6212" createdVersion="2.15.0.477">
+const CELL_OF_GUARD: &str = r#"<EliTask name="guard" installationName="" robotType="6212"
+         createdVersion="2.15.0.477">
   <MainTask isTaskAlwaysLoops="false" hasBeforeStart="false" hasInitVariables="false"/>
 </EliTask>
 "#;

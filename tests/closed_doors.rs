@@ -211,7 +211,10 @@ fn nothing_that_peers_and_programs_say_forges_a_line_of_the_log_or_moves_a_curso
             .map(|c| format!("\\U{:08x}", u32::from(c)))
             .collect();
         primary.send(&format!(
-            "def p():\n t = '{literal}'\n textmsg(t)\n print(t)\n popup(t, t, blocking=False)\n global g\n g = t\n try:\n  rpc_factory('xmlrpc', 'http://127.0.0.1:1/' + t)\n except Exception as e:\n  textmsg(e)\n end\n try:\n  socket_open(t, 80, t)\n except Exception as e:\n  textmsg(e)\n end\n raise ValueError(t)\nend\n"
+            "def p():\n t = '{literal}'\n textmsg(t)\n print(t)\n popup(t, t, blocking=False)\n global g\n g = t\n\
+             \x20try:\n  rpc_factory('xmlrpc', 'http://127.0.0.1:1/' + t)\n except Exception as e:\n  textmsg(e)\n\
+             \x20end\n try:\n  socket_open(t, 80, t)\n except Exception as e:\n  textmsg(e)\n end\n\
+             \x20raise ValueError(t)\nend\n"
         ));
         while !primary.script_error().2.contains("FORGED") {}
         for line in [

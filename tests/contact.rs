@@ -28,7 +28,8 @@ fn plate(gap: f64, keys: &str) -> String {
     let [x, y, z] = tcp_at_home();
     let middle = z - gap - 0.05;
     format!(
-        "[[obstacle]]\nname = \"plate\"\nshape = \"box\"\nsize = [0.4, 0.4, 0.1]\npose = [{x}, {y}, {middle}, 0, 0, 0]\n{keys}\n"
+        "[[obstacle]]\nname = \"plate\"\nshape = \"box\"\nsize = [0.4, 0.4, 0.1]\n\
+         pose = [{x}, {y}, {middle}, 0, 0, 0]\n{keys}\n"
     )
 }
 
@@ -76,7 +77,9 @@ fn a_script_presses_a_plate_and_reads_stiffness_times_depth() {
 fn a_hit_ends_the_program_and_names_joint_and_force() {
     for (keys, sensitivity) in [("stiffness = 1e5", 50), ("", 50), ("", 100)] {
         let script = format!(
-            "def p():\n    set_dyn_collision_force_min_ratio({sensitivity})\n    try:\n        p = get_target_tcp_pose()\n        p[2] = p[2] - 0.2\n        movel(p, v=0.25)\n    except:\n        print(\"caught\")\n    end\nend\n"
+            "def p():\n    set_dyn_collision_force_min_ratio({sensitivity})\n    try:\n\
+             \x20       p = get_target_tcp_pose()\n        p[2] = p[2] - 0.2\n        movel(p, v=0.25)\n    except:\n\
+             \x20       print(\"caught\")\n    end\nend\n"
         );
         let (out, err, status) = run(&script, &plate(0.1, keys), &[]);
         assert_eq!((out.as_str(), status), ("", Some(1)), "{err}");

@@ -21,7 +21,8 @@ use crate::common::{
 };
 
 /// A program that moves until it is stopped, about to and fro.
-const WAVE: &str = "def wave():\n while True:\n  movej([0.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], a=3, v=2)\n  movej([-0.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], a=3, v=2)\n end\nend\n";
+const WAVE: &str = "def wave():\n while True:\n  movej([0.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], a=3, v=2)\n\
+                    \x20 movej([-0.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], a=3, v=2)\n end\nend\n";
 const SETS_OUTPUT: &str = "def next():\n set_standard_digital_out(3, True)\nend\n";
 const REAL: [&str; 4] = ["--plant", "ideal", "--record", "out.mcap"];
 const VIRTUAL: [&str; 6] = [
@@ -101,7 +102,8 @@ fn a_panic_in_a_task_ends_the_program_with_an_internal_error_and_the_next_one_ru
 #[test]
 fn a_native_stack_that_overflows_ends_its_program_and_the_next_one_runs() {
     let _machine = alone();
-    let in_generator = "def gone():\n def walk():\n  try:\n   yield get_actual_joint_positions()\n  finally:\n   textmsg(\"never\")\n  end\n end\n while True:\n  list(walk())\n  sync()\n end\nend\n";
+    let in_generator = "def gone():\n def walk():\n  try:\n   yield get_actual_joint_positions()\n  finally:\n\
+                        \x20  textmsg(\"never\")\n  end\n end\n while True:\n  list(walk())\n  sync()\n end\nend\n";
     for program in [WAVE, in_generator] {
         let folder = tempfile::tempdir().unwrap();
         let server = Server::start(folder.path(), &REAL);
@@ -291,7 +293,9 @@ fn a_panic_of_a_field_bus_costs_one_exchange_and_the_robot_goes_on() {
     std::fs::write(folder.path().join("faults"), "modbus panic\n").unwrap();
     let mut primary = server.primary();
     primary.send(&format!(
-        "def field():\n modbus_add_signal('127.0.0.1', 255, 0, 3, 's', False, 1, {port})\n while True:\n  try:\n   set_standard_digital_out(4, modbus_get_signal_status('s') == [7] or modbus_get_signal_status('s') == 7)\n  except Exception as e:\n   textmsg('no value: ', str(e))\n  end\n  sleep(0.02)\n end\nend\n"
+        "def field():\n modbus_add_signal('127.0.0.1', 255, 0, 3, 's', False, 1, {port})\n while True:\n  try:\n\
+         \x20  set_standard_digital_out(4, modbus_get_signal_status('s') == [7] or modbus_get_signal_status('s') == \
+         7)\n  except Exception as e:\n   textmsg('no value: ', str(e))\n  end\n  sleep(0.02)\n end\nend\n"
     ));
     primary.wait_for("values come after the fault", |state| {
         state.digital_out & 16 != 0
@@ -302,7 +306,9 @@ fn a_panic_of_a_field_bus_costs_one_exchange_and_the_robot_goes_on() {
 
     std::fs::write(folder.path().join("faults"), "serial panic\n").unwrap();
     primary.send(
-        "def line():\n for i in range(100):\n  tool_serial_config(True, 9600, 2, 2)\n  tool_serial_write([97, 98])\n  if tool_serial_read(2, True, 0.5) == [97, 98]:\n   set_standard_digital_out(5, True)\n  end\n  sleep(0.02)\n end\nend\n",
+        "def line():\n for i in range(100):\n  tool_serial_config(True, 9600, 2, 2)\n  tool_serial_write([97, 98])\n\
+         \x20 if tool_serial_read(2, True, 0.5) == [97, 98]:\n   set_standard_digital_out(5, True)\n  end\n\
+         \x20 sleep(0.02)\n end\nend\n",
     );
     primary.wait_for("the line works after the fault", |state| {
         state.digital_out & 32 != 0

@@ -709,7 +709,11 @@ fn files() -> Vec<(&'static str, Answer, Vec<u8>)> {
             Any,
             json(
                 "/command",
-                "{\"id\":1,\"cycle\":1,\"name\":\"movej\",\"arguments\":{\"target\":[1e308,1e308,1e308,1e308,1e308,1e308],\"acceleration\":-1,\"speed\":1e999,\"duration\":-5,\"radius\":1e300},\"program\":\"\",\"line\":1}",
+                concat!(
+                    r#"{"id":1,"cycle":1,"name":"movej","arguments":{"#,
+                    r#""target":[1e308,1e308,1e308,1e308,1e308,1e308],"acceleration":-1,"#,
+                    r#""speed":1e999,"duration":-5,"radius":1e300},"program":"","line":1}"#
+                ),
             ),
         ),
         ("deep JSON", Any, json("/command", &"[".repeat(60_000))),
@@ -787,7 +791,9 @@ fn files() -> Vec<(&'static str, Answer, Vec<u8>)> {
             Any,
             many("/command", 5, |i, id| {
                 (0..300).flat_map(|n| {
-                    let json = format!("{{\"id\":{},\"cycle\":9,\"name\":\"n{n}\",\"arguments\":{{\"x\":[{}1]}},\"program\":\"{}\",\"line\":1}}", i * 300 + n, "1,".repeat(2000), "p".repeat(20_000));
+                    let json = format!("{{\"id\":{},\"cycle\":9,\"name\":\"n{n}\",\"arguments\":{{\"x\":[{}1]}},\
+                                        \"program\":\"{}\",\"line\":1}}", i * 300 + n, "1,".repeat(2000),
+                                        "p".repeat(20_000));
                     message(id, 0, json.as_bytes())
                 }).collect()
             }),

@@ -1,5 +1,5 @@
-//! `eliteserver identify` and `excite`: numbers that a cell hides are found in recordings of the simulated arm, and what data
-//! cannot tell is said.
+//! `eliteserver identify` and `excite`: numbers that a cell hides are found in recordings of the simulated arm, and
+//! what data cannot tell is said.
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 

@@ -153,7 +153,8 @@ fn a_session_from_initialize_to_exit() {
     assert_eq!(found["diagnostics"][0]["code"], "degrees");
     client.note("textDocument/didChange", json!({
         "textDocument": { "uri": URI, "version": 2 },
-        "contentChanges": [{ "range": { "start": { "line": 1, "character": 14 }, "end": { "line": 1, "character": 17 } }, "text": "0" }],
+        "contentChanges": [{ "range": { "start": { "line": 1, "character": 14 }, "end": { "line": 1,
+            "character": 17 } }, "text": "0" }],
     }));
     let found = client.findings();
     assert_eq!(

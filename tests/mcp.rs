@@ -554,7 +554,8 @@ fn tests_are_run_with_their_settings_and_machines_they_play() {
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write(
         "move.script",
-        "socket_open('10.9.8.7', 5000)\nsocket_send_line('hello')\nmovej([0.3, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n",
+        "socket_open('10.9.8.7', 5000)\nsocket_send_line('hello')\n\
+         movej([0.3, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n",
     );
     write(
         "test_move.script",
@@ -613,7 +614,8 @@ fn what_is_no_request_is_answered_and_the_session_goes_on() {
         (b"{\"jsonrpc\":\"2.0\",\"id\":77,\"method\":12}", -32600),
         (b"{\"jsonrpc\":\"2.0\",\"id\":78,\"method\":\"tools/call\",\"params\":{\"arguments\":{}}}", -32602),
         (b"{\"jsonrpc\":\"2.0\",\"id\":79,\"method\":\"robots/move\",\"params\":{}}", -32601),
-        (b"{\"jsonrpc\":\"2.0\",\"id\":80,\"method\":\"resources/read\",\"params\":{\"uri\":\"file:///etc/passwd\"}}", -32601),
+        (b"{\"jsonrpc\":\"2.0\",\"id\":80,\"method\":\"resources/read\",\"params\":{\"uri\":\"file:///etc/passwd\"}}",
+            -32601),
     ] {
         client.line(line);
         let answer = client.receive();

@@ -1,5 +1,5 @@
-//! The mistakes that people make most, as transcripts of what the terminal says: what `check` finds, and what `run` says
-//! of the same program, in English and in Chinese.
+//! The mistakes that people make most, as transcripts of what the terminal says: what `check` finds, and what `run`
+//! says of the same program, in English and in Chinese.
 
 #![allow(
     clippy::unwrap_used,

@@ -27,7 +27,8 @@ fn answers(calls: &[&str]) -> String {
     for call in calls {
         writeln!(
             script,
-            "try:\n    {call}\nexcept Exception as e:\n    print(type(e).__name__ + \":\", e)\nelse:\n    print(\"taken\")\nend"
+            "try:\n    {call}\nexcept Exception as e:\n    print(type(e).__name__ + \":\", e)\nelse:\n\
+             \x20   print(\"taken\")\nend"
         )
         .unwrap();
     }
@@ -174,9 +175,11 @@ fn targets_that_the_arm_must_not_or_cannot_reach_are_refused_before_it_moves() {
 #[test]
 fn a_second_thread_cannot_move_the_arm_and_does_not_disturb_it() {
     let script = "def other():\n\
-                  \x20   for move in [lambda: movej([0]*6), lambda: movel(p), lambda: movec(p, p), lambda: servoj(q), lambda: speedj([0.1]*6, 1, 0.1), lambda: speedl([0.1]*6, 1, 0.1), lambda: freedrive_mode()]:\n\
+                  \x20   for move in [lambda: movej([0]*6), lambda: movel(p), lambda: movec(p, p), lambda: servoj(q), \
+                  lambda: speedj([0.1]*6, 1, 0.1), lambda: speedl([0.1]*6, 1, 0.1), lambda: freedrive_mode()]:\n\
                   \x20       try:\n            move()\n            print(\"taken\")\n\
-                  \x20       except Exception as e:\n            print(type(e).__name__ + \":\", e)\n        end\n    end\nend\n\
+                  \x20       except Exception as e:\n            print(type(e).__name__ + \":\", e)\n        end\n\
+                  \x20   end\nend\n\
                   t = start_thread(other, ())\n\
                   movej([q[0] + 1, q[1], q[2], q[3], q[4], q[5]])\n\
                   join_thread(t)\n\
@@ -199,7 +202,8 @@ fn a_second_thread_cannot_move_the_arm_and_does_not_disturb_it() {
 #[test]
 fn gain_and_damping_outside_their_ranges_are_clamped_with_a_warning() {
     let folder = tempfile::tempdir().unwrap();
-    let script = "def p():\n    force_mode_set_gain_scaling(scoring=3)\n    force_mode_set_damping(-1)\n    print('on')\nend\n";
+    let script = "def p():\n    force_mode_set_gain_scaling(scoring=3)\n    force_mode_set_damping(-1)\n\
+                  \x20   print('on')\nend\n";
     let output = run_script(folder.path(), script, &[]);
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(

@@ -15,7 +15,8 @@ use crate::common::{Dashboard, PATIENCE, Server, read_recording};
 const CLOCKS: [&str; 2] = ["virtual", "realtime"];
 
 /// To and fro for ever.
-const TO_AND_FRO: &str = "while True:\n    movej([2.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], v=3, a=6)\n    movej([-2.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], v=3, a=6)\n  end";
+const TO_AND_FRO: &str = "while True:\n    movej([2.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], v=3, a=6)\n\
+                          \x20   movej([-2.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], v=3, a=6)\n  end";
 
 /// A function whose thread waits for a person: meanwhile the virtual clock keeps wall pace.
 const ASK: &str = "  def ask():\n    popup('?', blocking=True)\n  end\n  start_thread(ask, ())\n";
@@ -88,7 +89,8 @@ fn a_hundred_programs_in_a_row_take_one_anothers_place() {
                     _ => "start_thread(spin, ())\n  popup('?', blocking=True)",
                 };
                 primary.send(&format!(
-                    "def p{n}():\n  def spin():\n    while True:\n      pass\n    end\n  end\n  textmsg('run {n}.')\n  {wait}\n  textmsg('not reached')\nend\n"
+                    "def p{n}():\n  def spin():\n    while True:\n      pass\n    end\n  end\n  textmsg('run {n}.')\n\
+                     \x20 {wait}\n  textmsg('not reached')\nend\n"
                 ));
                 // Every third is followed at once: it begins all the same.
                 if n % 3 != 2 {
@@ -141,7 +143,8 @@ fn the_next_program_begins_while_the_arm_brakes_and_moves_once_it_has_come_to_re
             primary.send(&first);
             primary.wait_for("moving", |s| s.target_q[0] > 0.3 && s.target_q[0] < 1.5);
             primary.send(&format!(
-                "def second():\n  set_standard_digital_out({n}, True)\n  q = get_target_joint_positions()\n  {motion}\n  textmsg('second {n} ends')\nend\n"
+                "def second():\n  set_standard_digital_out({n}, True)\n  q = get_target_joint_positions()\n  {motion}\n\
+                 \x20 textmsg('second {n} ends')\nend\n"
             ));
             wait_for_log(folder.path(), &format!("second {n} ends"));
             primary.send(
@@ -211,7 +214,8 @@ fn finally_blocks_run_within_their_bounds_and_a_wait_ends_them() {
         ];
         for (n, (clean_up, is_done)) in cases.iter().enumerate() {
             primary.send(&format!(
-                "def first():\n  n = {n}\n  try:\n    textmsg('first {n} begins')\n    sleep(1e9)\n  finally:\n    {clean_up}\n  end\nend\n"
+                "def first():\n  n = {n}\n  try:\n    textmsg('first {n} begins')\n    sleep(1e9)\n  finally:\n\
+                 \x20   {clean_up}\n  end\nend\n"
             ));
             wait_for_log(folder.path(), &format!("first {n} begins"));
             primary.send(&format!(
@@ -246,11 +250,15 @@ fn held_programs_make_way_and_what_does_not_compile_or_is_secondary_does_not_ask
         primary.wait_for("running", |state| state.task_running);
         primary.send("pause task\n");
         primary.wait_for("paused", |state| state.task_paused);
-        primary.send("def second():\n  textmsg('second begins')\n  q = get_target_joint_positions()\n  q[1] = q[1] + 0.1\n  movej(q, v=1)\n  textmsg('second ends')\nend\n");
+        primary.send(
+            "def second():\n  textmsg('second begins')\n  q = get_target_joint_positions()\n\
+                      \x20 q[1] = q[1] + 0.1\n  movej(q, v=1)\n  textmsg('second ends')\nend\n",
+        );
         wait_for_log(folder.path(), "second ends");
         primary.wait_for("stopped", |state| !state.task_running);
         // A lone secondary program is let finish: it has something to set up.
-        primary.send("sec alone():\n  for k in range(20000):\n    k = k\n  end\n  textmsg('alone ends')\nend\ndef third():\n  textmsg('third begins')\nend\n");
+        primary.send("sec alone():\n  for k in range(20000):\n    k = k\n  end\n  textmsg('alone ends')\nend\n\
+                      def third():\n  textmsg('third begins')\nend\n");
         wait_for_log(folder.path(), "third begins");
         let log = log(folder.path());
         assert!(log.find("alone ends") < log.find("third begins"), "{log}");
@@ -269,7 +277,9 @@ fn a_control_script_that_is_sent_twice_closes_the_sockets_of_the_first() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
         let script = format!(
-            "def control():\n  socket_open('127.0.0.1', {port}, 'reverse')\n  while True:\n    n = socket_read_binary_integer(1, 'reverse', 0)\n    if n[0] == 0:\n      break\n    end\n    socket_send_int(n[1] + 1, 'reverse')\n  end\nend\n"
+            "def control():\n  socket_open('127.0.0.1', {port}, 'reverse')\n  while True:\n\
+             \x20   n = socket_read_binary_integer(1, 'reverse', 0)\n    if n[0] == 0:\n      break\n    end\n\
+             \x20   socket_send_int(n[1] + 1, 'reverse')\n  end\nend\n"
         );
         let mut primary = server.primary();
         primary.send(&script);

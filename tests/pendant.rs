@@ -258,7 +258,8 @@ fn clients_of_the_primary_port_are_told_the_node_of_an_error() {
     let temporary = tempfile::tempdir().unwrap();
     let server = Server::start(temporary.path(), &["--clock", "virtual"]);
     let mut primary = server.primary();
-    let program = "$ LINE: (1, \"根\")\ndef t():\n  $ LINE: (2, \"主任务\")\n  sync()\n  $ LINE: (7, \"接近点\", \"after\")\n  movej([9, 9])\nend\n";
+    let program = "$ LINE: (1, \"根\")\ndef t():\n  $ LINE: (2, \"主任务\")\n  sync()\n  $ LINE: (7, \"接近点\", \"after\")\n\
+                   \x20 movej([9, 9])\nend\n";
     primary.send(program);
     let (line, _, report) = primary.script_error();
     // The text of the program begins with its header.

@@ -153,7 +153,8 @@ fn replay_says_that_the_writer_was_killed_and_up_to_when_the_file_is_readable() 
     let output = eliteserver().arg("replay").arg(file).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     let ending = format!(
-        "ending: cut, the recorder was killed or is still writing; readable up to {until:.3} s, the last complete chunk\n"
+        "ending: cut, the recorder was killed or is still writing; readable up to {until:.3} s, the last complete \
+         chunk\n"
     );
     assert!(output.status.success() && text.ends_with(&ending), "{text}");
 }

@@ -1,5 +1,5 @@
-//! Reports of commands in Chinese: what tests of programs, recordings, fleets and robots elsewhere come to. No line is a
-//! mixture, and formats for machines stay English.
+//! Reports of commands in Chinese: what tests of programs, recordings, fleets and robots elsewhere come to. No line is
+//! a mixture, and formats for machines stay English.
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 

@@ -154,8 +154,8 @@ fn a_run_under_the_real_clock_runs_again_too() {
     }
 }
 
-/// The thread of the world sleeps for 1.5 s again and again: cycles have results that are old, then more cycles wait than the
-/// border holds, and the program ends while the world is behind.
+/// The thread of the world sleeps for 1.5 s again and again: cycles have results that are old, then more cycles wait
+/// than the border holds, and the program ends while the world is behind.
 #[test]
 fn a_world_that_was_late_is_late_again() {
     let _machine = alone();
@@ -163,7 +163,8 @@ fn a_world_that_was_late_is_late_again() {
     let cell = root().join("examples/cells/belt/cell.toml");
     std::fs::copy(cell, folder.path().join("cell.toml")).unwrap();
     let script = folder.path().join("discs.script");
-    let text = "for way in range(3):\n movej([0.4, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\n movej([0, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\n sleep(0.3)\nend\nsleep(0.6)\n";
+    let text = "for way in range(3):\n movej([0.4, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\n\
+                \x20movej([0, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\n sleep(0.3)\nend\nsleep(0.6)\n";
     std::fs::write(&script, text).unwrap();
     let (cycles, recording) = rerun_with_faults(&script, "realtime", &"world stall\n".repeat(8));
     assert!(cycles > 700, "{cycles}");

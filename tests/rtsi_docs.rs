@@ -13,7 +13,8 @@ use wire::rtsi::RtsiType;
 
 const HEAD: &str = "# Variables of RTSI (port 30004)
 
-Made from the code by `UPDATE_DOCS=1 cargo test -p server --test all rtsi_docs::`. Every variable has a row in the table of
+Made from the code by `UPDATE_DOCS=1 cargo test -p server --test all rtsi_docs::`. Every variable has a row in the \
+table of
 `tests/clients/test_rtsi.py`, which sets it from the arm, a script or a client and reads it back through a socket.
 ";
 

@@ -156,7 +156,8 @@ fn tests_are_listed_selected_and_set_up_by_their_folder() {
     )
     .unwrap();
     std::fs::write(path.join("cells/cell.toml"), "[limits]\ntcp_speed = 0.1\n").unwrap();
-    let limited = "def test_limited():\n    test.run('movej([1, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)', timeout=60)\n    assert 0.05 < test.peak('tcp_speed') < 0.11\n";
+    let limited = "def test_limited():\n    test.run('movej([1, -1.5, 1.5, -1.5, -1.5, 0], a=2, v=1)', timeout=60)\n\
+                   \x20   assert 0.05 < test.peak('tcp_speed') < 0.11\n";
     std::fs::write(inner.join("test_cell.script"), limited).unwrap();
     let output = test_in(path, &["cells"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));

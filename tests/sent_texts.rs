@@ -55,7 +55,8 @@ fn a_text_that_is_cut_off_inside_a_block_does_not_run() {
     let folder = tempfile::tempdir().unwrap();
     let server = server(folder.path());
     let mut watch = server.primary();
-    let text = "def f():\n  set_standard_digital_out(1, True)\n  if True:\n    sleep(0)\n  end\n  set_standard_digital_out(2, True)\n";
+    let text = "def f():\n  set_standard_digital_out(1, True)\n  if True:\n    sleep(0)\n  end\n\
+                \x20 set_standard_digital_out(2, True)\n";
     for resets in [false, true] {
         let mut cut = TcpStream::connect(("127.0.0.1", server.ports["primary"])).unwrap();
         cut.write_all(text.as_bytes()).unwrap();

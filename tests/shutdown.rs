@@ -75,7 +75,8 @@ const STATES: &[State] = &[
         name: "a loop that will not be stopped",
         clock: "realtime",
         orders: &[],
-        program: "def f():\n while True:\n  try:\n   sleep(10)\n  finally:\n   i = 0\n   while True:\n    i = i + 1\n   end\n  end\n end\nend\n",
+        program: "def f():\n while True:\n  try:\n   sleep(10)\n  finally:\n   i = 0\n   while True:\n    i = i + 1\n\
+                  \x20  end\n  end\n end\nend\n",
         orders_after: &[],
         status: 0,
     },
@@ -314,7 +315,8 @@ fn a_file_that_may_not_grow_ends_the_recording_and_nothing_else() {
         let binary = env!("CARGO_BIN_EXE_eliteserver");
         // 64 blocks of 512 bytes or 1 KiB.
         let line = format!(
-            "ulimit -f 64; exec {binary} serve --record out.mcap --plant ideal --clock {clock} --ready-file ready.json{ports}"
+            "ulimit -f 64; exec {binary} serve --record out.mcap --plant ideal --clock {clock} --ready-file \
+             ready.json{ports}"
         );
         let child = Command::new("sh")
             .args(["-c", &line])
@@ -326,7 +328,10 @@ fn a_file_that_may_not_grow_ends_the_recording_and_nothing_else() {
         let ready = folder.path().join("ready.json");
         let server = Server::adopt(child, &ready, folder.path());
         let mut primary = server.primary();
-        primary.send("def f():\n while True:\n  movej([0.2, -1.5, 1.5, -1.5, -1.5, 0])\n  movej([-0.2, -1.5, 1.5, -1.5, -1.5, 0])\n end\nend\n");
+        primary.send(
+            "def f():\n while True:\n  movej([0.2, -1.5, 1.5, -1.5, -1.5, 0])\n\
+                      \x20 movej([-0.2, -1.5, 1.5, -1.5, -1.5, 0])\n end\nend\n",
+        );
         let begin = Instant::now();
         loop {
             if let common::FromPrimary::RobotError(code, _) = primary.next() {
@@ -391,7 +396,10 @@ fn standard_error_that_is_closed_or_unread_costs_lines_only() {
         let _unread = (!is_closed).then_some(reader);
         let mut primary = server.primary();
         // Several times what the pipe and the queue hold.
-        primary.send("def f():\n t = 'x' * 10000\n for i in range(2000):\n  print(t)\n end\n set_standard_digital_out(3, True)\nend\n");
+        primary.send(
+            "def f():\n t = 'x' * 10000\n for i in range(2000):\n  print(t)\n end\n\
+                      \x20set_standard_digital_out(3, True)\nend\n",
+        );
         primary.wait_for("the program ends", |state| {
             state.digital_out & 8 != 0 && !state.task_running
         });

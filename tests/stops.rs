@@ -125,7 +125,8 @@ impl Watch {
     /// A program that says that it runs, and then does this for ever.
     fn program(&self, does: &str) -> String {
         format!(
-            "def watched():\n socket_open('127.0.0.1', {}, 'w')\n socket_send_string('x', 'w')\n while True:\n  {}\n end\nend\n",
+            "def watched():\n socket_open('127.0.0.1', {}, 'w')\n socket_send_string('x', 'w')\n while True:\n  {}\n\
+             \x20end\nend\n",
             self.port,
             does.replace('\n', "\n  ")
         )
@@ -172,7 +173,8 @@ impl Flood {
         let modbus = [0, 1, 0, 0, 0, 6, 1, 5, 3, 232, 255, 0].repeat(500);
         let body = "{\"standard_digital_in[3]\": true}";
         let http = format!(
-            "POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+            "POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\
+             \r\n{body}",
             body.len()
         );
         let floods: [(&str, Vec<u8>); 6] = [
@@ -233,7 +235,8 @@ fn a_stop_is_there_in_time_while_every_port_is_flooded() {
         let server = Server::start(folder.path(), &REAL);
         let watch = Watch::begin();
         server.primary().send(&watch.program(
-            "movej([0.6, -1.2, 1.2, -1.5, -1.5, 0.3], a=0.5, v=0.3)\nmovej([-0.6, -1.8, 1.8, -1.5, -1.5, -0.3], a=0.5, v=0.3)",
+            "movej([0.6, -1.2, 1.2, -1.5, -1.5, 0.3], a=0.5, v=0.3)\n\
+             movej([-0.6, -1.8, 1.8, -1.5, -1.5, -0.3], a=0.5, v=0.3)",
         ));
         watch.wait_for_bytes(1);
         let mut stopper = connect(&server, port);
@@ -335,7 +338,8 @@ fn an_abort_is_there_in_time_behind_any_backlog_of_statements() {
         panel.contains("\"active\"")
     });
     let open = format!(
-        "socket_open('127.0.0.1', {}, 'w')\nsocket_send_string('x', 'w')\nmovej([1.5, -1.57, 1.57, -1.57, -1.57, 0], a=5, v=0.05)\nsocket_send_string('x', 'w')\n",
+        "socket_open('127.0.0.1', {}, 'w')\nsocket_send_string('x', 'w')\n\
+         movej([1.5, -1.57, 1.57, -1.57, -1.57, 0], a=5, v=0.05)\nsocket_send_string('x', 'w')\n",
         watch.port
     );
     client.write_all(open.as_bytes()).unwrap();

@@ -139,7 +139,8 @@ fn folders_are_checked_with_all_their_scripts() {
     assert!(said(&output).contains("there is no script (*.script) below empty"));
 }
 
-const SUM: &str = "total = 0\nfor i in range(3):\n    total = total + i\nend\nprint(\"total\", total)\nmovej([0.2, -1.57, 1.57, -1.57, -1.57, 0])\n";
+const SUM: &str = "total = 0\nfor i in range(3):\n    total = total + i\nend\nprint(\"total\", total)\n\
+                   movej([0.2, -1.57, 1.57, -1.57, -1.57, 0])\n";
 
 #[test]
 fn the_debugger_is_used_at_the_terminal_in_both_directions() {

@@ -80,7 +80,8 @@ fn every_transcript_is_what_the_server_does() {
 fn global_variables_are_recorded_when_they_change_ten_times_a_second_at_most() {
     let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
-    let program = "def main():\n  global n, name\n  name = 'part'\n  n = 0\n  while n < 250:\n    n = n + 1\n    sync()\nend\n";
+    let program = "def main():\n  global n, name\n  name = 'part'\n  n = 0\n  while n < 250:\n    n = n + 1\n\
+                   \x20   sync()\nend\n";
     let options = ["--plant", "ideal", "--record", "out.mcap"];
     let output = common::run_script(folder.path(), program, &options);
     assert!(output.status.success(), "{output:?}");

@@ -68,7 +68,8 @@ fn translated_programs_do_what_universal_robots_documents() {
 #[test]
 fn remarks_have_line_kind_name_and_text() {
     let folder = tempfile::tempdir().unwrap();
-    let program = "def demo():\n  set_digital_out(2, True)\n  movej(p[0.1, -0.4, 0.3, 1.2, 1.2, 0])\n  set_tcp(p[0,0,0.1,0,0,0], \"grip\")\n  get_tool_current()\nend\n";
+    let program = "def demo():\n  set_digital_out(2, True)\n  movej(p[0.1, -0.4, 0.3, 1.2, 1.2, 0])\n\
+                   \x20 set_tcp(p[0,0,0.1,0,0,0], \"grip\")\n  get_tool_current()\nend\n";
     std::fs::write(folder.path().join("demo.urscript"), program).unwrap();
     let arguments = [
         "translate",

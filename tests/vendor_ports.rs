@@ -57,8 +57,10 @@ fn a_plc_and_a_program_share_the_vendors_map() {
     assert_eq!(words(&mut plc, 63, 4), [2, 15, 0, 7]);
     assert_eq!(words(&mut plc, 71, 2), [2, -1]);
     assert_eq!(words(&mut plc, 500, 1), [3]);
-    let text = "def handshake():\n  while read_port_register(256, True) != -5:\n    sync()\n  end\n  write_port_register(257, read_port_register(500))\n  \
-                write_port_bit(35, True)\n  movej([0.3, -1.57, 1.57, -1.57, -1.57, 0], a=3, v=2)\n  write_port_register(2, 6)\n  \
+    let text = "def handshake():\n  while read_port_register(256, True) != -5:\n    sync()\n  end\n\
+                \x20 write_port_register(257, read_port_register(500))\n  \
+                write_port_bit(35, True)\n  movej([0.3, -1.57, 1.57, -1.57, -1.57, 0], a=3, v=2)\n\
+                \x20 write_port_register(2, 6)\n  \
                 while True:\n    sync()\n  end\nend\n";
     server.primary().send(text);
     until("it runs", || words(&mut plc, 500, 1) == [1]);

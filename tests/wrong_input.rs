@@ -270,8 +270,8 @@ const NAMES: &[&str] = &[
     "identify tool",
 ];
 
-/// Whether a line is not a sentence: a question, how a command is written, a comment of a program, Python's report of an
-/// error.
+/// Whether a line is not a sentence: a question, how a command is written, a comment of a program, Python's report of
+/// an error.
 fn is_code(line: &str) -> bool {
     let line = line.trim_start();
     ["$ ", "# ", "Traceback ", "用法: "]

@@ -8,7 +8,8 @@ use libfuzzer_sys::fuzz_target;
 
 static TARGET: LazyLock<&'static Target> = LazyLock::new(|| {
     let name = std::env::var("FUZZ_TARGET").unwrap_or_default();
-    target(&name).unwrap_or_else(|| panic!("FUZZ_TARGET is {name:?}, which is no target; `cargo dev targets` lists them"))
+    target(&name).unwrap_or_else(|| panic!("FUZZ_TARGET is {name:?}, which is no target; `cargo dev targets` \
+        lists them"))
 });
 
 // What libFuzzer changes is the material of a generator, or the input itself; `shown` makes the input.

@@ -58,7 +58,8 @@ fn programs_are_followed_to_their_ends_and_errors_name_the_local_file() {
     assert_eq!(status, Some(0), "{text}");
     // One that nobody can see running.
     assert_eq!(send(&server, path, "x = 1\n", &[]).1, Some(0));
-    let fails = "count = 0\ndef deeper(n):\n    global count\n    count += n\n    return 1 / 0\nsleep(0.2)\ndeeper(2)\n";
+    let fails = "count = 0\ndef deeper(n):\n    global count\n    count += n\n    return 1 / 0\nsleep(0.2)\n\
+                 deeper(2)\n";
     let (text, status) = send(&server, path, fails, &[]);
     assert_eq!(status, Some(1), "{text}");
     assert!(
@@ -409,7 +410,8 @@ fn runs_are_compared_at_any_rate_and_delay_and_differences_are_found() {
         assert!(ran.status.success(), "{ran:?}");
         out
     };
-    let moves = "movej([0.3, -1.4, 1.5, -1.6, -1.5, 0.2], a=1.2, v=0.8)\nmovel([-0.4, -0.2, 0.3, 3.1, 0, 0.5], a=0.8, v=0.2)\n";
+    let moves = "movej([0.3, -1.4, 1.5, -1.6, -1.5, 0.2], a=1.2, v=0.8)\n\
+                 movel([-0.4, -0.2, 0.3, 3.1, 0, 0.5], a=0.8, v=0.2)\n";
     let a = record("a", moves, &["--step-ms", "4"]);
     let late = format!("sleep(1.7)\n{moves}");
     let b = record("b", &late, &["--step-ms", "2", "--plant", "ideal"]);

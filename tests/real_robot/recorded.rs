@@ -18,7 +18,9 @@ fn a_robot_is_recorded_with_its_errors_and_its_recording_reads_like_our_own() {
         .stderr(Stdio::piped());
     let recording = command.spawn().unwrap();
     std::thread::sleep(Duration::from_millis(800));
-    let moves = "movej([0.3, -1.4, 1.5, -1.6, -1.5, 0.2], a=3, v=1.5)\nset_standard_digital_out(3, True)\nwrite_output_integer_register(5, 42)\nset_tool_voltage(24)\nsleep(0.2)\nraise ValueError('seen from outside')\n";
+    let moves = "movej([0.3, -1.4, 1.5, -1.6, -1.5, 0.2], a=3, v=1.5)\nset_standard_digital_out(3, True)\n\
+                 write_output_integer_register(5, 42)\nset_tool_voltage(24)\nsleep(0.2)\n\
+                 raise ValueError('seen from outside')\n";
     let (_, status) = send(&server, folder.path(), moves, &[]);
     assert_eq!(status, Some(1));
     let (text, status) = said(recording.wait_with_output().unwrap());

@@ -7,7 +7,9 @@ use std::time::Duration;
 use super::{command, send};
 use crate::common::{Server, eliteserver};
 
-const MOVES: &str = "movej([0.4, -1.3, 1.5, -1.7, -1.5, 0.3], a=2, v=1)\nmovel(pose_add(get_target_tcp_pose(), [0, 0.1, 0.05, 0, 0, 0]), a=0.6, v=0.2)\nprint('was here')\n";
+const MOVES: &str = "movej([0.4, -1.3, 1.5, -1.7, -1.5, 0.3], a=2, v=1)\n\
+                     movel(pose_add(get_target_tcp_pose(), [0, 0.1, 0.05, 0, 0, 0]), a=0.6, v=0.2)\n\
+                     print('was here')\n";
 
 /// What was said, and the status.
 fn compared(arguments: &[&Path], options: &[&str]) -> (String, Option<i32>) {

@@ -134,7 +134,8 @@ fn a_program_that_is_sent_shows_its_speed_its_line_and_its_node() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &[]);
     let file = folder.path().join("task.script");
-    let text = "$ LINE: (3, \"Approach\")\nmovej([0.5, -1.2, 1.6, -1.9, -1.5, 0.4], a=1, v=0.5)\n$ LINE: (4, \"Back\")\nsleep(1)\n1 / 0\n";
+    let text = "$ LINE: (3, \"Approach\")\nmovej([0.5, -1.2, 1.6, -1.9, -1.5, 0.4], a=1, v=0.5)\n\
+                $ LINE: (4, \"Back\")\nsleep(1)\n1 / 0\n";
     std::fs::write(&file, text).unwrap();
     let mut send = command(&server, "send");
     send.arg(&file);

@@ -334,7 +334,8 @@ fn a_debugger_drives_a_program_of_a_running_server_another_looks_on_and_ports_ar
     // It had begun before anybody attached.
     let refused = driver.ask("pause", json!({"threadId": 1})).unwrap_err();
     assert!(refused.contains("before anybody attached"), "{refused}");
-    let arguments = json!({"source": {"path": "/mine/late.script"}, "breakpoints": [{"line": 4, "condition": "n == 100"}]});
+    let arguments = json!({"source": {"path": "/mine/late.script"}, "breakpoints": [{"line": 4,
+        "condition": "n == 100"}]});
     driver.ask("setBreakpoints", arguments).unwrap();
     let mut other = Debugger::new();
     other.ask("initialize", json!({})).unwrap();
@@ -387,7 +388,8 @@ fn a_debugger_drives_a_program_of_a_running_server_another_looks_on_and_ports_ar
     assert_eq!((driver.line(), driver.evaluate("n")), (5, "101".to_owned()));
     let set = json!({"expression": "n", "value": "1000"});
     driver.ask("setExpression", set).unwrap();
-    let arguments = json!({"source": {"path": "/mine/late.script"}, "breakpoints": [{"line": 4, "condition": "n == 1010"}]});
+    let arguments = json!({"source": {"path": "/mine/late.script"}, "breakpoints": [{"line": 4,
+        "condition": "n == 1010"}]});
     driver.ask("setBreakpoints", arguments).unwrap();
     // A port's pause counts besides the debugger's hold.
     order(&server, &json!({"do": "pause"}));
@@ -428,7 +430,8 @@ fn a_debugger_attaches_to_a_program_that_has_begun_where_the_server_watches_all(
     let folder = tempfile::tempdir().unwrap();
     let options = ["--plant", "ideal", "--record", "off", "--attachable"];
     let server = Server::start(folder.path(), &options);
-    let endless = "def early():\n  n = 0\n  def count(n):\n    sync()\n    return n + 1\n  end\n  while True:\n    n = count(n)\n  end\nend\n";
+    let endless = "def early():\n  n = 0\n  def count(n):\n    sync()\n    return n + 1\n  end\n  while True:\n\
+                   \x20   n = count(n)\n  end\nend\n";
     run(&server, "early.script", endless);
     std::thread::sleep(Duration::from_millis(200));
     let attach = json!({"http-port": server.ports["http"], "drive": true});
@@ -440,7 +443,8 @@ fn a_debugger_attaches_to_a_program_that_has_begun_where_the_server_watches_all(
         assert_eq!(driver.event("stopped")["reason"], "pause");
         wait_for("held is paused", || program_state(&server) == "paused");
         driver.ask("continue", json!({"threadId": 1})).unwrap();
-        let arguments = json!({"source": {"path": "/mine/early.script"}, "breakpoints": [{"line": 5, "condition": "n % 50 == 0"}]});
+        let arguments = json!({"source": {"path": "/mine/early.script"}, "breakpoints": [{"line": 5,
+            "condition": "n % 50 == 0"}]});
         let bound = driver.ask("setBreakpoints", arguments).unwrap();
         assert_eq!(bound["breakpoints"][0]["verified"], true, "{bound}");
         assert_eq!(driver.event("stopped")["reason"], "breakpoint");

@@ -41,7 +41,8 @@ pub enum ConditionError {
     /// The text is no expression, or names something that is not in a cycle. Rendered with the place marked.
     #[error(
         "the condition cannot be read:\n{0}\nnames are the columns of --csv /cycle, \
-         line, program, command and the names of modes; functions are norm, and part, held, count, fallen of a cell with parts"
+         line, program, command and the names of modes; functions are norm, and part, held, count, fallen of a cell \
+         with parts"
     )]
     #[zh(
         "无法读取条件：\n{0}\n名称为 --csv /cycle 的列、line、program、command 和各模式的名称；函数为 norm，以及有工件的单元的 part、held、count、fallen"

@@ -62,8 +62,8 @@ impl Peaks {
         };
         value.ok_or_else(|| {
             text!(
-                "there is no peak {name:?}; allowed are tcp_speed, tcp_force, tcp_torque, joint_speed and joint_torque, \
-                 the last two also of one joint, joint_speed[0] to joint_speed[5]",
+                "there is no peak {name:?}; allowed are tcp_speed, tcp_force, tcp_torque, joint_speed and \
+                 joint_torque, the last two also of one joint, joint_speed[0] to joint_speed[5]",
                 "没有峰值 {name:?}；允许 tcp_speed、tcp_force、tcp_torque、joint_speed 和 joint_torque，\
                  后两个也可指一个关节，joint_speed[0] 到 joint_speed[5]"
             )

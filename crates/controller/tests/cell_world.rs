@@ -165,7 +165,8 @@ fn a_held_part_acts_as_the_payload_that_it_is() {
         configured.run(&format!("{TAKE}{LIFT}"));
         // At rest, and in the course of a motion that both do from there.
         let mut pairs = vec![(standing, configured.0.state())];
-        let swing = "q = get_actual_joint_positions()\nq[0] = q[0] + 0.6\nq[2] = q[2] - 0.2\nmovej(q, a=3, v=2)\nsleep(2)";
+        let swing = "q = get_actual_joint_positions()\nq[0] = q[0] + 0.6\nq[2] = q[2] - 0.2\nmovej(q, a=3, v=2)\n\
+                     sleep(2)";
         pairs.push((held.run(swing), configured.run(swing)));
         for (held, configured) in pairs {
             let force = held.tcp_force[..3]

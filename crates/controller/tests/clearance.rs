@@ -180,7 +180,8 @@ fn blends_are_measured_with_the_motion_that_they_lead_into() {
 #[test]
 fn streams_are_one_row_a_line() {
     let (_file, config) = cell(POST);
-    let text = "i = 0\nwhile i < 50:\n    servoj([0.8 - i * 0.002, -1.57, 1.57, -1.57, -1.57, 0.0], t=0.004)\n    i = i + 1\n    sync()\nend\nstopj(2)\n";
+    let text = "i = 0\nwhile i < 50:\n    servoj([0.8 - i * 0.002, -1.57, 1.57, -1.57, -1.57, 0.0], t=0.004)\n\
+                \x20   i = i + 1\n    sync()\nend\nstopj(2)\n";
     let run = measured(&config, text);
     assert_eq!(run.end, MeasuredEnd::Finished, "{:?}", run.end);
     let lines: Vec<u32> = run.rows.iter().map(|row| row.line).collect();
@@ -197,7 +198,8 @@ fn what_cannot_be_measured_to_its_end_is_said_with_the_line() {
     let (_file, config) = cell(POST);
     let run = measured(
         &config,
-        "x = 1\nwhile True:\n    movej([0.7, -1.57, 1.57, -1.57, -1.57, 0.0])\n    movej([0.8, -1.57, 1.57, -1.57, -1.57, 0.0])\nend\n",
+        "x = 1\nwhile True:\n    movej([0.7, -1.57, 1.57, -1.57, -1.57, 0.0])\n\
+         \x20   movej([0.8, -1.57, 1.57, -1.57, -1.57, 0.0])\nend\n",
     );
     assert!(
         matches!(run.end, MeasuredEnd::TimedOut { line: 3..=4, .. }),
@@ -407,7 +409,8 @@ fn what_is_held_keeps_the_margin_too() {
         .tcp_pose(&left, scene.flange_from_tcp())
         .translation;
     let part = format!(
-        "{POST}\n[[obstacle]]\nname = \"box\"\nshape = \"box\"\nsize = [0.2, 0.2, 0.06]\npose = [{}, {}, {}, 0, 0, 0]\n",
+        "{POST}\n[[obstacle]]\nname = \"box\"\nshape = \"box\"\nsize = [0.2, 0.2, 0.06]\n\
+         pose = [{}, {}, {}, 0, 0, 0]\n",
         tip.x,
         tip.y,
         tip.z - 0.035

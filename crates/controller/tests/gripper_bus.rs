@@ -280,7 +280,9 @@ write_output_integer_register(1, modbus_get_error('somebody')[0])
 
 #[test]
 fn what_cannot_be_on_a_bus_is_refused_in_a_sentence() {
-    let second = "\n[[gripper]]\nname = \"other\"\nkind = \"fingers\"\nstroke = 0.08\nfinger = { size = [0.02, 0.01, 0.04], pose = [0, 0.005, 0.1, 0, 0, 0] }\nforce = 9\nspeed = 0.1\nprotocol = \"dh-ag\"\nbus = \"tool\"\nslave = 9\n";
+    let second = "\n[[gripper]]\nname = \"other\"\nkind = \"fingers\"\nstroke = 0.08\n\
+                  finger = { size = [0.02, 0.01, 0.04], pose = [0, 0.005, 0.1, 0, 0, 0] }\nforce = 9\nspeed = 0.1\n\
+                  protocol = \"dh-ag\"\nbus = \"tool\"\nslave = 9\n";
     let serial = "\n[[serial]]\nport = \"tool\"\ndevice = \"tcp:127.0.0.1:9\"\n";
     for (text, parts) in [
         (

@@ -198,7 +198,8 @@ fn a_bracket_is_two_pieces_and_has_its_volume() {
     assert!(facts[0].deviation < 2e-6, "{:?}", facts[0]);
     assert_eq!(
         facts[0].text().to_string(),
-        "obstacle \"bracket\": bracket.stl has 20 triangles and 1440.0000 cm³, its convex pieces (2) keep within 0.000 mm"
+        "obstacle \"bracket\": bracket.stl has 20 triangles and 1440.0000 cm³, its convex pieces (2) keep within \
+         0.000 mm"
     );
 }
 
@@ -474,7 +475,8 @@ fn a_recording_holds_the_meshes_that_its_run_needs() {
     let error = Cell::of_recording(&lost).unwrap_err().to_string();
     assert_eq!(
         error,
-        "the recorded cell file: obstacle \"bracket\": bracket.stl: the file cannot be read: the recording does not hold it"
+        "the recorded cell file: obstacle \"bracket\": bracket.stl: the file cannot be read: the recording does not \
+         hold it"
     );
 }
 
@@ -512,13 +514,17 @@ fn each_mistake_with_a_mesh_has_one_sentence() {
         obstacle("file = 'empty.stl'"),
         obstacle("file = 'nan.obj'"),
         obstacle("file = 'far.obj'"),
-        "[[obstacle]]\nname = 'bench'\nshape = 'box'\nsize = [1, 1, 1]\nfile = 'good.obj'\npose = [0, 0, 0, 0, 0, 0]\n".to_owned(),
+        "[[obstacle]]\nname = 'bench'\nshape = 'box'\nsize = [1, 1, 1]\nfile = 'good.obj'\n\
+         pose = [0, 0, 0, 0, 0, 0]\n"
+            .to_owned(),
         "[tool]\nshape = 'mesh'\nfile = 'open.obj'\npose = [0, 0, 0, 0, 0, 0]\n".to_owned(),
         "[[part]]\nname = 'p'\nshape = 'mesh'\nfile = 'open.obj'\nmass = 1\n".to_owned(),
         "[[part]]\nname = 'p'\nshape = 'mesh'\nmass = 1\n".to_owned(),
         "[[part]]\nname = 'p'\nshape = 'plane'\nmass = 1\n".to_owned(),
-        "[[gripper]]\nname = 'g'\nkind = 'fingers'\nstroke = 0.1\nforce = 1\nspeed = 0.1\nclose = 'tool_digital_out[0]'\n\
-         finger = { shape = 'mesh', file = 'none.obj', pose = [0, 0, 0, 0, 0, 0] }\n".to_owned(),
+        "[[gripper]]\nname = 'g'\nkind = 'fingers'\nstroke = 0.1\nforce = 1\nspeed = 0.1\n\
+         close = 'tool_digital_out[0]'\n\
+         finger = { shape = 'mesh', file = 'none.obj', pose = [0, 0, 0, 0, 0, 0] }\n"
+            .to_owned(),
     ];
     let sentences = cells.map(|cell| {
         let folder = Folder::new(&cell, &files);

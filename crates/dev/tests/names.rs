@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use dev::names::{Findings, Inventory, NamesError, scan_workspace, table};
+use dev::names::{Findings, Inventory, LINE_MAX, NamesError, scan_workspace, table};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -202,4 +202,36 @@ fn types_that_the_glossary_names_are_there() {
         );
     }
     assert!(terms.len() > 300, "{} terms", terms.len());
+}
+
+/// Lines of too many columns in the sources of a folder and of those in it.
+fn add_long_lines(folder: &Path, found: &mut Vec<String>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy();
+        let is_ours =
+            !name.starts_with('.') && !["target", "node_modules", "dist"].contains(&&*name);
+        if path.is_dir() && is_ours {
+            add_long_lines(&path, found);
+        }
+        if !path.is_file()
+            || ![".rs", ".sh", ".py", ".pyi", ".toml"]
+                .iter()
+                .any(|end| name.ends_with(end))
+        {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        let long = (1..)
+            .zip(text.lines())
+            .filter(|(_, line)| line.chars().count() > LINE_MAX);
+        found.extend(long.map(|(number, _)| format!("{}:{number}", path.display())));
+    }
+}
+
+#[test]
+fn no_line_of_a_source_is_too_long() {
+    let mut found = Vec::new();
+    add_long_lines(&root(), &mut found);
+    assert!(found.is_empty(), "more than {LINE_MAX} columns: {found:#?}");
 }

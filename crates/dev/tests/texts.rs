@@ -67,7 +67,8 @@ fn add_texts(tokens: TokenStream, path: &Path, texts: &mut Vec<DeclaredText>) {
         let place = format!("{}:{}", path.display(), group.span_open().start().line);
         let is_text = before(1) == "!" && matches!(&*before(2), "text" | "phrase");
         if is_text || before(1) == "phrase" {
-            // The function `phrase` has parameters where calls have literals, and its macro takes one form alone for names.
+            // The function `phrase` has parameters where calls have literals, and its macro takes one form alone for
+            // names.
             if let Ok([english, chinese]) = <[_; 2]>::try_from(literals(group.stream())) {
                 texts.push(DeclaredText {
                     place,

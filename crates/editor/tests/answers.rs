@@ -267,7 +267,8 @@ fn definitions_and_references_follow_scopes() {
     assert_eq!(starts(&highlights), [(9, 9), (11, 19), (13, 20), (14, 5)]);
     let all = client.ask(
         "textDocument/references",
-        json!({ "textDocument": { "uri": URI }, "position": { "line": 4, "character": 14 }, "context": { "includeDeclaration": false } }),
+        json!({ "textDocument": { "uri": URI }, "position": { "line": 4, "character": 14 },
+            "context": { "includeDeclaration": false } }),
     );
     assert_eq!(starts(&all["result"]), [(8, 20)]);
 }
@@ -289,7 +290,8 @@ fn globals_and_nonlocals_are_one_name() {
 
 fn renamed(text: &str, line: u32, character: u32, new: &str) -> Result<Vec<(u64, u64)>, String> {
     let mut client = Client::of(text);
-    let params = json!({ "textDocument": { "uri": URI }, "position": { "line": line, "character": character }, "newName": new });
+    let params = json!({ "textDocument": { "uri": URI }, "position": { "line": line, "character": character },
+        "newName": new });
     let answer = client.ask("textDocument/rename", params);
     match answer["error"]["message"].as_str() {
         Some(message) => Err(message.to_owned()),

@@ -59,7 +59,8 @@ impl Client {
 
     /// The result of a request about a place.
     pub fn at(&mut self, method: &str, line: u32, character: u32) -> Value {
-        let params = json!({ "textDocument": { "uri": self.uri }, "position": { "line": line, "character": character } });
+        let params = json!({ "textDocument": { "uri": self.uri }, "position": { "line": line,
+            "character": character } });
         self.ask(method, params)["result"].take()
     }
 

@@ -93,7 +93,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn edits_lead_where_a_fresh_look_leads(seed in 0..6usize, edits in changes(), line in 0..9u32, character in 0..30u32) {
+    fn edits_lead_where_a_fresh_look_leads(seed in 0..6usize, edits in changes(), line in 0..9u32,
+        character in 0..30u32) {
         let mut text = seeds()[seed].to_owned();
         let mut client = Client::of(&text);
         for (version, change) in edits.iter().enumerate() {

@@ -63,7 +63,8 @@ fn a_text_that_is_closed_has_no_findings_and_no_answers() {
 #[test]
 fn orders_about_unknown_texts_are_told_to_people() {
     let mut client = Client::of("");
-    let change = json!({ "textDocument": { "uri": "file:///other", "version": 2 }, "contentChanges": [{ "text": "" }] });
+    let change = json!({ "textDocument": { "uri": "file:///other", "version": 2 },
+        "contentChanges": [{ "text": "" }] });
     let told = client.note("textDocument/didChange", change);
     assert_eq!(told[0]["method"], "window/logMessage");
 }

@@ -138,7 +138,8 @@ proptest! {
     fn an_analysis_that_goes_along_is_that_of_the_text(
         programs in prop::collection::vec(prop::sample::select(PROGRAMS), 1..6),
         changes in prop::collection::vec(
-            (0..=10_000usize, prop_oneof![5 => Just(0usize), 3 => 1..4usize, 1 => 4..60usize], prop::sample::select(WRITTEN)),
+            (0..=10_000usize, prop_oneof![5 => Just(0usize), 3 => 1..4usize, 1 => 4..60usize],
+                prop::sample::select(WRITTEN)),
             1..12,
         ),
     ) {

@@ -225,7 +225,8 @@ fn functions(n: usize) -> String {
         .collect();
     format!(
         "
-import collections, json, re, struct, math, random, itertools, functools, operator, copy, heapq, bisect, statistics, string, io
+import collections, json, re, struct, math, random, itertools, functools, operator, copy, heapq, bisect, statistics, \
+string, io
 n = {n}
 def give_way():
     for _ in range(60): pass
@@ -233,10 +234,12 @@ def give_way():
 skipped = ('exit', 'quit', 'input', 'print', 'open', 'exec', 'eval', 'compile', 'globals', 'locals', 'vars', 'super',
            'cycle', 'count', 'repeat', 'combinations', 'combinations_with_replacement', 'permutations', 'product',
            # What these make grows with the square, or faster, with what they are given here.
-           'accumulate', 'reduce', 'concat', 'iconcat', 'mul', 'imul', 'pow', 'ipow', 'lshift', 'ilshift', 'sum', 'factorial',
+           'accumulate', 'reduce', 'concat', 'iconcat', 'mul', 'imul', 'pow', 'ipow', 'lshift', 'ilshift', 'sum', \
+           'factorial',
            'comb', 'perm', 'prod')
 functions = [(name, eval(name)) for name in {names:?}]
-for module in (collections, json, re, struct, math, random, itertools, functools, operator, copy, heapq, bisect, statistics, io):
+for module in (collections, json, re, struct, math, random, itertools, functools, operator, copy, heapq, bisect, \
+statistics, io):
     functions += [(module.__name__ + '.' + name, getattr(module, name)) for name in dir(module) if name[0] != '_']
 arguments = [lambda n: {arguments}]
 for name, function in functions:

@@ -248,8 +248,10 @@ fn blocks_in_blocks_are_refused_beyond_a_depth() {
 #[test]
 fn texts_compiled_by_programs_nest_no_deeper() {
     let text = r#"
-forms = ['(' * 30000, '[i for i in ' * 30000 + 'a' + ']' * 30000, '-' * 30000 + '1', 'a' + '.a' * 30000, '+'.join(['1'] * 30000),
-         '[*' * 30000 + 'a' + ']' * 30000, '{**' * 30000 + 'a' + '}' * 30000, 'f(' * 30000 + ')' * 30000, 'lambda: ' * 30000 + '1']
+forms = ['(' * 30000, '[i for i in ' * 30000 + 'a' + ']' * 30000, '-' * 30000 + '1', 'a' + '.a' * 30000,
+         '+'.join(['1'] * 30000), '[*' * 30000 + 'a' + ']' * 30000,
+         '{**' * 30000 + 'a' + '}' * 30000, 'f(' * 30000 + ')' * 30000,
+         'lambda: ' * 30000 + '1']
 for form in forms:
     for run in eval, exec, lambda text: compile(text, 'text', 'eval'):
         try:

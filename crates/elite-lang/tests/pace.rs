@@ -209,7 +209,8 @@ for name in dir(make(1)):
         # What these make grows with the square of what they would be given here, or faster.
         few = name in ('__mul__', '__rmul__', '__imul__', '__pow__', '__rpow__', '__lshift__', '__rlshift__')
         receiver = 2 if name in ('join', '__rpow__', '__rlshift__') else n
-        attempt(f'{{name}} {{index}}', call, lambda: (make(receiver), *args(6 if few else n)), lambda: (make(6), *args(6)))
+        attempt(f'{{name}} {{index}}', call, lambda: (make(receiver), *args(6 if few else n)), lambda: (make(6), \
+        *args(6)))
 "
     )
 }

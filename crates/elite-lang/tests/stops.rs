@@ -77,7 +77,8 @@ const ACTS: &[&str] = &[
 ];
 
 const BEGIN: &str = "
-import collections, copy, json, re, struct, math, random, itertools, functools, operator, bisect, string, io, heapq, dataclasses
+import collections, copy, json, re, struct, math, random, itertools, functools, operator, bisect, string, io, heapq, \
+dataclasses
 modules = [collections, json, re, struct, math, random, itertools, functools, operator, bisect, string, io, heapq]
 class T(tuple): pass
 @dataclasses.dataclass
@@ -127,7 +128,8 @@ fn functions_that_take(wrap: &str, start: &str) -> Vec<(String, usize)> {
     let forms = FORMS.join(", lambda f, a, b: ");
     let text = format!(
         "{}
-skipped = ('exit', 'quit', 'input', 'print', 'open', 'exec', 'eval', 'compile', 'globals', 'locals', 'vars', 'super', 'cycle', 'count',
+skipped = ('exit', 'quit', 'input', 'print', 'open', 'exec', 'eval', 'compile', 'globals', 'locals', 'vars', 'super', \
+'cycle', 'count',
            'repeat', 'combinations', 'combinations_with_replacement', 'permutations', 'product', 'seed')
 names = {names:?}
 for module in modules:

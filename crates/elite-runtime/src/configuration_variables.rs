@@ -284,7 +284,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn any_text_is_read_or_refused(text in "(<Variable |name=|value=|\"|/>|<|>|&|a|global b\n|b = 1\n|\n| ){0,30}") {
+        fn any_text_is_read_or_refused(text in "(<Variable |name=|value=|\"|/>|<|>|&|a|global b\n|b = 1\n|\n\
+            | ){0,30}") {
             if let Ok(found) = variables(&text) {
                 let values = found.iter().map(|v| (v.name.clone(), "1".to_owned())).collect();
                 if let Ok(changed) = rewritten(&text, &values) {

@@ -310,7 +310,9 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
         #[test]
-        fn every_number_is_executed_once_in_order_or_never_and_no_hold_lasts(steps in proptest::collection::vec(step(), 0..60)) {
+        fn every_number_is_executed_once_in_order_or_never_and_no_hold_lasts(
+            steps in proptest::collection::vec(step(), 0..60),
+        ) {
             let mut queue = StatementQueue::default();
             let mut executed = Vec::new();
             for step in steps {

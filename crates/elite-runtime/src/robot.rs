@@ -702,7 +702,8 @@ mod tests {
             for (id, (what, which)) in (1..).zip(steps) {
                 let number = f64::from(which);
                 let kind = match what {
-                    0 => CommandKind::Setting(SettingCommand::SetTcp(RpyPose::from_array([0.1 * number, 0.0, 0.1, 0.2, 0.0, number]))),
+                    0 => CommandKind::Setting(SettingCommand::SetTcp(RpyPose::from_array([0.1 * number, 0.0, 0.1, 0.2,
+                        0.0, number]))),
                     1 => CommandKind::Setting(SettingCommand::SetSpeedFraction(0.25 * number)),
                     2 => CommandKind::Overlay(OverlayCommand::EndForceMode),
                     3 => CommandKind::Online(OnlineCommand::EndFreedrive),

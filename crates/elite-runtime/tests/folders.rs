@@ -152,7 +152,8 @@ os.chdir('ROOT/open')
 os.remove('m')
 os.rmdir('made')
 print(os.stat('.').st_mode == os.stat('ROOT/open').st_mode, 'sub' in os.listdir())
-print(subprocess.check_output(['cat', 'own']).decode(), subprocess.check_output(['pwd'], cwd='sub').decode().strip() == 'ROOT/open/sub')
+print(subprocess.check_output(['cat', 'own']).decode(), subprocess.check_output(['pwd'], cwd='sub').decode().strip() \
+== 'ROOT/open/sub')
 ",
     );
     assert_eq!(

@@ -231,7 +231,8 @@ server.close()
 try: socket.create_connection(('127.0.0.1', port), timeout=1)
 except ConnectionRefusedError as e: print(e)
 print(socket.socket().connect_ex(('127.0.0.1', port)))
-for bad in (lambda: socket.socket().recv(1), lambda: socket.socket().connect(5), lambda: socket.socket().connect(('x', 1 << 20)), lambda: c.settimeout(-1), lambda: c.send('text')):
+for bad in (lambda: socket.socket().recv(1), lambda: socket.socket().connect(5), lambda: socket.socket().connect(('x', \
+1 << 20)), lambda: c.settimeout(-1), lambda: c.send('text')):
     try: bad()
     except Exception as e: print(type(e).__name__, e)
 server = socket.create_server(('127.0.0.1', 0))

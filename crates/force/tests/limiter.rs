@@ -135,7 +135,8 @@ fn unusable_input_is_an_error_that_names_it() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, rng_seed: RngSeed::Fixed(1),
+        ..Default::default() })]
 
     #[test]
     fn the_answer_is_optimal_and_within_its_bounds(

@@ -193,7 +193,8 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
         #[test]
-        fn agrees_with_the_standard_functions(a in prop::array::uniform6(-13.0..13.0), b in prop::array::uniform6(-2e5..2e5)) {
+        fn agrees_with_the_standard_functions(a in prop::array::uniform6(-13.0..13.0),
+            b in prop::array::uniform6(-2e5..2e5)) {
             close(a);
             close(b);
         }
@@ -213,11 +214,13 @@ mod tests {
 
         #[test]
         fn arc_tangents_agree_with_the_standard_function(
-            y in prop::array::uniform4(-2.0..2.0), x in prop::array::uniform4(-2.0..2.0), scale in -80..80_i32, flat in -20..0_i32,
+            y in prop::array::uniform4(-2.0..2.0), x in prop::array::uniform4(-2.0..2.0), scale in -80..80_i32,
+            flat in -20..0_i32,
         ) {
             let scale = 10_f64.powi(scale);
             let y = y.map(|v| v * scale);
-            let x = [x[0] * scale, x[1] * scale, x[2] * scale * 10_f64.powi(flat), y[3] * (1.0 + x[3] * 10_f64.powi(flat))];
+            let x = [x[0] * scale, x[1] * scale, x[2] * scale * 10_f64.powi(flat),
+                y[3] * (1.0 + x[3] * 10_f64.powi(flat))];
             let angles = atan2(&y, &x);
             for i in 0..4 {
                 let wanted = y[i].atan2(x[i]);

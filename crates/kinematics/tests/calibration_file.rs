@@ -37,7 +37,8 @@ fn a_good_file_is_read_and_written_back_bit_for_bit() {
     assert_eq!(first, read(&first.to_toml()));
     let odd = with(
         "alpha",
-        "alpha = [1e-7, 1.5707963267948966, -0.0, 2e-3, 1.5708, -1.5708]\ntheta = [0.1, -1e-300, 0, 0, 0, 0.0123456789012345678]",
+        "alpha = [1e-7, 1.5707963267948966, -0.0, 2e-3, 1.5708, -1.5708]\n\
+         theta = [0.1, -1e-300, 0, 0, 0, 0.0123456789012345678]",
     );
     let odd = read(&odd);
     assert_eq!(odd, read(&odd.to_toml()));
@@ -112,11 +113,13 @@ fn numbers_far_from_the_models_are_refused_with_a_guess_at_why() {
         ),
         (
             with("d", "d = [0.1625, 0, 0, 147.5, 0.0965, 0.092]"),
-            "d[1] + d[2] + d[3] = 147.5; the cs66 has 0.1475 m there, and a measured arm is within 0.05 m of it; this looks like mm",
+            "d[1] + d[2] + d[3] = 147.5; the cs66 has 0.1475 m there, and a measured arm is within 0.05 m of it; \
+             this looks like mm",
         ),
         (
             with("alpha", "alpha = [0, 90, 0, 0, 90, -90]"),
-            "alpha[1] = 90; the cs66 has 1.5707963267948966 rad there, and a measured arm is within 0.1 rad of it; this looks like degrees",
+            "alpha[1] = 90; the cs66 has 1.5707963267948966 rad there, and a measured arm is within 0.1 rad of it; \
+             this looks like degrees",
         ),
         (
             with("a", "a = [0, -0.427, -0.3905, 0, 0, 0]"),
@@ -151,7 +154,8 @@ fn the_model_that_counts_is_the_files() {
     let error = calibration.model_for(Some("cs63")).unwrap_err().to_string();
     assert_eq!(
         error,
-        "the calibration file arm.toml is for the model cs66, but the model cs63 is asked for; leave the model out, or give cs66"
+        "the calibration file arm.toml is for the model cs66, but the model cs63 is asked for; leave the model out, \
+         or give cs66"
     );
     let missing = Calibration::load(Path::new("/nowhere/arm.toml")).unwrap_err();
     assert!(

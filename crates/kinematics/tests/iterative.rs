@@ -19,14 +19,17 @@ fn urdf(joints: &[Joint; 6]) -> String {
         let (min, max) = (min.to_radians(), max.to_radians());
         write!(
             text,
-            "<link name='link{n}'><inertial><mass value='1'/><inertia ixx='0.01' iyy='0.01' izz='0.01' ixy='0' ixz='0' iyz='0'/></inertial></link>
-             <joint name='joint{n}' type='revolute'><origin xyz='{x} {y} {z}'/><parent link='link{i}'/><child link='link{n}'/>
+            "<link name='link{n}'><inertial><mass value='1'/><inertia ixx='0.01' iyy='0.01' izz='0.01' ixy='0' ixz='0' \
+             iyz='0'/></inertial></link>
+             <joint name='joint{n}' type='revolute'><origin xyz='{x} {y} {z}'/><parent link='link{i}'/><child \
+             link='link{n}'/>
              <axis xyz='{ax} {ay} {az}'/><limit lower='{min}' upper='{max}' effort='100' velocity='3'/></joint>",
             n = i + 1
         )
         .unwrap();
     }
-    text + "<link name='flange'/><joint name='end' type='fixed'><origin xyz='0.08 0 0'/><parent link='link6'/><child link='flange'/></joint></robot>"
+    text + "<link name='flange'/><joint name='end' type='fixed'><origin xyz='0.08 0 0'/><parent link='link6'/><child \
+            link='flange'/></joint></robot>"
 }
 
 const X: [f64; 3] = [1.0, 0.0, 0.0];

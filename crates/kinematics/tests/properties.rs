@@ -101,7 +101,8 @@ proptest! {
         let moved = |h: f64| arm.tcp_pose(&JointPositions::from(q.to_vector() + qd.to_vector() * h), &tcp);
         let (ahead, behind) = (moved(h), moved(-h));
         let linear = (ahead.translation - behind.translation) / (2.0 * h);
-        let spin = (ahead.rotation.matrix() - behind.rotation.matrix()) / (2.0 * h) * pose.rotation.matrix().transpose();
+        let change = (ahead.rotation.matrix() - behind.rotation.matrix()) / (2.0 * h);
+        let spin = change * pose.rotation.matrix().transpose();
         let numeric = [linear.x, linear.y, linear.z, spin[(2, 1)], spin[(0, 2)], spin[(1, 0)]];
         let exact = jacobian * qd.to_vector();
         assert_close("twist", exact.as_slice(), &numeric, 1e-7);
@@ -114,7 +115,8 @@ proptest! {
         let h = 1e-6;
         let qd = JointSpeeds(qd);
         let twist = |h: f64| {
-            let (_, jacobian) = arm.tcp_pose_and_jacobian(&JointPositions::from(q.to_vector() + qd.to_vector() * h), &tcp);
+            let ahead = JointPositions::from(q.to_vector() + qd.to_vector() * h);
+            let (_, jacobian) = arm.tcp_pose_and_jacobian(&ahead, &tcp);
             jacobian * qd.to_vector()
         };
         let numeric = (twist(h) - twist(-h)) / (2.0 * h);

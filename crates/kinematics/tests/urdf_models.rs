@@ -343,7 +343,8 @@ fn what_a_file_leaves_open_is_said() {
 fn what_is_fixed_to_a_link_adds_to_its_mass() {
     let gripper = r#"<link name="gripper"><inertial><origin xyz="0 0 0.1"/><mass value="2"/>
         <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
-        <joint name="grip" type="fixed"><origin xyz="0 0 0.05"/><parent link="tool0"/><child link="gripper"/></joint></robot>"#;
+        <joint name="grip" type="fixed"><origin xyz="0 0 0.05"/><parent link="tool0"/>
+        <child link="gripper"/></joint></robot>"#;
     let arm = RobotModel::from_urdf(&CS66.replacen("</robot>", gripper, 1)).unwrap();
     let plain = RobotModel::built_in("cs66").unwrap();
     let payload =

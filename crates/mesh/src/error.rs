@@ -136,7 +136,8 @@ pub enum MeshError {
     },
     /// A hole in the surface.
     #[error(
-        "{file}, triangle {triangle}: the surface is open: the edge from {from} to {to} m belongs to one triangle only; in a solid every edge belongs to two"
+        "{file}, triangle {triangle}: the surface is open: the edge from {from} to {to} m belongs to one triangle \
+         only; in a solid every edge belongs to two"
     )]
     #[zh(
         "{file}，三角形 {triangle}：表面不封闭：从 {from} 到 {to} m 的边只属于一个三角形；实体的每条边属于两个三角形"
@@ -153,7 +154,8 @@ pub enum MeshError {
     },
     /// An edge of three or more triangles.
     #[error(
-        "{file}, triangle {triangle}: the edge from {from} to {to} m belongs to {count} triangles; in a solid every edge belongs to two"
+        "{file}, triangle {triangle}: the edge from {from} to {to} m belongs to {count} triangles; in a solid every \
+         edge belongs to two"
     )]
     #[zh(
         "{file}，三角形 {triangle}：从 {from} 到 {to} m 的边属于 {count} 个三角形；实体的每条边属于两个三角形"
@@ -172,7 +174,8 @@ pub enum MeshError {
     },
     /// Neighbours that turn opposite sides outward.
     #[error(
-        "{file}: one of triangles {triangle} and {other} is inside out: both run along the edge from {from} to {to} m in the same direction; corners must be counterclockwise seen from outside"
+        "{file}: one of triangles {triangle} and {other} is inside out: both run along the edge from {from} to {to} m \
+         in the same direction; corners must be counterclockwise seen from outside"
     )]
     #[zh(
         "{file}：三角形 {triangle} 和 {other} 中有一个里外颠倒：两者沿从 {from} 到 {to} m 的边方向相同；从外面看，顶点必须按逆时针排列"
@@ -208,7 +211,8 @@ pub enum MeshError {
     },
     /// Too far from the origin.
     #[error(
-        "{file}, triangle {triangle}: a corner is at {spot} m; allowed are coordinates within {MAX_COORDINATE_M} m (a file in millimetres needs a scale of 0.001)"
+        "{file}, triangle {triangle}: a corner is at {spot} m; allowed are coordinates within {MAX_COORDINATE_M} m (a \
+         file in millimetres needs a scale of 0.001)"
     )]
     #[zh(
         "{file}，三角形 {triangle}：有一个顶点位于 {spot} m；坐标允许在 {MAX_COORDINATE_M} m 以内（以毫米为单位的文件需要 0.001 的 scale）"

@@ -236,7 +236,8 @@ fn a_sparse_accessor_changes_single_positions() {
         .replace(r#""type": "VEC3""#, r#""type": "VEC3", "sparse": {"count": 1,
             "indices": {"bufferView": 2, "componentType": 5121}, "values": {"bufferView": 2, "byteOffset": 4}}"#)
         .replace(&format!(r#""byteOffset": {positions}, "byteLength": {}}}"#, end - positions),
-            &format!(r#""byteOffset": {positions}, "byteLength": {}}}, {{"buffer": 0, "byteOffset": {end}, "byteLength": 16}}"#, end - positions))
+            &format!(r#""byteOffset": {positions}, "byteLength": {}}},
+                {{"buffer": 0, "byteOffset": {end}, "byteLength": 16}}"#, end - positions))
         .replace(&format!(r#""byteLength": {end}}}]}}"#), &format!(r#""byteLength": {}}}]}}"#, bytes.len()));
     let found = read("a.gltf", 1.0, &mut Shelf::of("a.gltf", text)).unwrap();
     assert_eq!(found.points()[7], Vector3::new(2.0, 3.0, 4.0));

@@ -91,15 +91,18 @@ fn obj_that_is_damaged() {
         ),
         (
             "f 1 2 4",
-            "a.obj, line 4: a face names point \"4\"; before this line there are 3 points, from 1 or, backwards, from -1",
+            "a.obj, line 4: a face names point \"4\"; before this line there are 3 points, from 1 or, backwards, \
+             from -1",
         ),
         (
             "f 1 2 0",
-            "a.obj, line 4: a face names point \"0\"; before this line there are 3 points, from 1 or, backwards, from -1",
+            "a.obj, line 4: a face names point \"0\"; before this line there are 3 points, from 1 or, backwards, \
+             from -1",
         ),
         (
             "f 1 2 -9223372036854775808",
-            "a.obj, line 4: a face names point \"-9223372036854775808\"; before this line there are 3 points, from 1 or, backwards, from -1",
+            "a.obj, line 4: a face names point \"-9223372036854775808\"; before this line there are 3 points, \
+             from 1 or, backwards, from -1",
         ),
         (
             "surf 0 1",

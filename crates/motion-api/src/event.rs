@@ -377,7 +377,8 @@ pub enum StopReason {
          path_offset_set_max_offset() allows {most_translation:.4} m and {most_rotation:.4} rad"
     )]
     #[zh(
-        "路径偏移为 {translation:.4} m 和 {rotation:.4} rad；path_offset_set_max_offset() 允许 {most_translation:.4} m 和 {most_rotation:.4} rad"
+        "路径偏移为 {translation:.4} m 和 {rotation:.4} rad；path_offset_set_max_offset() 允许 {most_translation:.4} m 和 \
+         {most_rotation:.4} rad"
     )]
     PathOffset {
         /// The translation that was asked for, m.

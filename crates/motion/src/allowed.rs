@@ -105,6 +105,7 @@ enum Overlay {
 
 use Admission::{Accept, Refuse, WaitForRest};
 
+const WAIT: Admission = WaitForRest;
 const NOT_READY: Admission = Refuse(RefusalCause::NotReady);
 const BUSY: Admission = Refuse(RefusalCause::Busy);
 const LED: Admission = Refuse(RefusalCause::HandGuided);
@@ -127,21 +128,21 @@ const ADMISSION_CLASSES: [AdmissionClass; 7] = [
 /// What applies to each class, in their order, while the arm does something.
 #[rustfmt::skip]
 const ACTIVITY_RULES: [(ArmActivity, [Admission; 7]); 14] = [
-    //                                  Move         Online       Freedrive    ForceMode  Conveyor   Offset     Tool
-    (ArmActivity::Unavailable,         [NOT_READY,   NOT_READY,   NOT_READY,   NOT_READY, NOT_READY, NOT_READY, Accept]),
-    (ArmActivity::Idle,                [Accept,      Accept,      Accept,      Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::PathActive,          [BUSY,        BUSY,        BUSY,        Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::PathReadyForNext,    [Accept,      BUSY,        BUSY,        Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::PathFinishing,       [Accept,      WaitForRest, WaitForRest, Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::PathStopping,        [WaitForRest, WaitForRest, WaitForRest, Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::OnlineOfOtherThread, [BUSY,        BUSY,        BUSY,        Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::OnlineOfSender,      [BUSY,        Accept,      BUSY,        Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::OnlineCallReturned,  [WaitForRest, Accept,      BUSY,        Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::OnlineAtRest,        [WaitForRest, Accept,      Accept,      Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::OnlineStopping,      [WaitForRest, Accept,      WaitForRest, Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::ConveyorStopping,    [WaitForRest, WaitForRest, WaitForRest, Accept,    Accept,    Accept,    Accept]),
-    (ArmActivity::HandGuided,          [BUSY,        BUSY,        Accept,      BUSY,      LED,       LED,       Accept]),
-    (ArmActivity::FreedriveByInput,    [LED,         LED,         Accept,      LED,       LED,       LED,       Accept]),
+    //                                  Move       Online     Freedrive  ForceMode  Conveyor   Offset     Tool
+    (ArmActivity::Unavailable,         [NOT_READY, NOT_READY, NOT_READY, NOT_READY, NOT_READY, NOT_READY, Accept]),
+    (ArmActivity::Idle,                [Accept,    Accept,    Accept,    Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::PathActive,          [BUSY,      BUSY,      BUSY,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::PathReadyForNext,    [Accept,    BUSY,      BUSY,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::PathFinishing,       [Accept,    WAIT,      WAIT,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::PathStopping,        [WAIT,      WAIT,      WAIT,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineOfOtherThread, [BUSY,      BUSY,      BUSY,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineOfSender,      [BUSY,      Accept,    BUSY,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineCallReturned,  [WAIT,      Accept,    BUSY,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineAtRest,        [WAIT,      Accept,    Accept,    Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::OnlineStopping,      [WAIT,      Accept,    WAIT,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::ConveyorStopping,    [WAIT,      WAIT,      WAIT,      Accept,    Accept,    Accept,    Accept]),
+    (ArmActivity::HandGuided,          [BUSY,      BUSY,      Accept,    BUSY,      LED,       LED,       Accept]),
+    (ArmActivity::FreedriveByInput,    [LED,       LED,       Accept,    LED,       LED,       LED,       Accept]),
 ];
 
 /// What applies to each class, in their order, while something is laid over what the arm does.

@@ -385,7 +385,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn a_wire_repeats_its_output_after_its_delay(levels in proptest::collection::vec(any::<bool>(), 1..80), cycles in 0_usize..30) {
+        fn a_wire_repeats_its_output_after_its_delay(levels in proptest::collection::vec(any::<bool>(), 1..80),
+            cycles in 0_usize..30) {
             let mut io = io(&wire(IoPoint::Digital(3), IoPoint::Digital(18), cycles as f64 * STEP));
             let mut seen = Vec::new();
             for (k, level) in levels.iter().enumerate() {

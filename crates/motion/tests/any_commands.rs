@@ -35,7 +35,8 @@ fn any_command() -> impl Strategy<Value = CommandKind> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: RngSeed::Fixed(1),
+        ..Default::default() })]
 
     #[test]
     fn any_sequence_of_commands_keeps_the_limits_and_every_command_ends_once(
@@ -119,7 +120,8 @@ fn wild_command() -> impl Strategy<Value = CommandKind> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: RngSeed::Fixed(1),
+        ..Default::default() })]
 
     #[test]
     fn no_numbers_whatever_break_the_controller(

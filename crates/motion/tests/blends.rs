@@ -271,10 +271,10 @@ fn overlapping_radii_are_shortened_with_a_warning() {
         &[line(b, 0.25, 0.06), line(c, 0.25, 0.06), line(d, 0.25, 0.0)],
     );
     assert!(
-        bench
-            .warnings
-            .iter()
-            .any(|(_, w)| matches!(w, Warning::RadiusShortened { wanted, planned } if *wanted == 0.06 && *planned < 0.05)),
+        bench.warnings.iter().any(
+            |(_, w)| matches!(w, Warning::RadiusShortened { wanted, planned }
+                if *wanted == 0.06 && *planned < 0.05)
+        ),
         "{:?}",
         bench.warnings
     );

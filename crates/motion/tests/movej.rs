@@ -232,7 +232,8 @@ fn shortest(distance: f64, limits: &motion::scalar::ScalarLimits) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: RngSeed::Fixed(1),
+        ..Default::default() })]
 
     #[test]
     fn random_motions_keep_every_limit_and_take_no_longer_than_necessary(
@@ -251,7 +252,8 @@ proptest! {
         for q in targets {
             let to = JointPositions(q);
             let from = bench.now();
-            let kind = CommandKind::Motion(MotionCommand::MoveJ { target: to, acceleration: a, speed: v, duration: 0.0, radius: 0.0 });
+            let kind = CommandKind::Motion(MotionCommand::MoveJ { target: to, acceleration: a, speed: v, duration: 0.0,
+                radius: 0.0 });
             prop_assert_eq!(bench.do_it(kind), Outcome::Done);
             prop_assert_eq!(bench.now().target_q, to);
 

@@ -388,7 +388,8 @@ fn a_tcp_speed_limit_caps_the_line() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: RngSeed::Fixed(1),
+        ..Default::default() })]
 
     #[test]
     fn random_lines_on_every_model_are_straight_and_keep_every_joint_limit(
@@ -407,7 +408,8 @@ proptest! {
         let mut bench = Bench::new(config);
         bench.model = MODELS[model];
         let to = relative(&bench, offset, turn);
-        let kind = CommandKind::Motion(MotionCommand::MoveL { target: to, acceleration: a, speed: v, duration: if timed { 0.5 } else { 0.0 }, radius: 0.0 });
+        let kind = CommandKind::Motion(MotionCommand::MoveL { target: to, acceleration: a, speed: v,
+            duration: if timed { 0.5 } else { 0.0 }, radius: 0.0 });
         match bench.do_it(kind) {
             Outcome::Done => {
                 let (off, twisted) = deviation(&bench, 0, &Pose::IDENTITY);

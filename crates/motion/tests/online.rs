@@ -464,7 +464,8 @@ fn live_under(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 48, max_shrink_iters: 0, rng_seed: RngSeed::Fixed(6), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 48, max_shrink_iters: 0, rng_seed: RngSeed::Fixed(6),
+        failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn any_mixture_of_online_modes_keeps_every_limit_in_every_cycle(
         model in prop::sample::select(MODELS.to_vec()),
@@ -479,7 +480,8 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(40), max_shrink_iters: 0, rng_seed: RngSeed::Fixed(7), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(40), max_shrink_iters: 0, rng_seed: RngSeed::Fixed(7),
+        failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn any_mixture_of_online_modes_keeps_the_speed_limits_of_tcp_and_elbow(
         model in prop::sample::select(MODELS.to_vec()),

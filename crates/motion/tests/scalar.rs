@@ -95,7 +95,8 @@ fn largest(states: &[ScalarState]) -> [f64; 3] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: RngSeed::Fixed(1),
+        ..Default::default() })]
 
     #[test]
     fn from_rest_to_rest_it_keeps_the_limits_and_is_as_fast_as_an_independent_planner(

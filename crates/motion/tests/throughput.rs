@@ -243,13 +243,15 @@ fn a_stop_and_a_pause_act_on_the_whole_queue() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, rng_seed: RngSeed::Fixed(3), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, rng_seed: RngSeed::Fixed(3),
+        ..ProptestConfig::default() })]
 
     /// Random chains of short moves of every kind, sent ahead, with the slider moving: limits are kept, the end is
     /// exact.
     #[test]
     fn any_chain_that_is_sent_ahead_keeps_the_limits_and_arrives(
-        legs in prop::collection::vec((0..4usize, prop::array::uniform3(-0.02..0.02f64), 0.02..0.6f64, 0.0005..0.01f64), 4..24),
+        legs in prop::collection::vec((0..4usize, prop::array::uniform3(-0.02..0.02f64), 0.02..0.6f64,
+            0.0005..0.01f64), 4..24),
         fractions in prop::collection::vec((0usize..60, 0.05..1.0f64), 0..4),
         model in 0..6usize,
     ) {

@@ -277,7 +277,10 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn any_text_is_answered_with_places_inside_of_it(text in r#"[a-z_0-9 .,()\[\]"'#$=:\n🤖中]{0,60}"#, at in 0_usize..80) {
+        fn any_text_is_answered_with_places_inside_of_it(
+            text in r#"[a-z_0-9 .,()\[\]"'#$=:\n🤖中]{0,60}"#,
+            at in 0_usize..80,
+        ) {
             let question = TextQuery { name: String::new(), text, at, language: String::new() };
             let length = question.text.chars().count() as u64;
             for answer in [completions(&question), about_place(&question)] {

@@ -476,7 +476,10 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn any_message_is_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..200), text in r#"[{}\[\]":,a-z0-9_ .-]{0,80}"#) {
+        fn any_message_is_read_or_refused(
+            bytes in proptest::collection::vec(any::<u8>(), 0..200),
+            text in r#"[{}\[\]":,a-z0-9_ .-]{0,80}"#,
+        ) {
             let _ = PageRequest::read(&bytes);
             let _ = PageRequest::read(text.as_bytes());
         }

@@ -609,7 +609,10 @@ proptest! {
     #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(7), cases: 1000, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_words_are_read_or_refused(words in prop::collection::vec(("[GMXYZIJKRFSPTNA(/%;#]", -1.0e6..1.0e6_f64), 0..40), breaks in 1_usize..6) {
+    fn any_words_are_read_or_refused(
+        words in prop::collection::vec(("[GMXYZIJKRFSPTNA(/%;#]", -1.0e6..1.0e6_f64), 0..40),
+        breaks in 1_usize..6,
+    ) {
         let mut text = String::new();
         for (index, (letter, value)) in words.iter().enumerate() {
             let value = if letter == "G" { (value.abs() % 95.0).round() } else { *value };
@@ -624,7 +627,20 @@ proptest! {
     }
 
     #[test]
-    fn any_groups_are_read_or_refused(groups in prop::collection::vec((prop::sample::select(vec![0, 8, 10, 20, 30, 11, 21, 31, 12, 22, 13, 40, 41, 42, 50, 51, 70, 71, 230]), prop::sample::select(vec!["LINE", "ARC", "CIRCLE", "LWPOLYLINE", "SPLINE", "ELLIPSE", "POLYLINE", "VERTEX", "SEQEND", "1", "-2.5", "1e300", "0", "3", "nan", "8"])), 0..60)) {
+    fn any_groups_are_read_or_refused(
+        groups in prop::collection::vec(
+            (
+                prop::sample::select(vec![
+                    0, 8, 10, 20, 30, 11, 21, 31, 12, 22, 13, 40, 41, 42, 50, 51, 70, 71, 230,
+                ]),
+                prop::sample::select(vec![
+                    "LINE", "ARC", "CIRCLE", "LWPOLYLINE", "SPLINE", "ELLIPSE", "POLYLINE", "VERTEX", "SEQEND", "1",
+                    "-2.5", "1e300", "0", "3", "nan", "8",
+                ]),
+            ),
+            0..60,
+        ),
+    ) {
         let text = drawing(4, &[&groups]);
         if let Ok(path) = dxf::read(&text, &[], TOLERANCE) {
             let (program, _) = write(&path, "a", &options(), &mut |_, _| true);

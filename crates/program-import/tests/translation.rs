@@ -94,7 +94,13 @@ end
 ";
     let text = body(program);
     // `shared` comes after the function and is written before it is read, so it is a local variable nobody reads.
-    assert!(text.contains("def step():\n        global fresh\n        nonlocal inner\n        inner = inner + 1\n        _shared = inner\n        fresh = inner\n"), "{text}");
+    assert!(
+        text.contains(
+            "def step():\n        global fresh\n        nonlocal inner\n        inner = inner + 1\n\
+                           \x20       _shared = inner\n        fresh = inner\n"
+        ),
+        "{text}"
+    );
 }
 
 #[test]

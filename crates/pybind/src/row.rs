@@ -76,15 +76,20 @@ row! {
     actual_qd: [f64; 6] = "6f8", |s: &RobotState| s.actual_qd.0, |c: &CycleMessage| numbers(&c.actual_qd);
     target_torque: [f64; 6] = "6f8", |s: &RobotState| s.target_torque.0, |c: &CycleMessage| numbers(&c.target_torque);
     actual_torque: [f64; 6] = "6f8", |s: &RobotState| s.actual_torque.0, |c: &CycleMessage| numbers(&c.actual_torque);
-    target_tcp_pose: [f64; 6] = "6f8", |s: &RobotState| s.target_tcp_pose.to_array(), |c: &CycleMessage| numbers(&c.target_tcp_pose);
-    actual_tcp_pose: [f64; 6] = "6f8", |s: &RobotState| s.actual_tcp_pose.to_array(), |c: &CycleMessage| numbers(&c.actual_tcp_pose);
-    target_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.target_tcp_speed, |c: &CycleMessage| numbers(&c.target_tcp_speed);
-    actual_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.actual_tcp_speed, |c: &CycleMessage| numbers(&c.actual_tcp_speed);
+    target_tcp_pose: [f64; 6] = "6f8", |s: &RobotState| s.target_tcp_pose.to_array(),
+        |c: &CycleMessage| numbers(&c.target_tcp_pose);
+    actual_tcp_pose: [f64; 6] = "6f8", |s: &RobotState| s.actual_tcp_pose.to_array(),
+        |c: &CycleMessage| numbers(&c.actual_tcp_pose);
+    target_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.target_tcp_speed,
+        |c: &CycleMessage| numbers(&c.target_tcp_speed);
+    actual_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.actual_tcp_speed,
+        |c: &CycleMessage| numbers(&c.actual_tcp_speed);
     tcp_force: [f64; 6] = "6f8", |s: &RobotState| s.tcp_force, |c: &CycleMessage| numbers(&c.tcp_force);
     raw_wrench: [f64; 6] = "6f8", |s: &RobotState| s.raw_wrench, |c: &CycleMessage| numbers(&c.raw_wrench);
     tcp_offset: [f64; 6] = "6f8", |s: &RobotState| s.tcp_offset.to_array(), |c: &CycleMessage| numbers(&c.tcp_offset);
     gravity: [f64; 3] = "3f8", |s: &RobotState| s.gravity, |c: &CycleMessage| numbers(&c.gravity);
-    mode: [u32; MODE_CHARS] = "U16", |s: &RobotState| characters(s.motion_mode.name()), |c: &CycleMessage| characters(&c.mode);
+    mode: [u32; MODE_CHARS] = "U16", |s: &RobotState| characters(s.motion_mode.name()),
+        |c: &CycleMessage| characters(&c.mode);
     command_id: u64 = "u8", |s: &RobotState| s.command_id.0, |c: &CycleMessage| c.command_id;
     speed_scaling: f64 = "f8", |s: &RobotState| s.speed_scaling, |c: &CycleMessage| c.speed_scaling;
     safety_mode: u32 = "u4", |s: &RobotState| s.safety_mode.number() as u32, |c: &CycleMessage| c.safety_mode;

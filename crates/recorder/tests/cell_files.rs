@@ -284,7 +284,8 @@ fn the_largest_file_is_recorded_and_read_and_a_larger_one_is_refused() {
     assert!(matches!(error, RecordError::Files(_)));
     assert_eq!(
         error.to_string(),
-        "cannot record: the file \"big.stl\" of the cell has 67108865 bytes; a recording takes files of at most 67108864"
+        "cannot record: the file \"big.stl\" of the cell has 67108865 bytes; a recording takes files of at most \
+         67108864"
     );
     assert_eq!(std::fs::read(&kept).unwrap(), b"an earlier run");
     // Written by somebody else it is not believed.

@@ -328,7 +328,8 @@ proptest! {
         copies in 1..120_usize,
     ) {
         let count = points.len();
-        let triangles: Vec<[u32; 3]> = picks.iter().map(|triangle| triangle.map(|pick| pick.index(count) as u32)).collect();
+        let triangles: Vec<[u32; 3]> =
+            picks.iter().map(|triangle| triangle.map(|pick| pick.index(count) as u32)).collect();
         let mesh = Mesh::new("any.stl", points.into_iter().map(Vector3::from).collect(), triangles.repeat(copies));
         let mesh = Arc::new(mesh.unwrap());
         let mut viewer = viewer(Vec::new());

@@ -246,7 +246,8 @@ def test_inputs():
     test.set("input_boolean_register[9]", True)
     r = test.run("""
 while get_standard_digital_in(3): sync()
-print(get_standard_analog_in(0), read_input_integer_register(7), read_input_float_register(1), read_input_boolean_register(9))
+registers = read_input_integer_register(7), read_input_float_register(1), read_input_boolean_register(9)
+print(get_standard_analog_in(0), *registers)
 write_output_integer_register(2, 11)
 set_standard_digital_out(4, True)
 """)

@@ -2,8 +2,8 @@
 //!
 //! The environment variable [`VARIABLE`] names a file. Each line of it is an order, `POINT panic`, `POINT overflow`,
 //! `POINT stall` or `POINT hang`: the next thread that passes [`point`] with that name panics once, or overflows its
-//! stack, or sleeps for 1.5 s, or every one that passes stops there for ever. The file is read at [`begin`] and then watched; orders that were taken are gone
-//! from it.
+//! stack, or sleeps for 1.5 s, or every one that passes stops there for ever. The file is read at [`begin`] and then
+//! watched; orders that were taken are gone from it.
 
 /// Names the file of orders.
 pub const VARIABLE: &str = "ELITESERVER_FAULTS";

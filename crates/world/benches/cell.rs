@@ -169,7 +169,8 @@ fn palletising() {
         .count();
     let wall = cpu_time() - begin;
     println!(
-        "palletising, 60 boxes: {:.0} s in {wall:.2} s of processor time, {:.0} × real time, slowest step {:.2} ms, {on_pallet} boxes on the pallet",
+        "palletising, 60 boxes: {:.0} s in {wall:.2} s of processor time, {:.0} × real time, slowest step {:.2} ms, \
+         {on_pallet} boxes on the pallet",
         world.time(),
         world.time() / wall,
         slowest * 1e3

@@ -63,10 +63,13 @@
 //! ```
 //!
 //! - [`World::state`] is the one picture for recording, page, tests and conditions.
-//! - [`World::place`], [`World::add`], [`World::remove`], [`World::fail`] and [`World::order_fingers`] act between two steps.
+//! - [`World::place`], [`World::add`], [`World::remove`], [`World::fail`] and [`World::order_fingers`] act between two
+//!   steps.
 //! - A clone of a [`World`] is a snapshot: it goes on exactly as the original does.
-//! - A part of the arm's contact code moves to the world with an actuator: obstacles that one moves push the arm through
-//!   [`link_wrenches`](motion_api::WorldOutput::link_wrenches) and [`tool_wrench`](motion_api::WorldOutput::tool_wrench), and must not be in the scene of the arm's own contacts.
+//! - A part of the arm's contact code moves to the world with an actuator: obstacles that one moves push the arm
+//!   through
+//!   [`link_wrenches`](motion_api::WorldOutput::link_wrenches) and
+//!   [`tool_wrench`](motion_api::WorldOutput::tool_wrench), and must not be in the scene of the arm's own contacts.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

@@ -97,7 +97,9 @@ proptest! {
     }
 
     #[test]
-    fn a_part_that_the_cups_can_bear_never_leaves(ways in prop::collection::vec([-0.3..0.3_f64, -0.3..0.3_f64, -0.1..0.3_f64], 1..6)) {
+    fn a_part_that_the_cups_can_bear_never_leaves(
+        ways in prop::collection::vec([-0.3..0.3_f64, -0.3..0.3_f64, -0.1..0.3_f64], 1..6),
+    ) {
         let mut cell = empty();
         cell.parts.push(cube("box", [0.0, 0.0, 0.025, 0.0, 0.0, 0.0]));
         cell.grippers.push(Gripper { name: "cups".into(), kind: GripperKind::Vacuum(Vacuum {

@@ -50,7 +50,8 @@ fn a_refusal_names_table_entry_key_value_and_what_is_allowed() {
             other.name = "other".into();
             cell.detectors.push(other);
         }),
-        "[[detector]] \"other\": to is standard_digital_in[7], allowed: an input that nothing else drives (\"eye\" drives it)"
+        "[[detector]] \"other\": to is standard_digital_in[7], allowed: an input that nothing else drives (\"eye\" \
+         drives it)"
     );
     assert_eq!(
         refused(|cell| cell.parts[0].copies = Some(Copies {

@@ -541,7 +541,8 @@ fn conveyor(table: &TableCheck, belt: &Conveyor) -> ValidationResult {
             "encoder",
             encoder,
             text!("a conveyor is linear, with direction and ticks_per_meter, \
-             or circular, with center and ticks_per_revolution", "传送带为直线型（direction 和 ticks_per_meter）或圆周型（center 和 ticks_per_revolution）"),
+             or circular, with center and ticks_per_revolution",
+             "传送带为直线型（direction 和 ticks_per_meter）或圆周型（center 和 ticks_per_revolution）"),
         )),
     }
 }

@@ -81,7 +81,8 @@ impl MeshFacts {
         } = self;
         let (volume, deviation) = (self.volume * 1e6, self.deviation * 1e3);
         text!(
-            "{table}: {file} has {triangles} triangles and {volume:.4} cm³, its convex pieces ({}) keep within {deviation:.3} mm",
+            "{table}: {file} has {triangles} triangles and {volume:.4} cm³, its convex pieces ({}) keep within \
+             {deviation:.3} mm",
             "{table}：{file} 有 {triangles} 个三角形、{volume:.4} cm³，其凸块（{} 个）偏差在 {deviation:.3} mm 以内",
             self.pieces
         )

@@ -168,7 +168,8 @@ impl FromStr for IoPointName {
             return Err(text!(
                 "`{text}` is no input or output; names are like standard_digital_in[0], configurable_digital_out[7], \
                  tool_digital_in[0], standard_analog_out[1], tool_analog_in, input_float_register[0]",
-                "`{text}` 不是输入或输出；名称如 standard_digital_in[0]、configurable_digital_out[7]、tool_digital_in[0]、standard_analog_out[1]、tool_analog_in、input_float_register[0]"
+                "`{text}` 不是输入或输出；名称如 standard_digital_in[0]、configurable_digital_out[7]、tool_digital_in[0]、\
+                 standard_analog_out[1]、tool_analog_in、input_float_register[0]"
             ));
         };
         if group == IoGroup::ToolAnalog && index.is_none() {

@@ -74,7 +74,8 @@ mod tests {
                 _ => (*line, Some((*line).to_owned())),
             })
             .collect();
-        let expected = "--- x\n+++ x (optimized)\n@@ -1,6 +1,5 @@\n a\n-b\n-c\n+B\n d\n e\n f\n@@ -10,4 +9,4 @@\n j\n k\n l\n-m\n+M\n";
+        let expected = "--- x\n+++ x (optimized)\n@@ -1,6 +1,5 @@\n a\n-b\n-c\n+B\n d\n e\n f\n@@ -10,4 +9,4 @@\n j\n\
+                        \x20k\n l\n-m\n+M\n";
         assert_eq!(unified("x", &lines), expected);
         assert_eq!(unified("x", &lines[3..5]), "");
     }

@@ -80,7 +80,8 @@ pub enum OptimizeError {
     Program(MeasuredEnd),
     /// The program runs into something as it is.
     #[error(
-        "the program runs into something as it is: {a} and {b} are {:.1} mm inside each other in line {line}, at {time:.3} s",
+        "the program runs into something as it is: {a} and {b} are {:.1} mm inside each other in line {line}, \
+         at {time:.3} s",
         depth * 1e3
     )]
     #[zh("程序现状会发生碰撞：{a}与{b}重叠 {:.1} mm，在第 {line} 行，{time:.3} s 时", depth * 1e3)]

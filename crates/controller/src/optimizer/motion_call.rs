@@ -245,7 +245,8 @@ pub(super) fn changed_text(
 mod tests {
     use super::*;
 
-    const TEXT: &str = "def f():\n    movej([0,0,0,0,0,0], 1.4, v=1)\n    movel(p, r=rad)\n    movej(q, t=2)\n    set_flag(1, True)\n    movep(\n        p,\n        a=0.5)\nend\n";
+    const TEXT: &str = "def f():\n    movej([0,0,0,0,0,0], 1.4, v=1)\n    movel(p, r=rad)\n    movej(q, t=2)\n\
+                        \x20   set_flag(1, True)\n    movep(\n        p,\n        a=0.5)\nend\n";
 
     #[test]
     fn motions_are_found_with_their_numbers() {
@@ -275,7 +276,8 @@ mod tests {
         };
         let changes = BTreeMap::from([(0, faster), (1, faster), (2, dropped)]);
         let changed = changed_text(TEXT, &calls, &changes);
-        let expected = "def f():\n    movej([0,0,0,0,0,0], 1.4, v=3, r=0.05)\n    movel(p, r=rad, v=3)\n    movej(q, t=2)\n    set_flag(1, True)\n    pass\n\n\nend\n";
+        let expected = "def f():\n    movej([0,0,0,0,0,0], 1.4, v=3, r=0.05)\n    movel(p, r=rad, v=3)\n\
+                        \x20   movej(q, t=2)\n    set_flag(1, True)\n    pass\n\n\nend\n";
         assert_eq!(changed, expected);
     }
 }

@@ -95,7 +95,9 @@ pub struct ControllerOptions {
     /// themselves. env: environment variables.
     #[zh(
         "脚本除机器人之外可以使用什么；可重复给出，所给的列表取代默认值 [默认：net]",
-        long = "脚本除机器人之外可以使用什么；可重复给出，所给的列表取代默认值 [默认：net]\n\nnet：与任何地方建立连接。net=played：只与测试所扮演的机器连接。fs：此用户可以读写的所有文件，不作限制。fs=DIR：只限该文件夹之内的文件，链接也不能越出；相对路径从它算起。process：以此用户运行的程序，它们自己可以使用文件和网络。env：环境变量。"
+        long = "脚本除机器人之外可以使用什么；可重复给出，所给的列表取代默认值 [默认：net]\n\n\
+                net：与任何地方建立连接。net=played：只与测试所扮演的机器连接。fs：此用户可以读写的所有文件，不作限制。fs=DIR：只限该文件夹之内的文件，链接也不能越出；相对路径从它算起。\
+                process：以此用户运行的程序，它们自己可以使用文件和网络。env：环境变量。"
     )]
     #[arg(long, value_name = "fs|fs=DIR|process|env|net|net=played")]
     pub allow: Option<Vec<Permission>>,

@@ -326,7 +326,8 @@ impl PathPlanner<'_> {
             None => no_path(
                 NoPathReason::OutOfReach,
                 text!(
-                    "the arm cannot follow the last {millimetres:.0} mm to the target on a line; --approach is shorter or 0",
+                    "the arm cannot follow the last {millimetres:.0} mm to the target on a line; --approach is \
+                     shorter or 0",
                     "机械臂无法沿直线走完到终点的最后 {millimetres:.0} mm；请缩短 --approach 或设为 0"
                 ),
             ),
@@ -560,7 +561,8 @@ impl PathPlanner<'_> {
                 return Err(no_path(
                     NoPathReason::NoPath,
                     text!(
-                        "a path was found, but driven it does not keep the margin{nearest}; a smaller --margin may help",
+                        "a path was found, but driven it does not keep the margin{nearest}; a smaller --margin \
+                         may help",
                         "找到了路径，但执行时不能保持间隙{nearest}；减小 --margin 也许有用"
                     ),
                 ));

@@ -32,8 +32,9 @@ impl FromStr for PathTarget {
             .and_then(|rest| rest.strip_suffix(']'))
             .unwrap_or(text);
         let numbers = six_numbers(pose.unwrap_or(joints)).ok_or(
-            text!("six joint positions in rad are needed, as in 0,-1.57,1.57,-1.57,-1.57,0, or a pose of the TCP in m and \
-             rad, all of them up to 1000, as in 'p[0.4,0.1,0.3,3.14,0,0]'", "需要六个关节位置（rad），如 0,-1.57,1.57,-1.57,-1.57,0，或 TCP 的位姿（m 和 rad），如 'p[0.4,0.1,0.3,3.14,0,0]'；都不超过 1000"),
+            text!("six joint positions in rad are needed, as in 0,-1.57,1.57,-1.57,-1.57,0, or a pose of the TCP in m \
+             and rad, all of them up to 1000, as in 'p[0.4,0.1,0.3,3.14,0,0]'",
+             "需要六个关节位置（rad），如 0,-1.57,1.57,-1.57,-1.57,0，或 TCP 的位姿（m 和 rad），如 'p[0.4,0.1,0.3,3.14,0,0]'；都不超过 1000"),
         )?;
         Ok(match pose {
             Some(_) => Self::Pose(RpyPose::from_array(numbers)),

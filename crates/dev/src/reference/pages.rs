@@ -56,15 +56,19 @@ pub fn index(language: Language) -> String {
 
 const INDEX: &str = "# Functions of the robot
 
-Made from the declarations in the code by `cargo dev reference`; a test holds these pages against them. Every example is a test in
+Made from the declarations in the code by `cargo dev reference`; a test holds these pages against them. Every example \
+is a test in
 `examples/reference`. `eliteserver builtins --format json` gives the same to programs, editors show it where you type.
 
 What holds for all of them:
 
-- Units are SI: m, rad, s, kg, N, Nm. A pose is `[x, y, z, Rx, Ry, Rz]`, R = Rz(Rz) Ry(Ry) Rx(Rx). Six joints are listed base first.
-- An argument of another type raises `TypeError`, one outside its range `ValueError`; the message names the function, the argument, what was
+- Units are SI: m, rad, s, kg, N, Nm. A pose is `[x, y, z, Rx, Ry, Rz]`, R = Rz(Rz) Ry(Ry) Rx(Rx). Six joints are \
+listed base first.
+- An argument of another type raises `TypeError`, one outside its range `ValueError`; the message names the function, \
+the argument, what was
   given and what is allowed. Lists need as many numbers as the table says, all finite.
-- What the robot cannot do now (power off, a pose out of reach) raises `RuntimeError`. A protective stop ends the program and cannot be caught.
+- What the robot cannot do now (power off, a pose out of reach) raises `RuntimeError`. A protective stop ends the \
+program and cannot be caught.
 - Functions that *wait* let other script threads go on, and are refused in secondary programs (`sec`).
 ";
 

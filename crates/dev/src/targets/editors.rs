@@ -58,7 +58,8 @@ pub(super) const TARGETS: &[Target] = &[
                 json!({ "jsonrpc": "2.0", "id": 1, "method": "initialize", "params": {
                     "protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": { "name": "a", "version": "1" },
                 } }),
-                json!({ "jsonrpc": "2.0", "id": "a", "method": "tools/call", "params": { "name": "run", "arguments": arguments } }),
+                json!({ "jsonrpc": "2.0", "id": "a", "method": "tools/call", "params": { "name": "run",
+                    "arguments": arguments } }),
                 json!({ "jsonrpc": "2.0", "method": "notifications/cancelled", "params": { "requestId": 1 } }),
                 json!({ "jsonrpc": "2.0", "id": 3, "result": {} }),
             ];
@@ -154,7 +155,8 @@ fn conversation() -> Vec<u8> {
     let mut messages = vec![initialize(), opened("def f(a):\n    movej(a, 1)\nf(1)\n")];
     messages.push(json!({ "jsonrpc": "2.0", "method": "textDocument/didChange", "params": {
         "textDocument": { "uri": URI, "version": 2 },
-        "contentChanges": [{ "range": { "start": { "line": 1, "character": 4 }, "end": { "line": 1, "character": 9 } }, "text": "movel" }],
+        "contentChanges": [{ "range": { "start": { "line": 1, "character": 4 }, "end": { "line": 1, "character": 9 } },
+            "text": "movel" }],
     } }));
     messages.extend(questions(1, 6));
     messages.push(json!({ "jsonrpc": "2.0", "id": 99, "method": "shutdown" }));

@@ -131,8 +131,10 @@ pub(super) const TARGETS: &[Target] = &[
         seeds: || {
             let texts = [
                 "G21 G90\nG0 X1 Y2 Z3\nG1 X10 F600\nG2 X20 R5\nG3 X0 I-10 J0 Z2\nM3\nG4 P0.5\nM5\nM30\n",
-                "0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n0\n20\n0\n11\n10\n21\n5\n0\nARC\n10\n1\n20\n2\n40\n3\n50\n0\n51\n90\n0\nENDSEC\n",
-                "0\nSECTION\n2\nENTITIES\n0\nSPLINE\n71\n1\n40\n0\n40\n0\n40\n1\n40\n1\n10\n0\n20\n0\n10\n5\n20\n5\n0\nENDSEC\n",
+                "0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n0\n20\n0\n11\n10\n21\n5\n0\nARC\n10\n1\n20\n2\n40\n3\n50\n0\n\
+                 51\n90\n0\nENDSEC\n",
+                "0\nSECTION\n2\nENTITIES\n0\nSPLINE\n71\n1\n40\n0\n40\n0\n40\n1\n40\n1\n10\n0\n20\n0\n10\n5\n20\n5\n0\n\
+                 ENDSEC\n",
                 "0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n70\n1\n10\n0\n20\n0\n42\n0.5\n10\n9\n20\n0\n0\nENDSEC\n",
                 "x;y;z;rx;ry;rz\n1,5;2;3;0;3,14;0\n2;2;3;0;3,14;0\n",
             ];
@@ -547,8 +549,10 @@ fn mesh_seeds() -> Vec<Vec<u8>> {
     // Four positions and twelve indices of one byte.
     let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAIBAAEDAQIDAAMC";
     let gltf = format!(
-        "\u{2}{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{{\"mesh\":0,\"scale\":[1,2,1]}}],\"meshes\":[{{\"primitives\":[{{\"attributes\":\
-         {{\"POSITION\":0}},\"indices\":1}}]}}],\"accessors\":[{{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}},\
+        "\u{2}{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{{\"mesh\":0,\"scale\":[1,2,1]}}],\
+         \"meshes\":[{{\"primitives\":[{{\"attributes\":\
+         {{\"POSITION\":0}},\"indices\":1}}]}}],\
+         \"accessors\":[{{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}},\
          {{\"bufferView\":0,\"byteOffset\":48,\"componentType\":5121,\"count\":12,\"type\":\"SCALAR\"}}],\
          \"bufferViews\":[{{\"buffer\":0,\"byteLength\":60}}],\
          \"buffers\":[{{\"byteLength\":60,\"uri\":\"data:;base64,{data}\"}}]}}"

@@ -127,9 +127,10 @@ proptest! {
             (
                 prop::sample::select(vec![
                     "initialize", "attach", "launch", "configurationDone", "setBreakpoints", "setFunctionBreakpoints",
-                    "setExceptionBreakpoints", "setDataBreakpoints", "dataBreakpointInfo", "breakpointLocations", "source",
-                    "loadedSources", "threads", "stackTrace", "scopes", "variables", "evaluate", "setVariable", "continue",
-                    "next", "stepBack", "reverseContinue", "gotoCycle", "restart", "terminate", "pause", "nonsense",
+                    "setExceptionBreakpoints", "setDataBreakpoints", "dataBreakpointInfo", "breakpointLocations",
+                    "source", "loadedSources", "threads", "stackTrace", "scopes", "variables", "evaluate",
+                    "setVariable", "continue", "next", "stepBack", "reverseContinue", "gotoCycle", "restart",
+                    "terminate", "pause", "nonsense",
                 ]),
                 anything(),
             ),

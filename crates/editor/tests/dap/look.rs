@@ -70,7 +70,10 @@ fn variables_are_set_where_that_can_be_done() {
     let scopes = client.ask("scopes", json!({"frameId": held.frame}));
     let locals = scopes["scopes"][0]["variablesReference"].clone();
     let globals = scopes["scopes"][1]["variablesReference"].clone();
-    let set = |reference: &serde_json::Value, name: &str, value: &str| json!({"variablesReference": reference, "name": name, "value": value});
+    let set = |reference: &serde_json::Value, name: &str, value: &str| {
+        json!({"variablesReference": reference,
+        "name": name, "value": value})
+    };
     let body = client.ask("setVariable", set(&locals, "local", "m * 1000"));
     assert_eq!(body["value"], "4000");
     client.ask("setVariable", set(&locals, "captured", "1"));

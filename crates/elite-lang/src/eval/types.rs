@@ -24,7 +24,8 @@ macro_rules! builtin_types {
         pub const NAMES: &[&str] = &[$($text,)*];
 
         impl Types {
-            fn make(object: Rc<Class>, exceptions: Vec<Rc<Class>>, make: impl Fn(&str, BuiltinBase) -> Rc<Class>) -> Self {
+            fn make(object: Rc<Class>, exceptions: Vec<Rc<Class>>,
+                make: impl Fn(&str, BuiltinBase) -> Rc<Class>) -> Self {
                 let natural = Class::new("object", BuiltinBase::Object, Vec::new(), Vec::new(), false);
                 Types { object, natural, $($field: make($text, BuiltinBase::$base),)* exceptions }
             }

@@ -4,8 +4,8 @@
 //!
 //! | promise | held by the test |
 //! |---|---|
-//! | A task's memory limit counts everything it holds; resident memory stays below the limit and a quarter. | `memory` |
-//! | A builtin reaches a safepoint within 5 ms on values of up to 100,000 items or 1 MB, in proportion beyond. | `pace::` |
+//! | A task's memory limit counts all that it holds; resident memory stays below the limit and a quarter. | `memory` |
+//! | A builtin reaches a safepoint within 5 ms on up to 100,000 items or 1 MB, in proportion beyond. | `pace::` |
 //! | No chain of values overflows a native stack: not when it is shown, compared or dropped. | `trials::chains` |
 //! | A text of N bytes compiles in O(N log N); no builtin grows faster than CPython's. | `compile_time::`, `growth::` |
 //!
@@ -32,9 +32,9 @@
 //! # Dropping (`deferred_drop`, `value_vec`)
 //!
 //! Values within values are dropped by recursion down to a depth of sixteen, deeper ones by a queue. A container of
-//! very many values hands them over when it is dropped, and a portion of them goes at each safepoint. [`ValueVec`](value_vec::ValueVec)
-//! is a `Vec` that does so. Code and trees of a text that a program has made are dropped in portions as well: a text
-//! may have a megabyte, whose tree takes more than 5 ms to drop at once.
+//! very many values hands them over when it is dropped, and a portion of them goes at each safepoint.
+//! [`ValueVec`](value_vec::ValueVec) is a `Vec` that does so. Code and trees of a text that a program has made are
+//! dropped in portions as well: a text may have a megabyte, whose tree takes more than 5 ms to drop at once.
 //!
 //! # Cycles (`gc`)
 //!

@@ -174,7 +174,10 @@ impl Evaluator<'_> {
             return self.dict_union(a, b);
         }
         // Views of keys and items take any iterable on the other side.
-        let is_view = |value: &Value| matches!(value, Value::DictView(view) if view.kind != crate::value::dict::ViewKind::Values);
+        let is_view = |value: &Value| {
+            matches!(value,
+            Value::DictView(view) if view.kind != crate::value::dict::ViewKind::Values)
+        };
         let operand = |value: &Value, other: &Value| -> R<Option<Rc<Set>>> {
             match self.set_operand(value)? {
                 None if is_view(other) => {

@@ -24,7 +24,8 @@ class A:
     def c(cls): return 1
     def up(self): return super()
 def g(): yield 1
-for value in [1 << 80, 1j, 'abc' * 3, b'ab', bytearray(2), [1], (1, 2), {1: 2}, {1: 2}.keys(), {1}, frozenset([1]), range(3),
+for value in [1 << 80, 1j, 'abc' * 3, b'ab', bytearray(2), [1], (1, 2), {1: 2}, {1: 2}.keys(), {1}, frozenset([1]), \
+range(3),
               range(1 << 70), slice(1), g, A().up, len, A, A(), math, iter([1]), g(), A.__dict__['p'], A.__dict__['s'],
               A.__dict__['c'], A().up(), None, 1, 1.5, True, ..., NotImplemented]:
     look(value)

@@ -54,7 +54,8 @@ def keeps(function, form):
         return made is not kept and made is not None and references(kept) > before
     except BaseException: return False
 found, failed = [], []
-TRIED = ('BaseException', 'ValueError', 'OSError', 'StopIteration', 'SystemExit', 'ExceptionGroup', 'UnicodeError', 'SyntaxError', 'KeyError')
+TRIED = ('BaseException', 'ValueError', 'OSError', 'StopIteration', 'SystemExit', 'ExceptionGroup', 'UnicodeError',
+         'SyntaxError', 'KeyError')
 def chain(name, function):
     ways = 0
     for form in range(FORMS):
@@ -66,7 +67,8 @@ def chain(name, function):
             for n in range(COUNT): v = attempt(function, form, v)
         except BaseException as e: failed.append(name)
         v = None
-SKIPPED = ['input', 'exit', 'quit', '_exit', 'sleep', 'settrace', 'setprofile', 'start_new_thread', 'signal', 'alarm', 'atexit.register', 'register']
+SKIPPED = ['input', 'exit', 'quit', '_exit', 'sleep', 'settrace', 'setprofile', 'start_new_thread', 'signal',
+           'alarm', 'atexit.register', 'register']
 def all_of(place, module):
     for name in dir(module):
         if name in SKIPPED: continue

@@ -55,12 +55,17 @@ DEFAULTS = "__defaults__", WRAPPED = "__wrapped__", ANNOTATIONS = "__annotations
 CAUSE = "__cause__", CONTEXT = "__context__", SUPPRESS_CONTEXT = "__suppress_context__",
 TRACEBACK = "__traceback__", ARGS = "args", VALUE = "value", CODE = "code", REAL = "real", IMAG = "imag",
 NUMERATOR = "numerator", DENOMINATOR = "denominator", START = "start", STOP = "stop", STEP = "step",
-FGET = "fget", FSET = "fset", FDEL = "fdel", DIR = "__dir__", KEY = "key", SEP = "sep", END = "end", FILE = "file", FLUSH = "flush", DEFAULT = "default",
+FGET = "fget", FSET = "fset", FDEL = "fdel", DIR = "__dir__", KEY = "key", SEP = "sep", END = "end", FILE = "file",
+FLUSH = "flush", DEFAULT = "default",
 KEYS = "keys", METACLASS = "metaclass", STRICT = "strict",
 NOTES = "__notes__", THROW = "throw", SEND = "send",
-BYTES = "__bytes__", SLOTS = "__slots__", WEAKREF = "__weakref__", OBJCLASS = "__objclass__", LENGTH_HINT = "__length_hint__", THISCLASS = "__thisclass__", SELF_CLASS = "__self_class__", KWDEFAULTS = "__kwdefaults__",
-CLASSCELL = "__classcell__", INSTANCE_CHECK = "__instancecheck__", SUBCLASS_CHECK = "__subclasscheck__", SUBCLASS_HOOK = "__subclasshook__",
-ABSTRACT_METHODS = "__abstractmethods__", IS_ABSTRACT = "__isabstractmethod__", ABC_IMPL = "_abc_impl", CLOSE = "close", MAIN = "__main__", }
+BYTES = "__bytes__", SLOTS = "__slots__", WEAKREF = "__weakref__", OBJCLASS = "__objclass__",
+LENGTH_HINT = "__length_hint__", THISCLASS = "__thisclass__", SELF_CLASS = "__self_class__",
+KWDEFAULTS = "__kwdefaults__",
+CLASSCELL = "__classcell__", INSTANCE_CHECK = "__instancecheck__", SUBCLASS_CHECK = "__subclasscheck__",
+SUBCLASS_HOOK = "__subclasshook__",
+ABSTRACT_METHODS = "__abstractmethods__", IS_ABSTRACT = "__isabstractmethod__", ABC_IMPL = "_abc_impl",
+CLOSE = "close", MAIN = "__main__", }
 
 /// The table of names of one interpreter.
 ///

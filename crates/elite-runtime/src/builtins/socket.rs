@@ -316,7 +316,8 @@ fn socket_open(call: &mut Call<'_, '_>) -> Result<Value, Unwind> {
     sockets.borrow_mut().remove(&name);
     if sockets.borrow().len() >= SOCKETS_MAX {
         let text = text!(
-            "socket_open(): {SOCKETS_MAX} sockets are open already, more are not allowed; close one with socket_close()",
+            "socket_open(): {SOCKETS_MAX} sockets are open already, more are not allowed; close one with \
+             socket_close()",
             "socket_open()：已打开 {SOCKETS_MAX} 个连接，不能再多；请用 socket_close() 关闭一个"
         );
         return Err(call.error(ExceptionKind::RuntimeError, text));

@@ -108,7 +108,8 @@ impl Timeline for Still {
                 arm.state.encoder_ranges[usize::from(encoder)] = range.number();
             }
             let id = command.id;
-            let is_blended = matches!(command.kind, CommandKind::Motion(MotionCommand::MoveJ { radius, .. }) if radius > 0.0);
+            let is_blended = matches!(command.kind, CommandKind::Motion(MotionCommand::MoveJ { radius,
+                .. }) if radius > 0.0);
             if is_blended && arm.blend_cycles > 0 {
                 let zone_in = cycle + arm.blend_cycles;
                 arm.on_their_way.push((id, zone_in));

@@ -41,7 +41,8 @@ pub(crate) enum NodePartMut<'t> {
 /// The walk, once for reading and once for changing a tree (`mut`).
 macro_rules! walk {
     (
-        $visibility:vis, $part:ident, $statement:ident, $expression:ident, $arguments:ident, $items:ident, $format:ident,
+        $visibility:vis, $part:ident, $statement:ident, $expression:ident, $arguments:ident, $items:ident,
+        $format:ident,
         $parameters:ident, $($mutable:tt)?
     ) => {
         /// Calls `visit` with the parts of a statement.

@@ -260,7 +260,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn any_bytes_are_a_reply_or_an_error(bytes in proptest::collection::vec(any::<u8>(), 0..20), count in 1..20_u16, which in 0..4_u8) {
+        fn any_bytes_are_a_reply_or_an_error(bytes in proptest::collection::vec(any::<u8>(), 0..20), count in 1..20_u16,
+            which in 0..4_u8) {
             let tables = [Table::Coils, Table::DiscreteInputs, Table::HoldingRegisters, Table::InputRegisters];
             let request = Request::Read { table: tables[usize::from(which)], address: 0, count };
             if let Ok(Reply::Values(values)) = request.decode(&bytes) {

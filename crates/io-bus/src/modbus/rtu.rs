@@ -74,7 +74,11 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn a_reply_is_found_behind_garbage_and_only_when_it_is_whole(garbage in proptest::collection::vec(any::<u8>(), 0..40), values: [u16; 2], cut in 1..8_usize) {
+        fn a_reply_is_found_behind_garbage_and_only_when_it_is_whole(
+            garbage in proptest::collection::vec(any::<u8>(), 0..40),
+            values: [u16; 2],
+            cut in 1..8_usize,
+        ) {
             let mut reply = vec![9, 3, 4];
             reply.extend(values.iter().flat_map(|v| v.to_be_bytes()));
             reply.extend(crc(&reply).to_le_bytes());
@@ -90,7 +94,9 @@ mod tests {
         }
 
         #[test]
-        fn any_line_noise_is_searched_without_harm(noise in proptest::collection::vec(prop_oneof![Just(9_u8), Just(3), Just(0x83), any::<u8>()], 0..300)) {
+        fn any_line_noise_is_searched_without_harm(
+            noise in proptest::collection::vec(prop_oneof![Just(9_u8), Just(3), Just(0x83), any::<u8>()], 0..300),
+        ) {
             let _ = find_reply(&noise, 9, &READ);
         }
     }

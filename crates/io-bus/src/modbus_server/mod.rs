@@ -167,8 +167,11 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
         #[test]
-        fn any_bytes_end_in_answers_or_a_reason(bytes in proptest::collection::vec(prop_oneof![4 => 0u8..8, 1 => any::<u8>()], 0..400)) {
-            let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
+        fn any_bytes_end_in_answers_or_a_reason(
+            bytes in proptest::collection::vec(prop_oneof![4 => 0u8..8, 1 => any::<u8>()], 0..400),
+        ) {
+            let runtime =
+                tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
             runtime.block_on(async {
                 let store = Store::default();
                 let (mut client, server) = duplex(1 << 20);

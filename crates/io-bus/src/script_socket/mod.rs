@@ -351,7 +351,10 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn any_bytes_give_the_same_text_however_they_are_cut(bytes in proptest::collection::vec(prop_oneof![Just(b'<'), Just(b'>'), Just(0xC3), any::<u8>()], 0..60), cut in 0_usize..60) {
+        fn any_bytes_give_the_same_text_however_they_are_cut(
+            bytes in proptest::collection::vec(prop_oneof![Just(b'<'), Just(b'>'), Just(0xC3), any::<u8>()], 0..60),
+            cut in 0_usize..60,
+        ) {
             let whole = |mut bytes: Vec<u8>| {
                 let mut out = Vec::new();
                 while let ParseOutcome::Done(part) = text(&mut bytes, b"<", b">", false) { out.push(part); }

@@ -355,7 +355,8 @@ mod tests {
                     while !request.ends_with(b"</methodCall>") {
                         request.push(stream.read_u8().await.unwrap());
                     }
-                    let body = "<methodResponse><params><param><value><int>7</int></value></param></params></methodResponse>";
+                    let body = "<methodResponse><params><param><value><int>7</int></value></param></params>\
+                                </methodResponse>";
                     let answer = format!(
                         "HTTP/1.1 200 OK\r\nContent-Length: {}\r\n\r\n{body}",
                         body.len()

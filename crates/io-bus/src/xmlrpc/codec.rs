@@ -377,7 +377,8 @@ mod tests {
         #[test]
         fn any_text_is_an_answer_or_an_error(text in "[<>/a-z&;#0-9 ]{0,80}") {
             let _ = decode_response(&text);
-            let _ = decode_response(&format!("<methodResponse><params><param><value>{text}</value></param></params></methodResponse>"));
+            let _ = decode_response(&format!("<methodResponse><params><param><value>{text}</value></param></params>\
+                </methodResponse>"));
         }
     }
 

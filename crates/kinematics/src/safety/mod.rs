@@ -540,13 +540,16 @@ mod tests {
         /// Corners and rims, the long way round.
         #[test]
         fn the_lowest_point_of_a_tool_is_the_lowest_of_its_surface(
-            rpy in prop::array::uniform3(-3.0..3.0), flange in prop::array::uniform3(-3.0..3.0), normal in prop::array::uniform3(0.1..1.0),
+            rpy in prop::array::uniform3(-3.0..3.0), flange in prop::array::uniform3(-3.0..3.0),
+            normal in prop::array::uniform3(0.1..1.0),
         ) {
             let place = Pose::from_rpy(&RpyPose { xyz: [0.1, -0.2, 0.3], rpy });
             let base_from_flange = Pose::from_rpy(&RpyPose { xyz: [0.5, 0.1, 0.2], rpy: flange });
             let plane = SafetyPlane::new([0.1; 3], normal, PlaneMode::Both, None).unwrap();
             let height = |p: [f64; 3]| plane.height((base_from_flange * place).transform_point(p.into()));
-            let corners = (0..8).map(|i| [0, 1, 2].map(|k| if i >> k & 1 == 1 { 0.1 } else { -0.1 } * (1.0 + k as f64)));
+            let corners = (0..8).map(|i| {
+                [0, 1, 2].map(|k| if i >> k & 1 == 1 { 0.1 } else { -0.1 } * (1.0 + k as f64))
+            });
             let lowest = corners.map(height).fold(f64::INFINITY, f64::min);
             let cuboid = SafetyTool::cuboid(place, [0.2, 0.4, 0.6]).unwrap();
             prop_assert!((cuboid.height(&plane, &base_from_flange) - lowest).abs() < 1e-12);

@@ -284,7 +284,8 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 64, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig { cases: 64, rng_seed: RngSeed::Fixed(1), failure_persistence: None,
+            ..ProptestConfig::default() })]
         #[test]
         fn whatever_is_wanted_the_joint_stays_inside_all_limits(
             wishes in proptest::collection::vec((-30.0..30.0_f64, 1..60_usize), 1..40),
@@ -323,7 +324,8 @@ mod tests {
                     let acceleration = (speed - state.speed) / step;
                     prop_assert!((acceleration - state.acceleration).abs() <= AXIS.jerk * step * (1.0 + 1e-6) + 1e-9);
                     state = ScalarState { acceleration, ..state }.after(step, 0.0);
-                    prop_assert!(state.speed.abs() <= AXIS.speed + 1e-6 && acceleration.abs() <= AXIS.acceleration + 1e-6);
+                    prop_assert!(state.speed.abs() <= AXIS.speed + 1e-6);
+                    prop_assert!(acceleration.abs() <= AXIS.acceleration + 1e-6);
                     prop_assert!((AXIS.min - 1e-4..=AXIS.max + 1e-4).contains(&state.position), "{state:?}");
                 }
             }

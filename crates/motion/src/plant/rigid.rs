@@ -88,7 +88,8 @@ impl RigidPlant {
         if !arm.is_without_losses() {
             return Err(ConfigError::Plant {
                 what: text!(
-                    "the plant \"rapier\" knows no friction and no rotors, which [arm] asks for; the plant \"rigid\" does",
+                    "the plant \"rapier\" knows no friction and no rotors, which [arm] asks for; the plant \
+                     \"rigid\" does",
                     "仿真模型 \"rapier\" 没有 [arm] 要求的摩擦和转子；仿真模型 \"rigid\" 有"
                 ),
             });

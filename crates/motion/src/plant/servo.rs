@@ -85,8 +85,9 @@ impl JointServo {
         self.disturbance = torque.map(|torque| DISTURBANCE_COMPENSATION * torque);
     }
 
-    /// The torques for the next `step` seconds, at the end of which the target is `next`, for an arm that is at `q`, the
-    /// posture `at`, and moves with `qd`. `hand` is what the sensor at the flange reads of hands, as joint torques, Nm.
+    /// The torques for the next `step` seconds, at the end of which the target is `next`, for an arm that is at `q`,
+    /// the posture `at`, and moves with `qd`. `hand` is what the sensor at the flange reads of hands, as joint torques,
+    /// Nm.
     pub(super) fn torques(
         &mut self,
         believed: &Dynamics,

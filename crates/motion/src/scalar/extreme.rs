@@ -86,7 +86,8 @@ mod tests {
     use proptest::test_runner::RngSeed;
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 64, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig { cases: 64, rng_seed: RngSeed::Fixed(1), failure_persistence: None,
+            ..ProptestConfig::default() })]
         #[test]
         fn what_is_kept_from_step_to_step_is_what_the_knots_say(
             steps in proptest::collection::vec((-2..3_i32, 1..20_usize), 1..30),

@@ -134,7 +134,8 @@ proptest! {
     }
 
     #[test]
-    fn any_numbers_are_compared_without_a_panic(times in proptest::collection::vec(any::<f64>(), 0..40), q in any::<f64>()) {
+    fn any_numbers_are_compared_without_a_panic(times in proptest::collection::vec(any::<f64>(), 0..40),
+        q in any::<f64>()) {
         let mut track = RunTrace::default();
         for time in times {
             track.push(TraceSample {

@@ -187,7 +187,11 @@ mod tests {
         let message = outputs_message(&observer, &offered, &values);
         assert_eq!(
             String::from_utf8(message).unwrap(),
-            r#"{"timestamp":12.5,"actual_current":[0.5,0.5,0.5,0.5,0.5,0.5],"joint_mode":[253,253,253,253,253,253],"tool_output_voltage":24.0,"a_variable_of_tomorrow":9}"#
+            concat!(
+                r#"{"timestamp":12.5,"actual_current":[0.5,0.5,0.5,0.5,0.5,0.5],"#,
+                r#""joint_mode":[253,253,253,253,253,253],"#,
+                r#""tool_output_voltage":24.0,"a_variable_of_tomorrow":9}"#
+            )
         );
         // The same again is nothing new.
         assert_eq!(observer.apply_packet(&mut state, &values).registers, None);

@@ -108,8 +108,8 @@ fn prefixed(urdf: &str, prefix: &str) -> String {
 }
 
 /// What is added to the time of a cycle, ns, by pairs of UNIX time, ns, and the time of the latest cycle, s. The latest
-/// cycle is up to a cycle old, more where the motion thread was late, and no stamp may lie in the future: the pair right
-/// after a cycle counts.
+/// cycle is up to a cycle old, more where the motion thread was late, and no stamp may lie in the future: the pair
+/// right after a cycle counts.
 fn epoch(readings: impl Iterator<Item = (i64, f64)>) -> i64 {
     let offsets = readings.map(|(unix, time)| unix - (time * 1e9).round() as i64);
     offsets.min().unwrap_or_else(unix_nanos)

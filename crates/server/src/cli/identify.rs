@@ -33,7 +33,8 @@ pub struct IdentifyArgs {
     pub from_torques: bool,
     /// Tool, frame, sensor: the rests at these times, s, instead of every rest
     #[zh("工具、坐标系、传感器：只用这些时刻的静止段，s，而不是所有静止段")]
-    #[arg(long, value_name = "T1,T2,…", value_delimiter = ',', value_parser = recorded_time, allow_negative_numbers = true)]
+    #[arg(long, value_name = "T1,T2,…", value_delimiter = ',', value_parser = recorded_time,
+        allow_negative_numbers = true)]
     pub at: Vec<f64>,
     /// Tool: the last three rests are the point, the tip moved along tool +x, the tip moved into +y of its xy plane
     #[zh("工具：最后三个静止段依次为该点、尖端沿工具 +x 移动后、尖端移到工具 xy 平面 +y 一侧后")]

@@ -197,7 +197,8 @@ pub enum CliCommand {
     /// run and test programs on a simulated arm, look functions and recordings up. Files are those beneath the folder
     /// it is started in. Exit status: 0 the client has left, 1 it left before it began, 2 it broke the protocol
     #[zh(
-        "供编写机器人程序的助手使用的工具（Model Context Protocol），通过标准输入输出通信：在仿真机械臂上检查、运行和测试程序，查询函数和记录。文件限于启动时所在的文件夹之内。退出状态：0 客户端已离开，1 客户端在开始前离开，2 客户端违反协议"
+        "供编写机器人程序的助手使用的工具（Model Context Protocol），通过标准输入输出通信：在仿真机械臂上检查、运行和测试程序，查询函数和记录。文件限于启动时所在的文件夹之内。\
+         退出状态：0 客户端已离开，1 客户端在开始前离开，2 客户端违反协议"
     )]
     Mcp(McpArgs),
     /// Look whether this machine can run the controller as it is set up, and say what to do.

@@ -67,11 +67,13 @@ pub struct PlanArgs {
     pub approach: f64,
     /// Joint speed of the program, rad/s
     #[zh("程序的关节速度，rad/s")]
-    #[arg(long, value_name = "V", default_value_t = DEFAULT_SPEED, value_parser = joint_speed, allow_negative_numbers = true)]
+    #[arg(long, value_name = "V", default_value_t = DEFAULT_SPEED, value_parser = joint_speed,
+        allow_negative_numbers = true)]
     pub speed: f64,
     /// Joint acceleration of the program, rad/s²
     #[zh("程序的关节加速度，rad/s²")]
-    #[arg(long, value_name = "A", default_value_t = DEFAULT_ACCELERATION, value_parser = joint_acceleration, allow_negative_numbers = true)]
+    #[arg(long, value_name = "A", default_value_t = DEFAULT_ACCELERATION, value_parser = joint_acceleration,
+        allow_negative_numbers = true)]
     pub acceleration: f64,
     /// For people, or one JSON object
     #[zh("给人看的文本，或一个 JSON 对象")]
@@ -211,7 +213,8 @@ fn area(text: &str) -> Result<[f64; 4], Text> {
             Ok([x_min, x_max, y_min, y_max])
         }
         _ => Err(
-            text!("four numbers in m are needed, least and largest x, least and largest y, as in -1,1,-0.5,0.5", "需要四个以 m 为单位的数：最小和最大 x、最小和最大 y，如 -1,1,-0.5,0.5")
+            text!("four numbers in m are needed, least and largest x, least and largest y, as in -1,1,-0.5,0.5",
+                "需要四个以 m 为单位的数：最小和最大 x、最小和最大 y，如 -1,1,-0.5,0.5")
                 .to_owned(),
         ),
     }

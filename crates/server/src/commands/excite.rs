@@ -1,6 +1,7 @@
 //! `eliteserver excite`: a program whose motion lets payload, friction or tool be told.
 //!
-//! The program is run on the simulated arm in the cell before it is written; where it comes too near to anything, its motions become smaller.
+//! The program is run on the simulated arm in the cell before it is written; where it comes too near to anything, its
+//! motions become smaller.
 
 use core::fmt::Write as _;
 use std::io::Write;
@@ -23,8 +24,8 @@ const SIZES: [f64; 6] = [1.0, 0.75, 0.55, 0.4, 0.3, 0.2];
 const CLEARANCE_M: f64 = 0.01;
 /// Longest simulated time of a program, s.
 const TIME_MAX_S: f64 = 600.0;
-/// Waves of the joints about their posture, one cycle of the excitation each, as shares of the largest turn: chosen so that wrist and
-/// forearm turn the flange about all axes, at speeds of both signs.
+/// Waves of the joints about their posture, one cycle of the excitation each, as shares of the largest turn: chosen so
+/// that wrist and forearm turn the flange about all axes, at speeds of both signs.
 const POSTURES: [[f64; DOF]; 12] = [
     [0.5, -0.3, 0.4, -0.6, 0.7, 0.9],
     [-0.4, 0.5, -0.3, 0.8, -0.8, -0.7],
@@ -156,7 +157,8 @@ fn slides(home: &JointPositions, size: f64, speed: f64) -> String {
 fn tool_turns(size: f64, speed: f64) -> String {
     let turn = TOOL_TURN_RAD * size;
     format!(
-        "# Turns the tool about its tip. The active TCP must be about right (set_tcp): lead the tip back to the point at each rest.\n\
+        "# Turns the tool about its tip. The active TCP must be about right (set_tcp): lead the tip back to the point \
+         at each rest.\n\
          point = get_target_tcp_pose()\n\
          turns = [[0, 0, 0], [{turn:.4}, 0, 0], [-{turn:.4}, 0, 0], [0, {turn:.4}, 0], [0, -{turn:.4}, 0], \
          [{turn:.4}, {turn:.4}, 0.5], [-{turn:.4}, {turn:.4}, -0.5], \

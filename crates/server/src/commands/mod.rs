@@ -1,4 +1,5 @@
-//! The commands of the command line, one file each. Every one returns a [`CommandResult`](crate::command::CommandResult).
+//! The commands of the command line, one file each. Every one returns a
+//! [`CommandResult`](crate::command::CommandResult).
 
 pub mod builtins;
 pub mod calibrate;

@@ -73,14 +73,14 @@ pub fn place(args: &PlaceArgs, config: &RunConfig) -> CommandResult {
             let (count, margin, time) = (request.points.len(), found.joint_margin, found.time);
             language::say(&match found.distance.is_finite() {
                 true => text!(
-                    "all {count} points are reached at least {:.1} mm from everything, {margin:.3} rad from the ends of \
-                     the joints' ranges, in {time:.3} s from first to last",
+                    "all {count} points are reached at least {:.1} mm from everything, {margin:.3} rad from the ends \
+                     of the joints' ranges, in {time:.3} s from first to last",
                     "全部 {count} 个点都可到达，与所有物体至少相距 {:.1} mm，距关节范围的边界 {margin:.3} rad，从第一点到最后一点 {time:.3} s",
                     found.distance * 1e3
                 ),
                 false => text!(
-                    "all {count} points are reached {margin:.3} rad from the ends of the joints' ranges, in {time:.3} s \
-                     from first to last",
+                    "all {count} points are reached {margin:.3} rad from the ends of the joints' ranges, in {time:.3} \
+                     s from first to last",
                     "全部 {count} 个点都可到达，距关节范围的边界 {margin:.3} rad，从第一点到最后一点 {time:.3} s"
                 ),
             });

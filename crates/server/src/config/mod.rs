@@ -1,8 +1,8 @@
 //! The settings of a run: options over the configuration file over the defaults.
 //!
 //! Owns what differs from the defaults of a controller, and the sentences about what is wrong. Reads the configuration
-//! file and the calibration file; opens nothing else. Relative paths, in the file as on the command line, count from the current
-//! directory.
+//! file and the calibration file; opens nothing else. Relative paths, in the file as on the command line, count from
+//! the current directory.
 
 mod file;
 mod ros2;

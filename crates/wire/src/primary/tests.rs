@@ -226,7 +226,8 @@ fn exceptions_are_read_back() {
 
 proptest! {
     #[test]
-    fn no_bytes_panic(mut bytes in proptest::collection::vec(any::<u8>(), 6..300), kind in prop_oneof![Just(16_u8), Just(20), any::<u8>()], small in any::<bool>()) {
+    fn no_bytes_panic(mut bytes in proptest::collection::vec(any::<u8>(), 6..300),
+        kind in prop_oneof![Just(16_u8), Just(20), any::<u8>()], small in any::<bool>()) {
         let length = u32::try_from(bytes.len()).expect("short");
         bytes[..4].copy_from_slice(&length.to_be_bytes());
         bytes[4] = kind;
@@ -238,7 +239,8 @@ proptest! {
     }
 
     #[test]
-    fn changed_states_do_not_panic(place in 0..STATE_MESSAGE_BYTES, byte in any::<u8>(), cut in 6..STATE_MESSAGE_BYTES) {
+    fn changed_states_do_not_panic(place in 0..STATE_MESSAGE_BYTES, byte in any::<u8>(),
+        cut in 6..STATE_MESSAGE_BYTES) {
         let mut bytes = whole().encode();
         bytes[place] = byte;
         bytes.truncate(cut);

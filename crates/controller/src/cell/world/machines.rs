@@ -48,7 +48,8 @@ pub(super) fn conveyor(
         _ => {
             return Err(check.missing(
                 "pose",
-                text!("a belt that carries has pose, size and direction, a turntable center and radius", "运送工件的皮带有 pose、size 和 direction，转台有 center 和 radius"),
+                text!("a belt that carries has pose, size and direction, a turntable center and radius",
+                    "运送工件的皮带有 pose、size 和 direction，转台有 center 和 radius"),
             ));
         }
     };

@@ -57,7 +57,8 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     let start = [
         "\"command\":\"initialize\",\"arguments\":{\"linesStartAt1\":false}",
         "\"command\":\"launch\",\"arguments\":{\"program\":\"program.script\",\"stopOnEntry\":true}",
-        "\"command\":\"setBreakpoints\",\"arguments\":{\"source\":{\"path\":\"program.script\"},\"breakpoints\":[{\"line\":2,\"condition\":\"n > 1\",\"hitCondition\":\"% 2\"}]}",
+        "\"command\":\"setBreakpoints\",\"arguments\":{\"source\":{\"path\":\"program.script\"},\
+         \"breakpoints\":[{\"line\":2,\"condition\":\"n > 1\",\"hitCondition\":\"% 2\"}]}",
         "\"command\":\"configurationDone\"",
     ];
     let then = [

@@ -311,7 +311,11 @@ pub(super) const TARGETS: &[Target] = &[
         seeds: || {
             vec![
                 br#"{"standard_digital_inputs": {"0": true, "7": false}, "analog": {"0": 4.5}}"#.to_vec(),
-                br#"{"DI0": true, "AI1": 0.5, "registers": {"int": {"3": -7}, "bool": {"64": true}, "double": {"1": 1e300}}}"#.to_vec(),
+                concat!(
+                    r#"{"DI0": true, "AI1": 0.5, "#,
+                    r#""registers": {"int": {"3": -7}, "bool": {"64": true}, "double": {"1": 1e300}}}"#
+                )
+                .into(),
             ]
         },
         words: &[
@@ -385,14 +389,17 @@ pub(super) const TARGETS: &[Target] = &[
         render_input: as_they_are,
         seeds: || {
             let value = |value: &str| {
-                format!("<?xml version='1.0'?><methodResponse><params><param><value>{value}</value></param></params></methodResponse>").into_bytes()
+                format!("<?xml version='1.0'?><methodResponse><params><param><value>{value}</value></param></params>\
+                         </methodResponse>").into_bytes()
             };
             vec![
                 value("<int>5</int>"),
                 value("<array><data><value><double>1.5</double></value><value>text</value></data></array>"),
                 value("<struct><member><name>a</name><value><boolean>1</boolean></value></member></struct>"),
                 value("<base64>aGVsbG8=</base64>"),
-                b"<methodResponse><fault><value><struct><member><name>faultCode</name><value><int>4</int></value></member><member><name>faultString</name><value><string>no</string></value></member></struct></value></fault></methodResponse>".to_vec(),
+                b"<methodResponse><fault><value><struct><member><name>faultCode</name><value><int>4</int></value>\
+                 </member><member><name>faultString</name><value><string>no</string></value></member></struct></value>\
+                 </fault></methodResponse>".to_vec(),
             ]
         },
         words: &[

@@ -105,7 +105,10 @@ impl Evaluator<'_> {
     /// `list.extend(iterable)`. What script code gives item by item is appended item by item, as it sees.
     pub fn list_extend(&self, list: &Rc<List>, iterable: &Value) -> R<()> {
         // Itself, behind an instance of a subclass, gives what it holds now.
-        let is_itself = |value: &Value| matches!(self.unwrap_builtin(value), Value::List(other) if Rc::ptr_eq(&other, list));
+        let is_itself = |value: &Value| {
+            matches!(self.unwrap_builtin(value), Value::List(other) if Rc::ptr_eq(&other,
+            list))
+        };
         let runs_code = matches!(
             iterable,
             Value::Instance(_) | Value::Generator(_) | Value::Iter(_) | Value::Class(_)

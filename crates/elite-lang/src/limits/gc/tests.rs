@@ -525,7 +525,8 @@ fn functions_of_evaluated_texts_keep_what_they_use() {
 class A: pass
 def make(i):
     scope = {'data': [i], 'twice': []}
-    exec('def f(): return data[0] + g()\\ndef g(): return h()()\\ndef h():\\n def k(): return data[0]\\n twice.append(k)\\n return k', scope)
+    exec('def f(): return data[0] + g()\\ndef g(): return h()()\\ndef h():\\n def k(): return data[0]\\n \
+    twice.append(k)\\n return k', scope)
     exec('def later(): return f() - data[0]\\nf.later = later', scope)
     def local(data):
         exec('def f(): return data[0]\\nkept.append(f)')

@@ -209,7 +209,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
     #[test]
     fn any_request_gets_an_answer_that_fits(
-        function in prop_oneof![Just(1u8), Just(3), Just(5), Just(6), Just(15), Just(16), Just(22), Just(23), any::<u8>()],
+        function in prop_oneof![Just(1u8), Just(3), Just(5), Just(6), Just(15), Just(16), Just(22), Just(23),
+            any::<u8>()],
         fields in proptest::collection::vec(prop_oneof![3 => 0u8..4, 1 => any::<u8>()], 0..20),
     ) {
         let store = Store::default();

@@ -253,7 +253,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn any_request_to_the_map_is_answered(
-        function in prop_oneof![Just(1_u8), Just(2), Just(3), Just(4), Just(5), Just(6), Just(15), Just(16), Just(22), Just(23), any::<u8>()],
+        function in prop_oneof![Just(1_u8), Just(2), Just(3), Just(4), Just(5), Just(6), Just(15), Just(16), Just(22),
+            Just(23), any::<u8>()],
         address in prop_oneof![0..800_u16, 1000..1600_u16, any::<u16>()],
         rest in proptest::collection::vec(prop_oneof![Just(0_u8), Just(1), Just(2), any::<u8>()], 0..12),
     ) {

@@ -289,7 +289,8 @@ impl Content<'_> {
         let there = bytes.get(offset..).unwrap_or_default();
         if needed.is_none_or(|needed| needed > there.len()) {
             let trouble = text!(
-                "{count} elements of {size} bytes, {stride} apart, from byte {offset} are beyond the {} bytes of bufferViews[{view}]",
+                "{count} elements of {size} bytes, {stride} apart, from byte {offset} are beyond the {} bytes of \
+                 bufferViews[{view}]",
                 "{count} 个元素，每个 {size} 字节，间隔 {stride} 字节，从字节 {offset} 起，超出 bufferViews[{view}] 的 {} 字节",
                 bytes.len()
             );

@@ -218,9 +218,10 @@ fn timing_checks(rehearsal: &LatencyTest, step: Duration) -> Vec<HealthCheck> {
                     text!("priority", "优先级"),
                     found,
                     text!(
-                        "allow it: LimitRTPRIO=99 in a systemd unit, 'USER - rtprio 99' in /etc/security/limits.conf, or \
-                     --cap-add SYS_NICE of a container",
-                        "请允许：systemd 单元中 LimitRTPRIO=99，/etc/security/limits.conf 中 'USER - rtprio 99'，或容器的 --cap-add SYS_NICE"
+                        "allow it: LimitRTPRIO=99 in a systemd unit, 'USER - rtprio 99' in /etc/security/limits.conf, \
+                     or --cap-add SYS_NICE of a container",
+                        "请允许：systemd 单元中 LimitRTPRIO=99，/etc/security/limits.conf 中 'USER - rtprio 99'，\
+                         或容器的 --cap-add SYS_NICE"
                     ),
                 );
             }
@@ -231,7 +232,8 @@ fn timing_checks(rehearsal: &LatencyTest, step: Duration) -> Vec<HealthCheck> {
                     text!(
                         "allow it: LimitMEMLOCK=infinity in a systemd unit, 'USER - memlock unlimited' in \
                      /etc/security/limits.conf, or --ulimit memlock=-1 of a container",
-                        "请允许：systemd 单元中 LimitMEMLOCK=infinity，/etc/security/limits.conf 中 'USER - memlock unlimited'，或容器的 --ulimit memlock=-1"
+                        "请允许：systemd 单元中 LimitMEMLOCK=infinity，/etc/security/limits.conf 中 'USER - memlock unlimited'，\
+                         或容器的 --ulimit memlock=-1"
                     ),
                 );
             }

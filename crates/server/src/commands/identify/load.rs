@@ -48,8 +48,8 @@ fn motion(samples: &Samples, sample: &Sample) -> BodyMotion {
     )
 }
 
-/// Rows of force and moment about the flange, in flange axes, as functions of the body; in the TCP frame, as the sensor reads it:
-/// what the body does to the flange.
+/// Rows of force and moment about the flange, in flange axes, as functions of the body; in the TCP frame, as the sensor
+/// reads it: what the body does to the flange.
 fn sensor_rows(motion: &BodyMotion, flange_from_tcp: &Pose) -> SMatrix<f64, 6, BODY_PARAMETERS> {
     let mut rows = -body_regressor(motion);
     for mut column in rows.column_iter_mut() {
@@ -105,8 +105,8 @@ fn force_rows(
     })
 }
 
-/// What one standard deviation of the time between posture and reading, the same in the whole recording, adds to a reading, given
-/// those before and after it: anything within half a cycle is alike likely.
+/// What one standard deviation of the time between posture and reading, the same in the whole recording, adds to a
+/// reading, given those before and after it: anything within half a cycle is alike likely.
 fn skew(before: f64, after: f64) -> f64 {
     let change = (after - before) / 2.0 / 12_f64.sqrt();
     if change.is_finite() { change } else { 0.0 }
@@ -202,8 +202,8 @@ fn need_torques(samples: &Samples) -> Result<(), IdentifyError> {
     }
 }
 
-/// The fit with inertia if it tells the centre of gravity well, else the one without: inertia that is left out would count as weight
-/// where the motion is fast, inertia that is not seen where it is slow would make the rest vague.
+/// The fit with inertia if it tells the centre of gravity well, else the one without: inertia that is left out would
+/// count as weight where the motion is fast, inertia that is not seen where it is slow would make the rest vague.
 fn payload_of(
     with_inertia: Result<Solution, FitError>,
     without: Result<Solution, FitError>,
@@ -325,8 +325,8 @@ pub fn friction(samples: &Samples) -> Result<Answer, IdentifyError> {
     }))
 }
 
-/// Torques of sliding joints, less those of the links, as functions of a body on the flange (its first `body` parameters) and of the
-/// friction of each joint.
+/// Torques of sliding joints, less those of the links, as functions of a body on the flange (its first `body`
+/// parameters) and of the friction of each joint.
 fn joint_torque_fit(samples: &Samples, body: usize) -> Result<Solution, FitError> {
     let mut sums = LeastSquares::new(body + 2 * DOF);
     let mut stretch_end = f64::NEG_INFINITY;

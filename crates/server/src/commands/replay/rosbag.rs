@@ -1,9 +1,9 @@
 //! A recording as a bag of ROS 2, with the topics that the node publishes: `replay --rosbag2 FOLDER`, and
 //! `run --ros2-profile`.
 //!
-//! A bag is a folder with one MCAP file of profile `ros2` (messages as CDR, definitions as schemas) and `metadata.yaml`,
-//! which `ros2 bag`, rosbags and Foxglove read. One message a cycle and topic, at the time that the cycle has in the
-//! recording.
+//! A bag is a folder with one MCAP file of profile `ros2` (messages as CDR, definitions as schemas) and
+//! `metadata.yaml`, which `ros2 bag`, rosbags and Foxglove read. One message a cycle and topic, at the time that the
+//! cycle has in the recording.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -117,8 +117,8 @@ pub(crate) fn prepare_folder(folder: &Path) -> Result<(), BagError> {
 fn offered_qos(is_latched: bool) -> String {
     let durability = if is_latched { 1 } else { 2 };
     format!(
-        "- history: 1\n  depth: 10\n  reliability: 1\n  durability: {durability}\n  deadline:\n    sec: 9223372036\n    \
-         nsec: 854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n  \
+        "- history: 1\n  depth: 10\n  reliability: 1\n  durability: {durability}\n  deadline:\n    sec: 9223372036\n\
+         \x20   nsec: 854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n  \
          liveliness_lease_duration:\n    sec: 9223372036\n    nsec: 854775807\n  avoid_ros_namespace_conventions: false"
     )
 }
@@ -205,14 +205,15 @@ impl Bag {
             // Writing into a text does not fail.
             let _ = write!(
                 text,
-                "    - topic_metadata:\n        name: {name}\n        type: {}\n        serialization_format: cdr\n        \
-                 offered_qos_profiles: {qos}\n      message_count: {}\n",
+                "    - topic_metadata:\n        name: {name}\n        type: {}\n        serialization_format: cdr\n\
+                 \x20       offered_qos_profiles: {qos}\n      message_count: {}\n",
                 topic.kind, topic.count
             );
         }
         let _ = write!(
             text,
-            "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - {file}\n  files:\n    - \
+            "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - {file}\n  files:\n\
+             \x20   - \
              path: {file}\n      starting_time:\n        nanoseconds_since_epoch: {first}\n      duration:\n        \
              nanoseconds: {duration}\n      message_count: {count}\n"
         );

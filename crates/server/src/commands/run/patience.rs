@@ -14,7 +14,8 @@ use crate::language;
 const SILENCE: Duration = Duration::from_secs(5);
 /// So is an arm that stands for so long while the program goes on, simulated s.
 const REST: f64 = 60.0;
-/// The controller is looked at so often; the virtual clock makes a second of simulated time of less than two such pauses.
+/// The controller is looked at so often; the virtual clock makes a second of simulated time of less than two such
+/// pauses.
 const PERIOD: Duration = Duration::from_millis(2);
 /// A joint that turns more slowly stands, rad/s.
 const STANDING: f64 = 1e-4;

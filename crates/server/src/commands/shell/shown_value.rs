@@ -1,4 +1,5 @@
-//! The value of an expression that is typed: shown as Python's prompt shows it, where the controller tells what is printed.
+//! The value of an expression that is typed: shown as Python's prompt shows it, where the controller tells what is
+//! printed.
 
 use elite_runtime::builtins::all;
 use elite_syntax::ast::{Expr, ExprKind, Stmt, StmtKind};
@@ -54,8 +55,8 @@ pub(super) fn in_reply(about: &str, text: &str) -> String {
     about.replace(&format!("{BEFORE}{text}{AFTER}"), text)
 }
 
-/// The report of an error as it concerns what was typed: without the calls of the program `own` that holds the mode, and
-/// without what was put around a statement.
+/// The report of an error as it concerns what was typed: without the calls of the program `own` that holds the mode,
+/// and without what was put around a statement.
 pub(super) fn in_report(report: &str, own: &str) -> String {
     let own = format!("{own}, line ");
     let mut lines: Vec<String> = Vec::new();

@@ -223,7 +223,9 @@ fn the_same_server_has_the_same_name_and_port() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
-    fn only_names_and_addresses_of_this_machine_are_own(host in "[a-z0-9.:@%\\[\\]-]{0,30}|localhost[a-z.:0-9@]{0,6}|127[.0-9:]{0,12}") {
+    fn only_names_and_addresses_of_this_machine_are_own(
+        host in "[a-z0-9.:@%\\[\\]-]{0,30}|localhost[a-z.:0-9@]{0,6}|127[.0-9:]{0,12}",
+    ) {
         if at_home().is_own(&host, LOOPBACK) {
             let name = without_port(&host).unwrap();
             prop_assert!(

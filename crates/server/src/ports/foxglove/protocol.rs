@@ -174,7 +174,10 @@ mod tests {
     #[test]
     fn clients_subscribe_and_unsubscribe() {
         let mut following = Subscriptions::default();
-        let text = r#"{"op":"subscribe","subscriptions":[{"id":7,"channelId":1},{"id":8,"channelId":2},{"id":9,"channelId":1}]}"#;
+        let text = concat!(
+            r#"{"op":"subscribe","subscriptions":[{"id":7,"channelId":1},"#,
+            r#"{"id":8,"channelId":2},{"id":9,"channelId":1}]}"#
+        );
         assert_eq!(following.take(text, 2), Ok(()));
         assert_eq!(following.to(0).collect::<Vec<_>>(), [7, 9]);
         assert_eq!(following.to(1).collect::<Vec<_>>(), [8]);

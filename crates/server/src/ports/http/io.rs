@@ -317,7 +317,10 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn any_body_is_read_or_refused(body in proptest::collection::vec(any::<u8>(), 0..200), text in r#"[{}\[\]":,a-z0-9_ .-]{0,80}"#) {
+        fn any_body_is_read_or_refused(
+            body in proptest::collection::vec(any::<u8>(), 0..200),
+            text in r#"[{}\[\]":,a-z0-9_ .-]{0,80}"#,
+        ) {
             let _ = read(&body, &IoConfig::default());
             let _ = read(text.as_bytes(), &IoConfig::default());
         }

@@ -127,7 +127,8 @@ fn what_stays_unclear_is_let_go_after_a_while() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
-    fn how_bytes_are_divided_changes_nothing(bytes in "[GETPOSpost /*H\r\n]{0,20}|[\\x00-\\x20]{0,8}", piece in 1_usize..8) {
+    fn how_bytes_are_divided_changes_nothing(bytes in "[GETPOSpost /*H\r\n\
+        ]{0,20}|[\\x00-\\x20]{0,8}", piece in 1_usize..8) {
         let whole = verdict(bytes.as_bytes(), bytes.len().max(1));
         let pieces = verdict(bytes.as_bytes(), piece);
         prop_assert_eq!(whole.0, pieces.0);

@@ -43,7 +43,8 @@ pub(super) enum BagReadError {
     #[zh("{} 不是 MCAP 格式的 bag：该文件夹中没有以 .mcap 结尾的文件", path.display())]
     NoMcap { path: PathBuf },
     #[error(
-        "the bag {} keeps its messages in {file}; only MCAP is read: ros2 bag convert makes it of other bags", path.display()
+        "the bag {} keeps its messages in {file}; only MCAP is read: ros2 bag convert makes it of other bags",
+        path.display()
     )]
     #[zh("bag {} 的消息保存在 {file} 中；只读取 MCAP：可用 ros2 bag convert 转换其他 bag", path.display())]
     OtherStorage { path: PathBuf, file: String },

@@ -255,7 +255,8 @@ impl<C: PageBackend> PageSession<'_, C> {
                     },
                 },
                 Some((id, result)) = orders.next(), if !orders.is_empty() => self.answer(id, result),
-                () = expired => self.release(Err(text!("the page gave no sign of life, so the arm was stopped", "页面没有发出心跳，机械臂已停止"))),
+                () = expired => self.release(Err(text!("the page gave no sign of life, so the arm was stopped",
+                    "页面没有发出心跳，机械臂已停止"))),
                 _ = looks.tick(), if is_holding => self.poll_held_motion(),
             }
         }

@@ -114,7 +114,8 @@ pub trait PageBackend: HttpBackend {
     fn check_joint_target(&self, joints: [f64; 6]) -> Result<[f64; 6], Text>;
     /// The programs, and where they are.
     fn tasks(&self) -> Option<(&TaskFolder, &Path)>;
-    /// Settings of an arm that stands as this one does, for a program that is run beside it and reaches nothing outside.
+    /// Settings of an arm that stands as this one does, for a program that is run beside it and reaches nothing
+    /// outside.
     ///
     /// # Errors
     /// A sentence: nothing can be run here.

@@ -1,9 +1,9 @@
-//! What all pages are shown: one frame 60 times a second for whoever looks, changes of the panel and of the cell's world,
-//! and what is told.
+//! What all pages are shown: one frame 60 times a second for whoever looks, changes of the panel and of the cell's
+//! world, and what is told.
 //!
 //! Looks at the latest snapshot and never at the cycle, so pages cost the control cycle nothing, however many they are.
-//! The latest frame and the latest world are all that waits for a page; events wait in one queue that all share, from which a slow page loses
-//! the oldest.
+//! The latest frame and the latest world are all that waits for a page; events wait in one queue that all share, from
+//! which a slow page loses the oldest.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -332,7 +332,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
     #[test]
-    fn where_tcp_cuts_the_stream_does_not_matter(bytes in stream(), cuts in proptest::collection::vec(1usize..40, 1..20)) {
+    fn where_tcp_cuts_the_stream_does_not_matter(bytes in stream(),
+        cuts in proptest::collection::vec(1usize..40, 1..20)) {
         let whole = frames_of(&[&bytes], 10_000);
         let mut chunks = Vec::new();
         let mut rest = bytes.as_slice();

@@ -509,7 +509,8 @@ proptest! {
     #[test]
     fn any_packets_leave_the_session_alive(
         packets in proptest::collection::vec(
-            (prop_oneof![Just(b'V'), Just(b'O'), Just(b'I'), Just(b'S'), Just(b'P'), Just(b'U'), Just(b'M'), any::<u8>()],
+            (prop_oneof![Just(b'V'), Just(b'O'), Just(b'I'), Just(b'S'), Just(b'P'), Just(b'U'), Just(b'M'),
+                any::<u8>()],
              proptest::collection::vec(prop_oneof![2 => 0u8..4, 1 => any::<u8>(), 1 => Just(b',')], 0..30)),
             0..20),
     ) {
