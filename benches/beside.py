@@ -1,11 +1,12 @@
-"""Two builds of the program beside one another: cycles of a moving robot, user time of the language's scripts, in turns.
+"""Two builds of the program beside one another: cycles of a moving robot,
+user time of the language's scripts, in turns.
 
     python3 benches/beside.py STATIC OTHER [--seconds 20] [--rounds 3] [--scripts FOLDER]
 
-Of the cycles it prints the time in the tick and the lateness of the wake-up as `serve` records them (rigid plant, 4 ms), with
-overruns and missing cycles; of the scripts (*.py, each prints a line that starts with "checksum") the least user time of
-all rounds of `run`, less that of an empty script: the command of the wheel has Python to start. Only ratios, the first over the
-second, mean anything on a machine that does something else as well.
+Of the cycles it prints the time in the tick and the lateness of the wake-up as `serve` records them (rigid plant, 4
+ms), with overruns and missing cycles; of the scripts (*.py, each prints a line that starts with "checksum") the least
+user time of all rounds of `run`, less that of an empty script: the command of the wheel has Python to start. Only
+ratios, the first over the second, mean anything on a machine that does something else as well.
 """
 
 import argparse
@@ -38,8 +39,11 @@ def cycles(program, seconds):
     """Rows of COLUMNS of a server whose robot moves, and what `replay` says of overruns and missing cycles."""
     with tempfile.TemporaryDirectory() as folder:
         ready = pathlib.Path(folder, "ready.json")
-        server = subprocess.Popen([program, "serve", "--record", "x.mcap", "--plant", "rigid", "--ready-file", "ready.json", *PORTS],
-                                  cwd=folder, stderr=subprocess.DEVNULL)
+        server = subprocess.Popen(
+            [program, "serve", "--record", "x.mcap", "--plant", "rigid", "--ready-file", "ready.json", *PORTS],
+            cwd=folder,
+            stderr=subprocess.DEVNULL,
+        )
         while not ready.exists() or not ready.read_text().strip():
             time.sleep(0.01)
         port = json.loads(ready.read_text())["ports"]
@@ -48,7 +52,9 @@ def cycles(program, seconds):
             time.sleep(seconds)
         server.send_signal(signal.SIGTERM)
         server.wait()
-        said = subprocess.run([program, "replay", "x.mcap", "--csv", "/cycle"], cwd=folder, capture_output=True, text=True, check=True)
+        said = subprocess.run(
+            [program, "replay", "x.mcap", "--csv", "/cycle"], cwd=folder, capture_output=True, text=True, check=True
+        )
         rows = [[float(row[name]) for name in COLUMNS] for row in csv.DictReader(said.stdout.splitlines())]
         said = subprocess.run([program, "replay", "x.mcap"], cwd=folder, capture_output=True, text=True, check=True)
         return rows, re.findall(r".*(?:overrun|missing).*", said.stdout)
@@ -59,7 +65,7 @@ def percentile(values, share):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("programs", nargs=2)
     parser.add_argument("--scripts", default=pathlib.Path(__file__).parent / "lang", type=pathlib.Path)
     parser.add_argument("--seconds", type=float, default=20)
@@ -103,7 +109,10 @@ def main():
         first, second = (time - begin for time, begin in zip(least(script), start))
         ratios.append(first / second)
         print(f"{script.name:<25} {first:>9.3f} {second:>9.3f} {first / second:>7.2f}")
-    print(f"geometric mean {math.exp(sum(map(math.log, ratios)) / len(ratios)):.3f}, worst {max(ratios):.2f}; load {os.getloadavg()[0]:.1f}")
+    print(
+        f"geometric mean {math.exp(sum(map(math.log, ratios)) / len(ratios)):.3f}, worst {max(ratios):.2f}; "
+        f"load {os.getloadavg()[0]:.1f}"
+    )
 
 
 if __name__ == "__main__":

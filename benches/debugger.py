@@ -1,4 +1,5 @@
-"""Times a debugger of Python or EliteScript on the same text: start, stops at breakpoints, pause, steps, looking, slow-down.
+"""Times a debugger of Python or EliteScript on the same text: start, stops at breakpoints, pause, steps, looking,
+slow-down.
 
     python3 benches/debugger.py target/release/eliteserver debug
     python3 benches/debugger.py python3 -m debugpy.adapter          # pip install debugpy
@@ -44,7 +45,9 @@ LINE = PROGRAM.splitlines().index("    rounds = rounds + 1") + 1
 
 class Client:
     def __init__(self, command):
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        )
         self.number = 0
         self.messages = Queue()
         self.kept = []
@@ -64,7 +67,9 @@ class Client:
 
     def send(self, command, arguments=None):
         self.number += 1
-        body = json.dumps({"seq": self.number, "type": "request", "command": command, "arguments": arguments or {}}).encode()
+        body = json.dumps(
+            {"seq": self.number, "type": "request", "command": command, "arguments": arguments or {}}
+        ).encode()
         self.process.stdin.write(b"Content-Length: %d\r\n\r\n" % len(body) + body)
         self.process.stdin.flush()
         return self.number
@@ -110,8 +115,16 @@ def opened(command, path, line=LINE):
     """A session that is held at the breakpoint in a line, and how long that took, ms."""
     begun = time.perf_counter()
     client = Client(command)
-    client.ask("initialize", {"adapterID": "bench", "linesStartAt1": True, "columnsStartAt1": True, "pathFormat": "path"})
-    arguments = {"type": "python", "request": "launch", "program": path, "console": "internalConsole", "justMyCode": True}
+    client.ask(
+        "initialize", {"adapterID": "bench", "linesStartAt1": True, "columnsStartAt1": True, "pathFormat": "path"}
+    )
+    arguments = {
+        "type": "python",
+        "request": "launch",
+        "program": path,
+        "console": "internalConsole",
+        "justMyCode": True,
+    }
     if "debugpy" not in " ".join(command):
         arguments = {"program": path}
     launch = client.send("launch", arguments)
@@ -134,7 +147,9 @@ def measured(command, folder):
         client.ask(request, {"threadId": thread})
         client.event("stopped")
 
-    figures["continue until the next breakpoint holds (a loop of 20 rounds between)"] = timed(200, lambda: go("continue"))
+    figures["continue until the next breakpoint holds (a loop of 20 rounds between)"] = timed(
+        200, lambda: go("continue")
+    )
     figures["step over a statement"] = timed(300, lambda: go("next"))
     figures["step in"] = timed(300, lambda: go("stepIn"))
 
@@ -150,7 +165,9 @@ def measured(command, folder):
 
     figures["step over, then stack, scopes and variables, as an editor does"] = timed(100, step_and_look)
     frame = look()[0]["id"]
-    figures["evaluate a name"] = timed(100, lambda: client.ask("evaluate", {"expression": "rounds", "frameId": frame, "context": "hover"}))
+    figures["evaluate a name"] = timed(
+        100, lambda: client.ask("evaluate", {"expression": "rounds", "frameId": frame, "context": "hover"})
+    )
     client.ask("setBreakpoints", {"source": {"path": path}, "breakpoints": []})
     client.ask("continue", {"threadId": thread})
 
@@ -223,10 +240,17 @@ def p95(times):
 def main(arguments):
     if arguments[:1] == ["--back"]:
         times, line = backwards(arguments[1:])
-        print(f"40 times stepBack, to line {line}: median {statistics.median(times):.0f} ms, p95 {p95(times):.0f}, most {max(times):.0f}")
+        print(
+            f"40 times stepBack, to line {line}: median {statistics.median(times):.0f} ms, p95 {p95(times):.0f}, "
+            f"most {max(times):.0f}"
+        )
         return
     both = arguments[:1] == ["--both"]
-    commands = {"ours": [arguments[1], "debug"], "debugpy": [sys.executable, "-m", "debugpy.adapter"]} if both else {"": arguments}
+    commands = (
+        {"ours": [arguments[1], "debug"], "debugpy": [sys.executable, "-m", "debugpy.adapter"]}
+        if both
+        else {"": arguments}
+    )
     with tempfile.TemporaryDirectory() as folder:
         results = {name: measured(command, folder) for name, command in commands.items()}
     first = next(iter(results.values()))
@@ -234,7 +258,11 @@ def main(arguments):
         cells = []
         for name, figures in results.items():
             times = figures[what]
-            cell = f"{statistics.median(times):.2f} ms" if len(times) == 1 else f"median {statistics.median(times):.2f} ms, p95 {p95(times):.2f} ms"
+            cell = (
+                f"{statistics.median(times):.2f} ms"
+                if len(times) == 1
+                else f"median {statistics.median(times):.2f} ms, p95 {p95(times):.2f} ms"
+            )
             cells.append(f"{name} {cell}".strip())
         if both:
             ratio = statistics.median(results["debugpy"][what]) / statistics.median(results["ours"][what])

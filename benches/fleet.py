@@ -17,7 +17,10 @@ import time
 import urllib.request
 
 PAGE = 18097
-PROGRAM = "def wave():\n    while True:\n        movej([0.5, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n        movej([-0.5, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\nend\n"
+PROGRAM = (
+    "def wave():\n    while True:\n        movej([0.5, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n"
+    "        movej([-0.5, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\nend\n"
+)
 
 
 def page(path):
@@ -56,7 +59,9 @@ def main():
             for number in range(given.robots):
                 file.write(f'[[robot]]\nname = "r{number}"\nbind = "127.0.60.{11 + number}"\n')
         begun = time.perf_counter()
-        fleet = subprocess.Popen([os.path.abspath(given.binary), "fleet", "fleet.toml"], cwd=folder, stderr=subprocess.DEVNULL)
+        fleet = subprocess.Popen(
+            [os.path.abspath(given.binary), "fleet", "fleet.toml"], cwd=folder, stderr=subprocess.DEVNULL
+        )
         try:
             ready = set()
             while len(ready) < given.robots:
@@ -81,7 +86,10 @@ def main():
             for what, name in [("late", "elite_cycle_overruns_total"), ("missing", "elite_cycles_missed_total")]:
                 count = sum(samples(after, name)) - sum(samples(before, name))
                 print(f"{what} cycles: {count:.0f} of {cycles:.0f}")
-            print(f"processor time: {100 * used / took / given.robots:.1f} % of a core a robot, {given.robots * 100 / max(100 * used / took, 1e-9):.1f} robots a core by that")
+            print(
+                f"processor time: {100 * used / took / given.robots:.1f} % of a core a robot, "
+                f"{given.robots * 100 / max(100 * used / took, 1e-9):.1f} robots a core by that"
+            )
             memory = samples(after, "\\w+_fleet_robot_resident_bytes")
             print(f"memory: {sum(memory) / len(memory) / 1e6:.0f} MB a robot")
         finally:

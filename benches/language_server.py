@@ -59,7 +59,9 @@ def program(lines):
 class Client:
     def __init__(self, command):
         begun = time.perf_counter()
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        )
         self.number = 0
         self.notes = []
         self.ask("initialize", {"processId": None, "rootUri": None, "capabilities": {}})
@@ -120,7 +122,9 @@ def main(command):
     print(f"start until 'initialize' is answered: {1000 * client.start:.0f} ms")
     uri = "file:///tmp/bench.py"
     text = "\n".join(lines) + "\n"
-    client.note("textDocument/didOpen", {"textDocument": {"uri": uri, "languageId": "python", "version": 1, "text": text}})
+    client.note(
+        "textDocument/didOpen", {"textDocument": {"uri": uri, "languageId": "python", "version": 1, "text": text}}
+    )
     client.findings(1)
     at = len(lines) // 2 // 31 * 31 + 3 + 9
     typed, found, completed = "", [], []
@@ -129,10 +133,13 @@ def main(command):
         place = {"line": at, "character": 8 + len(typed)}
         letter = "self.speed + "[key % 13]
         begun = time.perf_counter()
-        client.note("textDocument/didChange", {
-            "textDocument": {"uri": uri, "version": key + 2},
-            "contentChanges": [{"range": {"start": place, "end": place}, "text": letter}],
-        })
+        client.note(
+            "textDocument/didChange",
+            {
+                "textDocument": {"uri": uri, "version": key + 2},
+                "contentChanges": [{"range": {"start": place, "end": place}, "text": letter}],
+            },
+        )
         typed += letter
         client.findings(key + 2)
         found.append(time.perf_counter() - begun)

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
-"""Faults around the controller: it is killed, stopped, its disk fills up, its outputs close, its clients are slow or mad.
+"""Faults around the controller: it is killed, stopped, its disk fills up, its outputs close,
+its clients are slow or mad.
 
     fuzz/faults.py target/debug/eliteserver                    # the bounded run of CI
     fuzz/faults.py BINARY --kills 200 --seconds 60 --seed 7    # a long one
     fuzz/faults.py BINARY --only kill,stop
 
-Each trial starts the binary on ports of its own. What is random is a function of the seed and the trial's number. The table at the
-end says what was tried, how often and with what result; the exit status is 1 when a promise was broken. Standard library only.
+Each trial starts the binary on ports of its own. What is random is a function of the seed and the trial's number. The
+table at the end says what was tried, how often and with what result; the exit status is 1 when a promise was broken.
+Standard library only.
 """
+
 import argparse
 import contextlib
 import json
@@ -54,21 +57,48 @@ def must(holds, text):
 class Server:
     """`serve` in a folder of its own."""
 
-    def __init__(self, binary, *options, record="off", clock="realtime", stderr=None, env=None, folder=None, before=None, tasks=None):
+    def __init__(
+        self,
+        binary,
+        *options,
+        record="off",
+        clock="realtime",
+        stderr=None,
+        env=None,
+        folder=None,
+        before=None,
+        tasks=None,
+    ):
         self.folder = pathlib.Path(folder or tempfile.mkdtemp(prefix="faults-"))
         (self.folder / "tasks").mkdir(exist_ok=True)
         for name, text in (tasks or {}).items():
             (self.folder / "tasks" / name).write_text(text)
         self.ready = self.folder / "ready.json"
-        command = [*(before or []), str(binary), "serve", "--ready-file", str(self.ready), "--record", str(record), "--clock", clock]
+        command = [
+            *(before or []),
+            str(binary),
+            "serve",
+            "--ready-file",
+            str(self.ready),
+            "--record",
+            str(record),
+            "--clock",
+            clock,
+        ]
         command += ["--plant", "ideal"]
         for service in SERVICES:
             command += [f"--{service}-port", "0"]
         self.log = self.folder / "stderr.log"
         own = open(self.log, "wb") if stderr is None else None
         environment = {name: value for name, value in os.environ.items() if name != "RUST_LOG"} | (env or {})
-        self.process = subprocess.Popen(command + list(options), cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                        stderr=own or stderr, env=environment)
+        self.process = subprocess.Popen(
+            command + list(options),
+            cwd=self.folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=own or stderr,
+            env=environment,
+        )
         if own:
             own.close()
         end = time.monotonic() + 30
@@ -131,7 +161,10 @@ class Server:
             return json.loads(answer.read())["cycle"]
 
     def alive(self, after):
-        must(self.process.poll() is None, f"{after}: the process has ended with status {self.process.poll()}: {self.said()[-300:]}")
+        must(
+            self.process.poll() is None,
+            f"{after}: the process has ended with status {self.process.poll()}: {self.said()[-300:]}",
+        )
         try:
             must(self.health() == 200, f"{after}: not well")
             first = self.cycle()
@@ -164,10 +197,14 @@ def figures(binary, recording):
     """What `replay` says of a recording, which it must be able to read."""
     done = subprocess.run([binary, "replay", recording], capture_output=True, text=True, timeout=60)
     must(done.returncode == 0, f"replay: status {done.returncode}: {done.stderr.strip()[-200:]}")
-    return {name: float(value) for name, value in re.findall(r"^(cycles|missing|duration): ([0-9.]+)", done.stdout, re.M)}
+    return {
+        name: float(value) for name, value in re.findall(r"^(cycles|missing|duration): ([0-9.]+)", done.stdout, re.M)
+    }
 
 
-# Trials: each is given the binary, a random number generator and the options; what it returns is a remark for the table.
+# Trials: each is given the binary, a random number generator and the options;
+# what it returns is a remark for the table.
+
 
 def kill(binary, rng, options):
     """kill -9 while a program runs and is recorded"""
@@ -192,8 +229,21 @@ def disk_full(binary, rng, options):
     """the recording's disk (a tmpfs of some MiB) fills up while a program runs"""
     inside = os.environ.get("FAULTS_NAMESPACE")
     if not inside:
-        arguments = [sys.executable, __file__, str(binary), "--only", "disk_full", "--seed", str(rng.randrange(1 << 30)), "--times", "1", "--bare"]
-        done = subprocess.run(["unshare", "-m", *arguments], capture_output=True, text=True, env=os.environ | {"FAULTS_NAMESPACE": "1"})
+        arguments = [
+            sys.executable,
+            __file__,
+            str(binary),
+            "--only",
+            "disk_full",
+            "--seed",
+            str(rng.randrange(1 << 30)),
+            "--times",
+            "1",
+            "--bare",
+        ]
+        done = subprocess.run(
+            ["unshare", "-m", *arguments], capture_output=True, text=True, env=os.environ | {"FAULTS_NAMESPACE": "1"}
+        )
         if "unshare" in done.stderr and "not permitted" in done.stderr:
             return "not tried: no mount namespaces here"
         must(done.returncode == 0, done.stdout.strip()[-300:] + done.stderr.strip()[-300:])
@@ -255,7 +305,11 @@ def stderr_closed(binary, rng, options):
 
 def stderr_full(binary, rng, options):
     """standard error is a full device"""
-    with open("/dev/full", "wb") as full, Server(binary, stderr=full, env={"RUST_LOG": "debug"}) as server, server.send(SWING):
+    with (
+        open("/dev/full", "wb") as full,
+        Server(binary, stderr=full, env={"RUST_LOG": "debug"}) as server,
+        server.send(SWING),
+    ):
         for _ in range(50):
             server.order("nonsense")
         server.alive("standard error full")
@@ -267,7 +321,11 @@ def stderr_unread(binary, rng, options):
     reading, writing = os.pipe()
     with Server(binary, stderr=writing, env={"RUST_LOG": "trace"}) as server:
         os.close(writing)
-        chatter = 'def talk():\n  n = 0\n  while True:\n    textmsg("' + "x" * 200 + '", n)\n    n += 1\n    sync()\n  end\nend\n'
+        chatter = (
+            'def talk():\n  n = 0\n  while True:\n    textmsg("'
+            + "x" * 200
+            + '", n)\n    n += 1\n    sync()\n  end\nend\n'
+        )
         with server.send(chatter):
             for _ in range(300):
                 server.order("nonsense " * 10)
@@ -284,7 +342,14 @@ def stdout_closed(binary, rng, options):
         program.write_text('def p():\n  for n in range(3000):\n    print("line", n, "' + "x" * 60 + '")\n  end\nend\n')
         recording = pathlib.Path(folder) / "a.mcap"
         subprocess.run([binary, "run", program, "--record", recording], capture_output=True, timeout=60, check=True)
-        commands = [["run", program], ["builtins"], ["replay", recording], ["replay", recording, "--csv", "/cycle"], ["--help"], ["check", program]]
+        commands = [
+            ["run", program],
+            ["builtins"],
+            ["replay", recording],
+            ["replay", recording, "--csv", "/cycle"],
+            ["--help"],
+            ["check", program],
+        ]
         for command in commands:
             for target in ["closed", "full"]:
                 if target == "closed":
@@ -292,7 +357,14 @@ def stdout_closed(binary, rng, options):
                     os.close(reading)
                 else:
                     out = os.open("/dev/full", os.O_WRONLY)
-                done = subprocess.run([binary, *command], stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.PIPE, text=True, timeout=60)
+                done = subprocess.run(
+                    [binary, *command],
+                    stdin=subprocess.DEVNULL,
+                    stdout=out,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                    timeout=60,
+                )
                 os.close(out)
                 name = f"{' '.join(map(str, command[:1] + command[2:]))} with stdout {target}"
                 must("panicked" not in done.stderr, f"{name} panics: {done.stderr[-300:]}")
@@ -311,8 +383,15 @@ def slow_clients(binary, rng, options):
                     client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
                     client.settimeout(3)
                     client.connect(("127.0.0.1", server.ports[service]))
-                    half = {"primary": b"def x", "http": b"GET /healthz HT", "dashboard": b"rob", "modbus": b"\0\1\0\0\0\6\1", "rtsi": b"\0\5V",
-                            "interpreter": b"x =", "foxglove": b"GET / HTTP/1.1\r\nUpgr"}[service]
+                    half = {
+                        "primary": b"def x",
+                        "http": b"GET /healthz HT",
+                        "dashboard": b"rob",
+                        "modbus": b"\0\1\0\0\0\6\1",
+                        "rtsi": b"\0\5V",
+                        "interpreter": b"x =",
+                        "foxglove": b"GET / HTTP/1.1\r\nUpgr",
+                    }[service]
                     if number % 2 and not (service in ("dashboard", "http") and number > 60):
                         client.sendall(half)
                     clients.append((service, client))
@@ -384,9 +463,15 @@ def clock_jumps(binary, rng, options):
             return "not tried: no C compiler"
         subprocess.run(["cc", "-shared", "-fPIC", "-o", folder / "jump.so", folder / "jump.c"], check=True)
         recording = folder / "a.mcap"
-        program = "def p():\n  import time\n  sleep(0.5)\n  a = time.monotonic()\n  time.sleep(0.5)\n  b = time.monotonic()\n" \
-                  "  textmsg('waited ', round(b - a, 1))\n  while True:\n    movej([0.1, -1.57, 0, -1.57, 0, 0])\n    movej([0, -1.57, 0, -1.57, 0, 0])\n  end\nend\n"
-        with Server(binary, record=recording, env={"LD_PRELOAD": str(folder / "jump.so")}) as server, server.send(program):
+        program = (
+            "def p():\n  import time\n  sleep(0.5)\n  a = time.monotonic()\n  time.sleep(0.5)\n  b = time.monotonic()\n"
+            "  textmsg('waited ', round(b - a, 1))\n  while True:\n    movej([0.1, -1.57, 0, -1.57, 0, 0])\n"
+            "    movej([0, -1.57, 0, -1.57, 0, 0])\n  end\nend\n"
+        )
+        with (
+            Server(binary, record=recording, env={"LD_PRELOAD": str(folder / "jump.so")}) as server,
+            server.send(program),
+        ):
             begin, first = time.monotonic(), server.cycle()
             time.sleep(3.0)
             cycles, elapsed = server.cycle() - first, time.monotonic() - begin
@@ -404,20 +489,43 @@ STATES = {
     "moving": SWING,
     "busy loop": "def p():\n  while True:\n    pass\n  end\nend\n",
     "busy in one native": "def p():\n  x = 3 ** 2000000\n  while True:\n    x = x * x // (x + 1)\n  end\nend\n",
-    "sorting": "def p():\n  a = [(n * 7919) % 100003 for n in range(300000)]\n  while True:\n    sorted(a)\n    sorted(a, key=lambda x: -x)\n  end\nend\n",
-    "regular expression": "def p():\n  import re\n  while True:\n    try:\n      re.match(r'(a|aa)*\\1b', 'a' * 3000)\n    except RuntimeError:\n      pass\n    end\n  end\nend\n",
-    "filling memory": "def p():\n  while True:\n    try:\n      a = []\n      while True:\n        a.append([a])\n      end\n    except MemoryError:\n      pass\n    end\n  end\nend\n",
+    "sorting": (
+        "def p():\n  a = [(n * 7919) % 100003 for n in range(300000)]\n  while True:\n    sorted(a)\n"
+        "    sorted(a, key=lambda x: -x)\n  end\nend\n"
+    ),
+    "regular expression": (
+        "def p():\n  import re\n  while True:\n    try:\n      re.match(r'(a|aa)*\\1b', 'a' * 3000)\n"
+        "    except RuntimeError:\n      pass\n    end\n  end\nend\n"
+    ),
+    "filling memory": (
+        "def p():\n  while True:\n    try:\n      a = []\n      while True:\n        a.append([a])\n      end\n"
+        "    except MemoryError:\n      pass\n    end\n  end\nend\n"
+    ),
     "sleeping": "def p():\n  sleep(100000)\nend\n",
-    "waiting for a name": "def p():\n  while True:\n    try:\n      socket_open('name-that-does-not-exist.invalid', 5000, 's')\n    except Exception:\n      pass\n    end\n    sleep(0.01)\n  end\nend\n",
-    "waiting for a socket": "def p():\n  socket_open('127.0.0.1', {silent}, 's')\n  while True:\n    socket_read_string('s', timeout=100000)\n  end\nend\n",
+    "waiting for a name": (
+        "def p():\n  while True:\n    try:\n      socket_open('name-that-does-not-exist.invalid', 5000, 's')\n"
+        "    except Exception:\n      pass\n    end\n    sleep(0.01)\n  end\nend\n"
+    ),
+    "waiting for a socket": (
+        "def p():\n  socket_open('127.0.0.1', {silent}, 's')\n  while True:\n"
+        "    socket_read_string('s', timeout=100000)\n  end\nend\n"
+    ),
     "waiting for an RPC": "def p():\n  r = rpc_factory('xmlrpc', 'http://127.0.0.1:{silent}/')\n  r.nothing()\nend\n",
     "popup": "def p():\n  popup('text', blocking=True)\n  sleep(1000)\nend\n",
-    "finally that goes on": "def p():\n  try:\n    sleep(100000)\n  finally:\n    while True:\n      pass\n    end\n  end\nend\n",
-    "many threads": "def p():\n  def t():\n    while True:\n      x = [1] * 1000\n    end\n  end\n  for n in range(30):\n    start_thread(t, ())\n  end\n  sleep(1000)\nend\n",
+    "finally that goes on": (
+        "def p():\n  try:\n    sleep(100000)\n  finally:\n    while True:\n      pass\n    end\n  end\nend\n"
+    ),
+    "many threads": (
+        "def p():\n  def t():\n    while True:\n      x = [1] * 1000\n    end\n  end\n  for n in range(30):\n"
+        "    start_thread(t, ())\n  end\n  sleep(1000)\nend\n"
+    ),
     "printing": "def p():\n  while True:\n    print('x' * 1000)\n  end\nend\n",
     "generators without end": "def p():\n  def g():\n    while True:\n      yield 1\n    end\n  end\n  sum(g())\nend\n",
     "interpreter mode": "def p():\n  interpreter_mode()\nend\n",
-    "force mode": "def p():\n  force_mode([0, 0, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, -5, 0, 0, 0], 0, [0.1, 0.1, 0.1, 0.3, 0.3, 0.3])\n  sleep(1000)\nend\n",
+    "force mode": (
+        "def p():\n  force_mode([0, 0, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, -5, 0, 0, 0], 0, "
+        "[0.1, 0.1, 0.1, 0.3, 0.3, 0.3])\n  sleep(1000)\nend\n"
+    ),
     "freedrive": "def p():\n  freedrive_mode()\n  sleep(1000)\nend\n",
     "a text that takes long to compile": "def p():\n" + "  x = f(1, 2, 3)\n" * 60000 + "end\n",
     "a text that is not whole": "def p():\n" + "  x = [" * 3000,
@@ -465,8 +573,16 @@ def stop(binary, rng, options):
 def stop_while_starting(binary, rng, options):
     """SIGTERM while it starts"""
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
-        command = [binary, "serve", "--record", "a.mcap", *(part for service in SERVICES for part in (f"--{service}-port", "0"))]
-        process = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        command = [
+            binary,
+            "serve",
+            "--record",
+            "a.mcap",
+            *(part for service in SERVICES for part in (f"--{service}-port", "0")),
+        ]
+        process = subprocess.Popen(
+            command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        )
         time.sleep(rng.uniform(0.0, 0.15))
         begin = time.monotonic()
         process.terminate()
@@ -483,17 +599,63 @@ def stop_while_starting(binary, rng, options):
 
 
 BEGINNINGS = {
-    "primary": [SWING.encode(), b"def p():\n  x = 1\nend\n", b"sec s():\n  textmsg('a')\nend\n", b"x = 1\n", b"stop task\n", b"1abcd\n", b"GET / HTTP/1.1\r\n\r\n"],
-    "interpreter": [b"x = 1\n", b"clear_interpreter()\n", b"abort\n", b"skipbuffer\n", b"statelastexecuted\n", b"def f():\n"],
-    "rtsi": [b"\0\5V\0\1", b"\0\x20O\x40\x5f\x40\0\0\0\0\0timestamp,robot_mode", b"\0\3S", b"\0\3P", b"\0\x1cIspeed_slider_mask,x", b"\0\4U\1"],
-    "dashboard": [b"robotMode\n", b"help\n", b"play\n", b"stop\n", b"task -p a\n", b"popup -s x\n", b"log -a x\n", b"variable -get x\n", b"speed -v 50\n"],
-    "modbus": [b"\0\1\0\0\0\6\1\1\0\0\0\x08", b"\0\1\0\0\0\6\1\3\0\0\0\x7d", b"\0\1\0\0\0\x0b\1\x10\0\0\0\2\4\0\1\0\2", b"\0\1\0\0\0\6\1\5\0\0\xff\0"],
-    "http": [b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n", b"GET /metrics HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", b"GET /panel HTTP/1.0\r\n\r\n",
-             b"POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 13\r\n\r\n{\"DI0\": true}",
-             b"POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n{\"DI0\r\n0\r\n\r\n"],
-    "foxglove": [b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                 b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Protocol: foxglove.websocket.v1\r\n\r\n\x81\x85\0\0\0\0{\"op\"",
-                 b"GET / HTTP/1.1\r\nUpgrade: websocket\r\n\r\n\x82\xff\xff\xff\xff\xff\xff\xff\xff\xff"],
+    "primary": [
+        SWING.encode(),
+        b"def p():\n  x = 1\nend\n",
+        b"sec s():\n  textmsg('a')\nend\n",
+        b"x = 1\n",
+        b"stop task\n",
+        b"1abcd\n",
+        b"GET / HTTP/1.1\r\n\r\n",
+    ],
+    "interpreter": [
+        b"x = 1\n",
+        b"clear_interpreter()\n",
+        b"abort\n",
+        b"skipbuffer\n",
+        b"statelastexecuted\n",
+        b"def f():\n",
+    ],
+    "rtsi": [
+        b"\0\5V\0\1",
+        b"\0\x20O\x40\x5f\x40\0\0\0\0\0timestamp,robot_mode",
+        b"\0\3S",
+        b"\0\3P",
+        b"\0\x1cIspeed_slider_mask,x",
+        b"\0\4U\1",
+    ],
+    "dashboard": [
+        b"robotMode\n",
+        b"help\n",
+        b"play\n",
+        b"stop\n",
+        b"task -p a\n",
+        b"popup -s x\n",
+        b"log -a x\n",
+        b"variable -get x\n",
+        b"speed -v 50\n",
+    ],
+    "modbus": [
+        b"\0\1\0\0\0\6\1\1\0\0\0\x08",
+        b"\0\1\0\0\0\6\1\3\0\0\0\x7d",
+        b"\0\1\0\0\0\x0b\1\x10\0\0\0\2\4\0\1\0\2",
+        b"\0\1\0\0\0\6\1\5\0\0\xff\0",
+    ],
+    "http": [
+        b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        b"GET /metrics HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n",
+        b"GET /panel HTTP/1.0\r\n\r\n",
+        b"POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 13\r\n"
+        b'\r\n{"DI0": true}',
+        b'POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n{"DI0\r\n0\r\n\r\n',
+    ],
+    "foxglove": [
+        b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        b"Sec-WebSocket-Version: 13\r\n"
+        b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Protocol: foxglove.websocket.v1\r\n\r\n"
+        b'\x81\x85\0\0\0\0{"op"',
+        b"GET / HTTP/1.1\r\nUpgrade: websocket\r\n\r\n\x82\xff\xff\xff\xff\xff\xff\xff\xff\xff",
+    ],
 }
 
 
@@ -505,13 +667,13 @@ def damaged(rng, data):
         if how == 0 and at < len(data):
             data[at] ^= 1 << rng.randrange(8)
         elif how == 1:
-            del data[at:at + rng.randrange(9)]
+            del data[at : at + rng.randrange(9)]
         elif how == 2:
             data[at:at] = rng.randbytes(rng.randrange(9))
         elif how == 3:
-            data[at:at] = data[at:at + 20] * rng.randrange(50)
+            data[at:at] = data[at : at + 20] * rng.randrange(50)
         elif how == 4 and at < len(data):
-            data[at] = rng.choice([0, 1, 0x7f, 0x80, 0xff])
+            data[at] = rng.choice([0, 1, 0x7F, 0x80, 0xFF])
         else:
             del data[at:]
     return bytes(data)
@@ -519,7 +681,11 @@ def damaged(rng, data):
 
 def any_bytes(binary, rng, options):
     """damaged requests and noise at every port of a controller, in pieces, for some seconds"""
-    with Server(binary, "--powered-off" if rng.random() < 0.2 else "--local" if rng.random() < 0.2 else "--seed=1", clock=rng.choice(["realtime", "virtual"])) as server:
+    with Server(
+        binary,
+        "--powered-off" if rng.random() < 0.2 else "--local" if rng.random() < 0.2 else "--seed=1",
+        clock=rng.choice(["realtime", "virtual"]),
+    ) as server:
         base, count, end = server.rss_mib(), [0], time.monotonic() + options.seconds
 
         def knock(seed):
@@ -531,7 +697,7 @@ def any_bytes(binary, rng, options):
                     data = own.randbytes(own.randrange(3000))
                 with contextlib.suppress(OSError):
                     with server.connect(service, timeout=1) as connection:
-                        for part in [data[:len(data) // 2], data[len(data) // 2:]]:
+                        for part in [data[: len(data) // 2], data[len(data) // 2 :]]:
                             connection.sendall(part)
                         connection.settimeout(own.choice([0.001, 0.02]))
                         connection.recv(10000)
@@ -551,17 +717,28 @@ def any_bytes(binary, rng, options):
 
 
 TRIALS = {
-    "kill": kill, "disk_full": disk_full, "slow_disk": slow_disk, "stderr_closed": stderr_closed, "stderr_full": stderr_full,
-    "stderr_unread": stderr_unread, "stdout_closed": stdout_closed, "slow_clients": slow_clients, "clock_jumps": clock_jumps, "stop": stop,
-    "stop_while_starting": stop_while_starting, "any_bytes": any_bytes,
+    "kill": kill,
+    "disk_full": disk_full,
+    "slow_disk": slow_disk,
+    "stderr_closed": stderr_closed,
+    "stderr_full": stderr_full,
+    "stderr_unread": stderr_unread,
+    "stdout_closed": stdout_closed,
+    "slow_clients": slow_clients,
+    "clock_jumps": clock_jumps,
+    "stop": stop,
+    "stop_while_starting": stop_while_starting,
+    "any_bytes": any_bytes,
 }
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("binary", type=pathlib.Path)
     parser.add_argument("--only", help="names of trials, with commas: " + ", ".join(TRIALS))
-    parser.add_argument("--kills", type=int, default=10, help="trials of kill -9 and of stopping while starting (default 10)")
+    parser.add_argument(
+        "--kills", type=int, default=10, help="trials of kill -9 and of stopping while starting (default 10)"
+    )
     parser.add_argument("--times", type=int, default=1, help="how often each other trial (default 1)")
     parser.add_argument("--seconds", type=float, default=8, help="length of any_bytes (default 8)")
     parser.add_argument("--seed", type=int, default=1)
@@ -587,7 +764,11 @@ def main():
                 if remark is not None:
                     remarks.append(remark)
             except (Broken, OSError, subprocess.SubprocessError) as error:
-                broken.append(f"{error}\n        fuzz/faults.py {options.binary} --only {name} --seed {options.seed} --from {number} --kills 1 --times 1")
+                broken.append(
+                    f"{error}\n"
+                    f"        fuzz/faults.py {options.binary} --only {name} --seed {options.seed} --from {number} "
+                    "--kills 1 --times 1"
+                )
         numbers = [remark for remark in remarks if isinstance(remark, float)]
         remark = f"at most {max(numbers):.2f} s" if numbers else ", ".join(map(str, remarks[:2]))
         rows.append((name, times, len(broken), remark, broken))

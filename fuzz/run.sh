@@ -1,13 +1,14 @@
 #!/bin/sh
 # Builds the fuzz targets with the stable compiler's own coverage counters and runs one: run.sh TARGET SECONDS
-# `cargo dev targets` lists them. Crashing inputs are left in fuzz/artifacts; for a generated target `cargo dev show TARGET
-# FILE` prints the program that such an input stands for.
+# `cargo dev targets` lists them. Crashing inputs are left in fuzz/artifacts; for a generated target
+# `cargo dev show TARGET FILE` prints the program that such an input stands for.
 set -eu
 cd "$(dirname "$0")"
 target=$1
 seconds=$2
-passes="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters"
-passes="$passes -Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares -Ccodegen-units=1"
+passes="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4"
+passes="$passes -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table"
+passes="$passes -Cllvm-args=-sanitizer-coverage-trace-compares -Ccodegen-units=1"
 host=$(rustc -vV | sed -n 's/^host: //p')
 features=""
 dictionary=""

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""What registries say today about the versions in the lock files: crates that were yanked, advisories as far as they are to be had.
+"""What registries say today about the versions in the lock files: crates that were yanked, advisories as far as they
+are to be had.
 
     packaging/audit.py [--offline]     with what Cargo knows already, without asking anybody
 
-Licences, places and versions that are there twice do not change by themselves; tests/dependencies.rs looks at them. The advisories of
-Rust (RustSec) are a git repository, in no package registry: they are asked for where `cargo audit` is installed (`cargo install
-cargo-audit`). Those of npm come from its registry, which mirrors often do not pass on. What was not looked up is said, and is no
-failure; a yanked crate or an advisory is.
+Licences, places and versions that are there twice do not change by themselves; tests/dependencies.rs looks at them. The
+advisories of Rust (RustSec) are a git repository, in no package registry: they are asked for where `cargo audit` is
+installed (`cargo install cargo-audit`). Those of npm come from its registry, which mirrors often do not pass on. What
+was not looked up is said, and is no failure; a yanked crate or an advisory is.
 """
 
 import json
@@ -75,7 +76,10 @@ def advisories_of_rust():
     bad = report["vulnerabilities"]["list"]
     print(f"advisories of Rust: {len(bad)} for Cargo.lock")
     for entry in bad:
-        print(f"  {entry['package']['name']} {entry['package']['version']}: {entry['advisory']['id']}, {entry['advisory']['title']}")
+        print(
+            f"  {entry['package']['name']} {entry['package']['version']}: {entry['advisory']['id']}, "
+            f"{entry['advisory']['title']}"
+        )
     return not bad
 
 

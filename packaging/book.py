@@ -2,9 +2,11 @@
 """What the book of docs/ needs beside mdbook.
 
     book.py supports RENDERER, book.py     as mdbook calls a preprocessor: links out of docs/ become names of files
-    book.py check FOLDER                   every link of the made book leads to a file and an anchor of it, or out of this machine
+    book.py check FOLDER                   every link of the made book leads to a file and an anchor of it, or out of
+                                           this machine
 
-Pages link to files of the repository that are no pages of the book: examples, robot models. A book lies anywhere, without them.
+Pages link to files of the repository that are no pages of the book: examples, robot models. A book lies anywhere,
+without them.
 """
 
 import json

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the book of docs/ into target/book and looks whether each of its links leads somewhere. Needs Python 3; mdbook comes from
-# crates.io, built once into target, where it is not installed.
+# Builds the book of docs/ into target/book and looks whether each of its links leads somewhere. Needs Python 3; mdbook
+# comes from crates.io, built once into target, where it is not installed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 version=0.5.4
@@ -11,7 +11,8 @@ export PATH="$target/tools/bin:$PATH"
 if ! mdbook --version 2>/dev/null | grep -q "v${version%.*}\."; then
     # Quick to build: it runs for seconds.
     CARGO_TARGET_DIR="$target/tools/build" CARGO_PROFILE_RELEASE_OPT_LEVEL=1 CARGO_PROFILE_RELEASE_LTO=off \
-        cargo install mdbook --version "$version" --locked --no-default-features --features search --quiet --root "$target/tools"
+        cargo install mdbook --version "$version" --locked --no-default-features --features search --quiet \
+            --root "$target/tools"
     rm -rf "$target/tools/build"
 fi
 book="$target/book"

@@ -1,17 +1,20 @@
 #!/usr/bin/env bash
-# Makes what is handed out, into target/packages (PACKAGES=FOLDER for another): for each architecture a static program with its
-# line tables beside, the wheel, a Debian package; one OCI image layout of all; bills of materials, licences, checksums. Made so
-# that the same sources give the same bytes (packaging/test.sh reproduce).
+# Makes what is handed out, into target/packages (PACKAGES=FOLDER for another): for each architecture a static program
+# with its line tables beside, the wheel, a Debian package; one OCI image layout of all; bills of materials, licences,
+# checksums. Made so that the same sources give the same bytes (packaging/test.sh reproduce).
 #
 #     packaging/build.sh [--arch x86_64|aarch64]... [--only program|deb|image|wheel]... [--quick | --program FILE]
 #
-# Needs Rust, a C compiler, Python 3 with venv, Node 18 (for the page), and of Debian dpkg-deb, llvm (llvm-objcopy) and, for
-# another architecture than this machine's, qemu-user-static. The C compiler and linker for every target is zig, from PyPI.
+# Needs Rust, a C compiler, Python 3 with venv, Node 18 (for the page), and of Debian dpkg-deb, llvm (llvm-objcopy) and,
+# for another architecture than this machine's, qemu-user-static. The C compiler and linker for every target is zig,
+# from PyPI.
 #
-# The standard library of a target comes from `rustup target add TARGET`. Where that is not to be had, RUST_LIBRARY names the
-# folder `library` of the sources of exactly this compiler, and it is compiled as well (packaging/rust-src.sh fetches them on Debian).
+# The standard library of a target comes from `rustup target add TARGET`. Where that is not to be had, RUST_LIBRARY
+# names the folder `library` of the sources of exactly this compiler, and it is compiled as well (packaging/rust-src.sh
+# fetches them on Debian).
 #
-# --quick leaves out optimisation across crates, --program takes one that is built: for working on these scripts, not for handing out.
+# --quick leaves out optimisation across crates, --program takes one that is built: for working on these scripts, not
+# for handing out.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root="$PWD"
@@ -76,22 +79,26 @@ manylinux=manylinux_2_28
 
 tools="$target/packaging-venv"
 [ -x "$tools/bin/python" ] || python3 -m venv "$tools"
-"$tools/bin/python" -m pip install --quiet --disable-pip-version-check ziglang==0.17.1 cargo-zigbuild==0.24.1 maturin==1.16.0
+"$tools/bin/python" -m pip install --quiet --disable-pip-version-check ziglang==0.17.1 cargo-zigbuild==0.24.1 \
+    maturin==1.16.0
 export PATH="$tools/bin:$PATH"
 
 if [ "$quick" = 1 ]; then
     export CARGO_PROFILE_DIST_LTO=off CARGO_PROFILE_DIST_CODEGEN_UNITS=16
 fi
 
-# standard_library TARGET: sets `build_std` to the arguments that cargo needs, and to nothing where the target is installed.
+# standard_library TARGET: sets `build_std` to the arguments that cargo needs,
+# and to nothing where the target is installed.
 standard_library() {
     build_std=()
     local sysroot
     sysroot="$(rustc --print sysroot)"
     [ ! -d "$sysroot/lib/rustlib/$1/lib" ] || return 0
     local library="${RUST_LIBRARY:-$sysroot/lib/rustlib/src/rust/library}"
-    [ -f "$library/std/Cargo.toml" ] || fail "the standard library of $1 is not there, and without it nothing can be built for it." \
-        "'rustup target add $1' installs it; or RUST_LIBRARY=FOLDER names its sources (packaging/rust-src.sh fetches them)"
+    [ -f "$library/std/Cargo.toml" ] \
+        || fail "the standard library of $1 is not there, and without it nothing can be built for it." \
+            "'rustup target add $1' installs it; or RUST_LIBRARY=FOLDER names its sources" \
+            "(packaging/rust-src.sh fetches them)"
     # The library has to be this compiler's own; its unstable parts are what the two variables ask for.
     local of release
     release="$(rustc -vV | sed -n 's/^release: //p')"
@@ -114,8 +121,9 @@ compile_flags() {
     export CFLAGS="-ffile-prefix-map=$sources=/crates -ffile-prefix-map=$CARGO_TARGET_DIR=/target"
 }
 
-# c_library ARCHITECTURE: what zig compiles of the C library at its first use, kept for this build and without line tables: they name the
-# folders of the machine, and nobody steps through these functions. What zig finds in its store it takes as it is.
+# c_library ARCHITECTURE: what zig compiles of the C library at its first use, kept for this build and without line
+# tables: they name the folders of the machine, and nobody steps through these functions. What zig finds in its store it
+# takes as it is.
 c_library() {
     export ZIG_GLOBAL_CACHE_DIR="$CARGO_TARGET_DIR/zig-$1"
     [ ! -f "$ZIG_GLOBAL_CACHE_DIR/stripped" ] || return 0
@@ -130,7 +138,8 @@ c_library() {
     touch "$ZIG_GLOBAL_CACHE_DIR/stripped"
 }
 
-# program ARCHITECTURE: target/packages/work/ARCHITECTURE with the program, its line tables, pages, completions, inventory.
+# program ARCHITECTURE: target/packages/work/ARCHITECTURE with the program, its line tables, pages, completions,
+# inventory.
 program() {
     local triple="$1-unknown-linux-musl" work="$packages/work/$1"
     local built="${given:-$CARGO_TARGET_DIR/$triple/dist/eliteserver}"
@@ -141,7 +150,8 @@ program() {
         standard_library "$triple"
         compile_flags "$triple"
         c_library "$1"
-        cargo zigbuild --locked --quiet "${build_std[@]}" --target "$triple" --profile dist --package server --bin eliteserver
+        cargo zigbuild --locked --quiet "${build_std[@]}" --target "$triple" --profile dist --package server \
+            --bin eliteserver
     fi
     rm -rf "$work"
     mkdir -p "$work/completions"
@@ -151,13 +161,15 @@ program() {
     local run=()
     if [ "$1" != "$host" ]; then
         run=("qemu-$1-static")
-        command -v "${run[0]}" >/dev/null || fail "to ask the program for $1 for its pages, ${run[0]} is needed (Debian: qemu-user-static)"
+        command -v "${run[0]}" >/dev/null \
+            || fail "to ask the program for $1 for its pages, ${run[0]} is needed (Debian: qemu-user-static)"
     fi
     "${run[@]}" "$work/eliteserver" man "$work/man"
     for shell in bash zsh fish; do
         "${run[@]}" "$work/eliteserver" completions "$shell" >"$work/completions/eliteserver.$shell"
     done
-    python3 packaging/inventory.py --package server --target "$triple" --sbom "$work/sbom.cdx.json" --licences "$work/licences.txt"
+    python3 packaging/inventory.py --package server --target "$triple" --sbom "$work/sbom.cdx.json" \
+        --licences "$work/licences.txt"
 }
 
 # archive ARCHITECTURE: an archive of the program with what belongs beside it, and its line tables in one of their own.
@@ -165,7 +177,8 @@ archive() {
     local name="eliteserver-$version-$1-linux" work="$packages/work/$1"
     local folder="$work/$name"
     mkdir -p "$folder"
-    cp -r "$work"/{eliteserver,man,completions,licences.txt,sbom.cdx.json} LICENSE README.md CHANGELOG.md docs/packages.md "$folder"
+    cp -r "$work"/{eliteserver,man,completions,licences.txt,sbom.cdx.json} LICENSE README.md CHANGELOG.md \
+        docs/packages.md "$folder"
     pack "$packages/$name.tar.gz" "$work" "$name"
     pack "$packages/$name.debug.tar.gz" "$work" eliteserver.debug
     cp "$work/sbom.cdx.json" "$packages/$name.cdx.json"
@@ -173,7 +186,8 @@ archive() {
 
 # pack ARCHIVE FOLDER NAME: in one order, with one date, of one owner.
 pack() {
-    tar --create --format=gnu --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --mode=u=rwX,go=rX \
+    tar --create --format=gnu --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner \
+        --mode=u=rwX,go=rX \
         --directory "$2" "$3" | gzip --no-name -6 >"$1"
 }
 
@@ -195,10 +209,11 @@ deb() {
     cp docs/packages.md docs/SECURITY.md "$work/sbom.cdx.json" "$doc"
     gzip --no-name -9 --stdout CHANGELOG.md >"$doc/changelog.gz"
     {
-        printf 'Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\nUpstream-Name: eliteserver\n\n'
+        printf 'Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\n'
+        printf 'Upstream-Name: eliteserver\n\n'
         printf 'Files: *\nCopyright: the authors of eliteserver\nLicense: Apache-2.0\n'
-        printf ' The text is in /usr/share/common-licenses/Apache-2.0. Works of others that are linked into the program,\n'
-        printf ' with their licences: licences.txt.gz beside this file.\n'
+        printf ' The text is in /usr/share/common-licenses/Apache-2.0. Works of others that are linked into the '
+        printf 'program,\n with their licences: licences.txt.gz beside this file.\n'
     } >"$doc/copyright"
     gzip --no-name -9 --stdout "$work/licences.txt" >"$doc/licences.txt.gz"
     mkdir "$at/DEBIAN"
@@ -223,7 +238,8 @@ CONTROL
     (cd "$at" && find . -type f ! -path './DEBIAN/*' -printf '%P\n' | sort | xargs -d '\n' md5sum) >"$work/md5sums"
     mv "$work/md5sums" "$at/DEBIAN/md5sums"
     find "$at" -print0 | xargs -0 touch --no-dereference --date="@$SOURCE_DATE_EPOCH"
-    dpkg-deb --root-owner-group -Zxz -z6 --threads-max=1 --build "$at" "$packages/eliteserver_${version}_$architecture.deb" >/dev/null
+    dpkg-deb --root-owner-group -Zxz -z6 --threads-max=1 --build "$at" \
+        "$packages/eliteserver_${version}_$architecture.deb" >/dev/null
 }
 
 image() {
@@ -238,7 +254,8 @@ image() {
     rm -rf "$packages/work/oci"
     python3 packaging/image.py --version "$version" --licences "$packages/work/${architectures[0]}/licences.txt" \
         --out "$packages/work/oci" "${programs[@]}"
-    tar --create --format=gnu --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --mode=u=rwX,go=rX \
+    tar --create --format=gnu --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner \
+        --mode=u=rwX,go=rX \
         --directory "$packages/work/oci" . >"$packages/eliteserver-$version.oci.tar"
 }
 
@@ -251,10 +268,11 @@ wheel() {
     mkdir -p "$work"
     rm -rf "$work/wheel"
     # One wheel for every CPython from 3.9 on; which one builds it does not show.
-    (cd crates/pybind && PYO3_NO_PYTHON=1 maturin build --quiet --locked --profile dist --strip --zig --target "$triple" \
-        "${build_std[@]}" --compatibility "$manylinux" --out "$work/wheel")
+    (cd crates/pybind && PYO3_NO_PYTHON=1 maturin build --quiet --locked --profile dist --strip --zig \
+        --target "$triple" "${build_std[@]}" --compatibility "$manylinux" --out "$work/wheel")
     # Behind the build, which fetches the libraries of the page.
-    python3 packaging/inventory.py --package pybind --target "$triple" --sbom "$work/wheel.cdx.json" --licences "$work/wheel-licences.txt"
+    python3 packaging/inventory.py --package pybind --target "$triple" --sbom "$work/wheel.cdx.json" \
+        --licences "$work/wheel-licences.txt"
     local made=("$work"/wheel/*.whl)
     cp "${made[@]}" "$packages"
     cp "$work/wheel.cdx.json" "$packages/$(basename "${made[0]}" .whl).cdx.json"

@@ -79,13 +79,17 @@ class Layout:
             "config": {
                 "User": "{0}:{0}".format(USER),
                 "Entrypoint": ["/usr/bin/eliteserver"],
-                # Inside a container the ports are reached through what the engine publishes, never over its own loopback.
+                # Inside a container the ports are reached through what the engine publishes,
+                # never over its own loopback.
                 "Cmd": ["serve", "--bind", "0.0.0.0"],
                 "WorkingDir": "/" + HOME,
                 "Volumes": {"/" + HOME: {}},
                 "ExposedPorts": {"{}/tcp".format(port): {} for port in PORTS},
                 "StopSignal": "SIGTERM",
-                "Labels": {"org.opencontainers.image.version": version, "org.opencontainers.image.licenses": "Apache-2.0"},
+                "Labels": {
+                    "org.opencontainers.image.version": version,
+                    "org.opencontainers.image.licenses": "Apache-2.0",
+                },
             },
             "rootfs": {"type": "layers", "diff_ids": ["sha256:" + hashlib.sha256(tar).hexdigest()]},
             "history": [{"created": MADE, "created_by": "packaging/image.py"}],

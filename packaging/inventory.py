@@ -3,8 +3,8 @@
 
     packaging/inventory.py --package server --target x86_64-unknown-linux-musl --sbom FILE --licences FILE
 
-Reads `cargo metadata` (the crates that end up in the program: no tests, no macros, no build scripts), the lock files, and the
-sources of the crates and of the page's libraries where cargo and npm have put them. Nothing is fetched.
+Reads `cargo metadata` (the crates that end up in the program: no tests, no macros, no build scripts), the lock files,
+and the sources of the crates and of the page's libraries where cargo and npm have put them. Nothing is fetched.
 """
 
 import argparse
@@ -47,8 +47,21 @@ def crates(package, target):
                 yield dep["pkg"]
 
     # Metadata knows crates that a feature would bring; what is linked, `cargo tree` says.
-    command = ["cargo", "tree", "--locked", "--package", package, "--edges", "normal,no-proc-macro", "--prefix", "none",
-               "--format", "{p}", "--target", target]
+    command = [
+        "cargo",
+        "tree",
+        "--locked",
+        "--package",
+        package,
+        "--edges",
+        "normal,no-proc-macro",
+        "--prefix",
+        "none",
+        "--format",
+        "{p}",
+        "--target",
+        target,
+    ]
     tree = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     within = {tuple(line.split(" ")[:2]) for line in tree.splitlines()}
 
@@ -83,7 +96,9 @@ def texts(folder):
     """The licence texts in a folder, by name; empty where a crate was published without."""
     if not folder.is_dir():
         return {}
-    files = sorted(f for f in folder.iterdir() if f.is_file() and TEXTS.fullmatch(f.name) and f.suffix not in (".rs", ".py"))
+    files = sorted(
+        f for f in folder.iterdir() if f.is_file() and TEXTS.fullmatch(f.name) and f.suffix not in (".rs", ".py")
+    )
     return {f.name: f.read_text(errors="replace").strip() for f in files}
 
 
@@ -107,11 +122,20 @@ def bill(package, version, found, edges, libraries, linked):
         components.append(component)
     for name, at, licence, _ in libraries:
         purl = "pkg:npm/{}@{}".format(name.replace("@", "%40"), at)
-        components.append({"type": "library", "bom-ref": purl, "name": name, "version": at,
-                           "licenses": [{"expression": licence}], "purl": purl})
+        components.append(
+            {
+                "type": "library",
+                "bom-ref": purl,
+                "name": name,
+                "version": at,
+                "licenses": [{"expression": licence}],
+                "purl": purl,
+            }
+        )
     for name, at, licence in linked:
-        components.append({"type": "library", "bom-ref": name, "name": name, "version": at,
-                           "licenses": [{"expression": licence}]})
+        components.append(
+            {"type": "library", "bom-ref": name, "name": name, "version": at, "licenses": [{"expression": licence}]}
+        )
     made = datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "0")), timezone.utc)
     body = {
         "bomFormat": "CycloneDX",
@@ -119,8 +143,13 @@ def bill(package, version, found, edges, libraries, linked):
         "version": 1,
         "metadata": {
             "timestamp": made.strftime("%Y-%m-%dT%H:%M:%SZ"),
-            "component": {"type": "application", "bom-ref": package, "name": package, "version": version,
-                          "licenses": [{"expression": "Apache-2.0"}]},
+            "component": {
+                "type": "application",
+                "bom-ref": package,
+                "name": package,
+                "version": version,
+                "licenses": [{"expression": "Apache-2.0"}],
+            },
         },
         "components": components,
         "dependencies": [{"ref": package, "dependsOn": [c["bom-ref"] for c in components]}]
@@ -134,7 +163,10 @@ def bill(package, version, found, edges, libraries, linked):
 def licences(found, libraries, linked):
     """One text: who is in it, then every licence text once with those that carry it."""
     rows, bodies, without = [], {}, []
-    entries = [(p["name"], p["version"], expression(p["license"] or "see its text"), Path(p["manifest_path"]).parent) for p in found]
+    entries = [
+        (p["name"], p["version"], expression(p["license"] or "see its text"), Path(p["manifest_path"]).parent)
+        for p in found
+    ]
     for name, version, licence, folder in entries + list(libraries):
         rows.append("{} {}: {}".format(name, version, licence))
         of = texts(folder)
@@ -160,7 +192,11 @@ def main():
     libraries = list(page())
     missing = [name for name, _, _, folder in libraries if not folder.is_dir()]
     if missing:
-        sys.exit("the libraries of the page are not there ({}): `npm --prefix web ci` fetches them".format(", ".join(missing)))
+        sys.exit(
+            "the libraries of the page are not there ({}): `npm --prefix web ci` fetches them".format(
+                ", ".join(missing)
+            )
+        )
     rustc = subprocess.run(["rustc", "--version"], check=True, capture_output=True, text=True).stdout.split()[1]
     linked = [(STANDARD_LIBRARY[0], rustc, STANDARD_LIBRARY[1])]
     if args.target.endswith("musl"):

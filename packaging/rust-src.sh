@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Prints the folder `library` of the sources of the standard library for the compiler in use, fetched from Debian's archive
-# into FOLDER. For machines on which `rustup target add` reaches nothing.
+# Prints the folder `library` of the sources of the standard library for the compiler in use, fetched from Debian's
+# archive into FOLDER. For machines on which `rustup target add` reaches nothing.
 #
 #     RUST_LIBRARY="$(packaging/rust-src.sh FOLDER)" packaging/build.sh
 set -euo pipefail
@@ -18,7 +18,8 @@ if [ ! -d "$library" ]; then
     apt=(-o "Dir::Etc::sourcelist=$folder/sources.list" -o Dir::Etc::sourceparts=/dev/null
         -o "Dir::State::lists=$folder/lists" -o "Dir::Cache=$folder/cache" -o APT::Sandbox::User=root -qq)
     apt-get "${apt[@]}" update >&2
-    version="$(apt-cache "${apt[@]}" madison rust-src | awk -F'[ |]+' -v want="$release+" 'index($3, want) == 1 {print $3; exit}')"
+    version="$(apt-cache "${apt[@]}" madison rust-src \
+        | awk -F'[ |]+' -v want="$release+" 'index($3, want) == 1 {print $3; exit}')"
     if [ -z "$version" ]; then
         echo "Debian has no rust-src of Rust $release at this time; it has:" >&2
         apt-cache "${apt[@]}" madison rust-src >&2

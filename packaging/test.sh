@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Installs and uses every package of target/packages (PACKAGES=FOLDER for another) in a fresh place, and says how big they are
-# and how long they take to start. Made before by packaging/build.sh.
+# Installs and uses every package of target/packages (PACKAGES=FOLDER for another) in a fresh place, and says how big
+# they are and how long they take to start. Made before by packaging/build.sh.
 #
 #     packaging/test.sh [PART]...     all of: sums refusals again program deb unit image wheel
 #     packaging/test.sh reproduce     builds everything once more, elsewhere, and compares the checksums
 #
-# Needs root for chroots and namespaces of its own, and of Debian: debootstrap, skopeo, strace, systemd, binutils, iproute2.
+# Needs root for chroots and namespaces of its own, and of Debian: debootstrap, skopeo, strace, systemd, binutils,
+# iproute2.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root="$PWD"
@@ -46,7 +47,8 @@ clean() {
 }
 trap clean EXIT
 
-# started_in FILE COMMAND...: milliseconds until a server that is started so has written its ready file; it is then told to end.
+# started_in FILE COMMAND...: milliseconds until a server that is started so has written its ready file;
+# it is then told to end.
 started_in() {
     local ready="$1" from to status=0
     shift
@@ -93,8 +95,10 @@ refusals() {
     said="$(packaging/build.sh --arch sparc 2>&1)" && fail "an architecture that is not there was built"
     [[ "$said" == *"there are packages for x86_64 and aarch64"* ]] || fail "it said: $said"
     ok "an unknown architecture"
-    if [ ! -d "$(rustc --print sysroot)/lib/rustlib/aarch64-unknown-linux-musl" ] && [ ! -d "$(rustc --print sysroot)/lib/rustlib/src/rust" ]; then
-        said="$(RUST_LIBRARY='' PACKAGES="$work/none" packaging/build.sh --arch aarch64 --only program 2>&1)" && fail "it built without a standard library"
+    if [ ! -d "$(rustc --print sysroot)/lib/rustlib/aarch64-unknown-linux-musl" ] \
+        && [ ! -d "$(rustc --print sysroot)/lib/rustlib/src/rust" ]; then
+        said="$(RUST_LIBRARY='' PACKAGES="$work/none" packaging/build.sh --arch aarch64 --only program 2>&1)" \
+            && fail "it built without a standard library"
         [[ "$said" == *"rustup target add aarch64-unknown-linux-musl"* ]] || fail "it said: $said"
         ok "a target without its standard library, and how to get it"
     fi
@@ -109,16 +113,19 @@ cells_with_parts() {
     mkdir -p "$work/cells"
     sed 's/^columns = 4$/columns = 2/; s/^rows = 3$/rows = 2/; s/^layers = 5$/layers = 1/' \
         examples/cells/palletising/palletise.script >"$work/cells/palletising.script"
-    sed 's/^for number in range(5):$/for number in range(2):/' examples/cells/belt/pick.script >"$work/cells/belt.script"
+    sed 's/^for number in range(5):$/for number in range(2):/' examples/cells/belt/pick.script \
+        >"$work/cells/belt.script"
     for cell in palletising belt; do
         recording="$work/cells/$cell-$architecture.mcap"
-        "$@" run "$work/cells/$cell.script" --cell "examples/cells/$cell/cell.toml" --record "$recording" >"$work/log" 2>&1 \
+        "$@" run "$work/cells/$cell.script" --cell "examples/cells/$cell/cell.toml" --record "$recording" \
+            >"$work/log" 2>&1 \
             || { cat "$work/log" >&2; fail "the cell $cell does not run"; }
         for recording in "$work/cells/$cell"-*.mcap; do
             [ "$recording" != "$work/cells/$cell-$architecture.mcap" ] || continue
             "$@" replay "$recording" --rerun >"$work/log" 2>&1 \
                 || { cat "$work/log" >&2; fail "$architecture runs $(basename "$recording") otherwise"; }
-            ok "every cycle and every part of $(basename "$recording") is the same here: $(grep -m 1 ^identical "$work/log")"
+            ok "every cycle and every part of $(basename "$recording") is the same here:" \
+                "$(grep -m 1 ^identical "$work/log")"
         done
     done
 }
@@ -133,39 +140,51 @@ program() {
         tar -x -z -f "$archive" -C "$work"
         folder="$work/eliteserver-$version-$architecture-linux"
         at_most "$folder/eliteserver" 25000000
-        ! readelf --program-headers "$folder/eliteserver" | grep -q INTERP || fail "the program asks for a dynamic linker"
+        ! readelf --program-headers "$folder/eliteserver" | grep -q INTERP \
+            || fail "the program asks for a dynamic linker"
         ok "it is static"
         for path in "$root" "${CARGO_HOME:-$HOME/.cargo}" "$target"; do
             ! grep -q -a -F "$path/" "$folder/eliteserver" || fail "the program has the path $path in it"
         done
         ok "no path of this machine is in it"
         run=()
-        [ "$architecture" = "$host" ] || { needs "qemu-$architecture-static" qemu-user-static; run=("qemu-$architecture-static"); }
-        [ "$("${run[@]}" "$folder/eliteserver" --version)" = "eliteserver $version" ] || fail "it does not tell its version"
-        "${run[@]}" "$folder/eliteserver" run examples/first_light.script --record "$work/$architecture.mcap" >/dev/null 2>"$work/log" \
+        [ "$architecture" = "$host" ] \
+            || { needs "qemu-$architecture-static" qemu-user-static; run=("qemu-$architecture-static"); }
+        [ "$("${run[@]}" "$folder/eliteserver" --version)" = "eliteserver $version" ] \
+            || fail "it does not tell its version"
+        "${run[@]}" "$folder/eliteserver" run examples/first_light.script --record "$work/$architecture.mcap" \
+            >/dev/null 2>"$work/log" \
             || { cat "$work/log" >&2; fail "the program does not run first_light"; }
         "${run[@]}" "$folder/eliteserver" replay "$work/$architecture.mcap" | tail -n 3
         ok "first_light runs and is recorded"
-        "${run[@]}" "$folder/eliteserver" replay "$work/$architecture.mcap" --csv /cycle >"$work/cycles-$architecture.csv" 2>/dev/null
-        "${run[@]}" "$folder/eliteserver" test examples >"$work/log" 2>&1 || { tail -n 40 "$work/log" >&2; fail "tests of examples/ fail"; }
+        "${run[@]}" "$folder/eliteserver" replay "$work/$architecture.mcap" --csv /cycle \
+            >"$work/cycles-$architecture.csv" 2>/dev/null
+        "${run[@]}" "$folder/eliteserver" test examples >"$work/log" 2>&1 \
+            || { tail -n 40 "$work/log" >&2; fail "tests of examples/ fail"; }
         ok "the tests of examples/: $(tail -n 1 "$work/log")"
         cells_with_parts "$architecture" "${run[@]}" "$folder/eliteserver"
-        # The line tables beside it know where its entry is: a function of the module `program`, whichever was not inlined.
+        # The line tables beside it know where its entry is: a function of the module `program`,
+        # whichever was not inlined.
         tar -x -z -f "$packages/eliteserver-$version-$architecture-linux.debug.tar.gz" -C "$folder"
         for path in "$root" "${CARGO_HOME:-$HOME/.cargo}" "$target"; do
             ! grep -q -a -F "$path/" "$folder/eliteserver.debug" || fail "the line tables have the path $path in them"
         done
         ok "no path of this machine is in its line tables"
         local main
-        main="$(readelf --symbols --wide "$folder/eliteserver.debug" | awk '!found && $4 == "FUNC" && $8 ~ /_6server7program7[a-z]+$/ {print $2; found = 1}')"
-        addr2line -e "$folder/eliteserver.debug" "0x$main" | grep -q 'program.rs:' || fail "the line tables do not know $main"
+        main="$(readelf --symbols --wide "$folder/eliteserver.debug" \
+            | awk '!found && $4 == "FUNC" && $8 ~ /_6server7program7[a-z]+$/ {print $2; found = 1}')"
+        addr2line -e "$folder/eliteserver.debug" "0x$main" | grep -q 'program.rs:' \
+            || fail "the line tables do not know $main"
         ok "line tables beside it: $(addr2line -e "$folder/eliteserver.debug" "0x$main")"
-        [ -s "$folder/man/eliteserver.1" ] && [ -s "$folder/completions/eliteserver.bash" ] || fail "pages and completions are missing"
-        started_in "$work/ready" "${run[@]}" "$folder/eliteserver" serve --record off "${any_port[@]}" --ready-file "$work/ready" >/dev/null
+        [ -s "$folder/man/eliteserver.1" ] && [ -s "$folder/completions/eliteserver.bash" ] \
+            || fail "pages and completions are missing"
+        started_in "$work/ready" "${run[@]}" "$folder/eliteserver" serve --record off "${any_port[@]}" \
+            --ready-file "$work/ready" >/dev/null
         ok "it serves, and ends when it is told to"
         [ "$architecture" = "$host" ] || continue
         for _ in 1 2 3 4 5; do
-            started_in "$work/ready" "$folder/eliteserver" serve --record off "${any_port[@]}" --ready-file "$work/ready"
+            started_in "$work/ready" "$folder/eliteserver" serve --record off "${any_port[@]}" \
+                --ready-file "$work/ready"
         done | sort -n | tr '\n' ' ' >"$work/times"
         ok "ready after $(cat "$work/times")ms"
         # Whoever may lock memory holds all of it from then on.
@@ -193,7 +212,8 @@ fresh() {
     needs debootstrap debootstrap
     local kept="$target/debian-minimal.tar"
     if [ ! -f "$kept" ]; then
-        debootstrap --variant=minbase bookworm "$work/debian" >"$work/log" 2>&1 || { tail -n 5 "$work/log" >&2; fail "debootstrap failed"; }
+        debootstrap --variant=minbase bookworm "$work/debian" >"$work/log" 2>&1 \
+            || { tail -n 5 "$work/log" >&2; fail "debootstrap failed"; }
         tar -c -C "$work/debian" --exclude=./dev/* --exclude=./proc/* --exclude=./sys/* . >"$kept.part"
         mv "$kept.part" "$kept"
         rm -rf "$work/debian"
@@ -211,7 +231,8 @@ deb() {
     fresh "$fresh"
     cp "$package" "$fresh/tmp/eliteserver.deb"
     chroot "$fresh" dpkg --install /tmp/eliteserver.deb >/dev/null
-    [ "$(chroot "$fresh" dpkg-query -W -f '${Status} ${Version}' eliteserver)" = "install ok installed $version" ] || fail "it is not installed"
+    [ "$(chroot "$fresh" dpkg-query -W -f '${Status} ${Version}' eliteserver)" = "install ok installed $version" ] \
+        || fail "it is not installed"
     chroot "$fresh" dpkg --verify eliteserver
     ok "dpkg installs it in a minimal Debian, every file as packed"
     local home
@@ -222,26 +243,32 @@ deb() {
     uid="$(chroot "$fresh" id -u eliteserver)" gid="$(chroot "$fresh" id -g eliteserver)"
     install -d -o "$uid" -g "$gid" "$fresh/var/lib/eliteserver/robot"
     local as=(chroot --userspec="$uid:$gid" "$fresh")
-    [ "$("${as[@]}" /usr/bin/eliteserver --version)" = "eliteserver $version" ] || fail "the installed program does not answer"
+    [ "$("${as[@]}" /usr/bin/eliteserver --version)" = "eliteserver $version" ] \
+        || fail "the installed program does not answer"
     printf 'sleep(0.1)\nprint("ready")\n' >"$fresh/tmp/a.script"
-    [ "$("${as[@]}" /usr/bin/eliteserver run --config /etc/eliteserver/robot.toml /tmp/a.script 2>/dev/null)" = ready ] || fail "it runs no program"
+    [ "$("${as[@]}" /usr/bin/eliteserver run --config /etc/eliteserver/robot.toml /tmp/a.script 2>/dev/null)" \
+        = ready ] || fail "it runs no program"
     ok "the installed program runs a script with the configuration of the package"
     local took
     took="$(started_in "$fresh/var/lib/eliteserver/robot/ready" "${as[@]}" /bin/sh -c "cd /var/lib/eliteserver/robot &&
         exec /usr/bin/eliteserver serve --config /etc/eliteserver/robot.toml --ready-file ready ${any_port[*]}")"
     ls "$fresh"/var/lib/eliteserver/robot/recordings/*.mcap >/dev/null || fail "it has recorded nothing"
     ok "it serves as its own user, ready after $took ms, and records into /var/lib/eliteserver/robot"
-    [ -f "$fresh/usr/share/man/man1/eliteserver-doctor.1.gz" ] || chroot "$fresh" dpkg -L eliteserver | grep -q eliteserver-doctor.1.gz \
+    [ -f "$fresh/usr/share/man/man1/eliteserver-doctor.1.gz" ] || chroot "$fresh" dpkg -L eliteserver \
+        | grep -q eliteserver-doctor.1.gz \
         || fail "no manual pages"
-    bash -c "source '$fresh/usr/share/bash-completion/completions/eliteserver' && complete -p eliteserver" >/dev/null || fail "bash cannot complete it"
+    bash -c "source '$fresh/usr/share/bash-completion/completions/eliteserver' && complete -p eliteserver" >/dev/null \
+        || fail "bash cannot complete it"
     ok "manual pages and completions"
     echo "# mine" >>"$fresh/etc/eliteserver/robot.toml"
     chroot "$fresh" dpkg --install --force-confold /tmp/eliteserver.deb >/dev/null
     grep -q '^# mine' "$fresh/etc/eliteserver/robot.toml" || fail "installing again lost the configuration"
     chroot "$fresh" dpkg --remove eliteserver >/dev/null
-    [ ! -e "$fresh/usr/bin/eliteserver" ] && [ -e "$fresh/etc/eliteserver/robot.toml" ] || fail "removing it removed the wrong things"
+    [ ! -e "$fresh/usr/bin/eliteserver" ] && [ -e "$fresh/etc/eliteserver/robot.toml" ] \
+        || fail "removing it removed the wrong things"
     chroot "$fresh" dpkg --purge eliteserver >/dev/null 2>&1
-    [ ! -e "$fresh/etc/eliteserver" ] && ls "$fresh"/var/lib/eliteserver/robot/recordings/*.mcap >/dev/null || fail "purging it"
+    [ ! -e "$fresh/etc/eliteserver" ] && ls "$fresh"/var/lib/eliteserver/robot/recordings/*.mcap >/dev/null \
+        || fail "purging it"
     ok "installed again, removed and purged: the configuration goes last, recordings stay"
     rm -rf --one-file-system "$fresh"
 }
@@ -256,35 +283,47 @@ unit() {
     mkdir -p "$fresh/etc/systemd/system"
     # Targets and slices that the unit refers to are those of this machine.
     cp -r /usr/lib/systemd/system/*.target /usr/lib/systemd/system/*.slice "$fresh/usr/lib/systemd/system/"
-    systemd-analyze verify --man=no --root="$fresh" "$name" 2>"$work/said" || { cat "$work/said" >&2; fail "systemd-analyze verify"; }
+    systemd-analyze verify --man=no --root="$fresh" "$name" 2>"$work/said" \
+        || { cat "$work/said" >&2; fail "systemd-analyze verify"; }
     ! grep -i "eliteserver" "$work/said" || fail "systemd-analyze has something to say"
     ok "systemd-analyze verify has nothing to say"
     local score
-    score="$(systemd-analyze security --no-pager --offline=true --root="$fresh" "$name" | sed -n 's/.*Overall exposure level.*: \([0-9.]*\) .*/\1/p')"
-    awk -v score="$score" 'BEGIN {exit !(score != "" && score <= 2)}' || fail "the exposure is '$score', at most 2 is promised"
+    score="$(systemd-analyze security --no-pager --offline=true --root="$fresh" "$name" \
+        | sed -n 's/.*Overall exposure level.*: \([0-9.]*\) .*/\1/p')"
+    awk -v score="$score" 'BEGIN {exit !(score != "" && score <= 2)}' \
+        || fail "the exposure is '$score', at most 2 is promised"
     ok "systemd-analyze security: exposure $score (0 is none, 10 all)"
 
-    # What the sandbox allows is compared with what the program does: while it serves, and while programs use what they may.
+    # What the sandbox allows is compared with what the program does: while it serves,
+    # and while programs use what they may.
     local allowed="$work/allowed" program="$fresh/usr/bin/eliteserver"
-    list() { systemd-analyze syscall-filter --no-pager "$1" | awk '/^ +@/ {print $1} /^ +[a-z_0-9]+$/ {print $1}' | while read -r word; do
+    list() { systemd-analyze syscall-filter --no-pager "$1" | awk '/^ +@/ {print $1} /^ +[a-z_0-9]+$/ {print $1}' \
+        | while read -r word; do
         case "$word" in "$1") ;; @*) list "$word" ;; *) echo "$word" ;; esac
     done; }
     list @system-service | sort -u >"$work/service"
     { list @privileged; list @keyring; } | sort -u >"$work/denied"
     comm -23 "$work/service" "$work/denied" >"$allowed"
     list @default | sort -u | sort -u - "$allowed" -o "$allowed"
-    (cd "$work" && timeout -s TERM 4 strace -f -qq -o "$work/served" "$program" serve --record "$work/served.mcap" "${any_port[@]}" 2>/dev/null) || true
-    printf 'import time\nf = socket_open("127.0.0.1", 9)\nmovej(get_actual_joint_positions(), a=1, v=1)\nprint(sum([i for i in range(100000)]))\n' >"$work/a.script"
-    (cd "$work" && strace -f -qq -o "$work/ran" "$program" run a.script --record "$work/ran.mcap" >/dev/null 2>&1) || true
+    (cd "$work" && timeout -s TERM 4 strace -f -qq -o "$work/served" "$program" serve \
+        --record "$work/served.mcap" "${any_port[@]}" 2>/dev/null) || true
+    printf '%s\n' 'import time' 'f = socket_open("127.0.0.1", 9)' 'movej(get_actual_joint_positions(), a=1, v=1)' \
+        'print(sum([i for i in range(100000)]))' >"$work/a.script"
+    (cd "$work" && strace -f -qq -o "$work/ran" "$program" run a.script --record "$work/ran.mcap" >/dev/null 2>&1) \
+        || true
     [ "$(wc -l <"$work/served")" -gt 1000 ] && [ "$(wc -l <"$work/ran")" -gt 300 ] || fail "strace has seen too little"
     sed -nE 's/^[0-9]+ +(<\.\.\. )?([a-z_0-9]+)[ (].*/\2/p' "$work/served" "$work/ran" | sort -u >"$work/used"
     comm -23 "$work/used" "$allowed" | grep -v '^execve$' >"$work/missing" || true
     [ ! -s "$work/missing" ] || fail "the sandbox refuses what the program does: $(tr '\n' ' ' <"$work/missing")"
-    grep -q sched_setscheduler "$work/used" && grep -q mlockall "$work/used" || fail "it asked for no priority or locked no memory"
-    ok "the $(wc -l <"$work/used") system calls of a server and a program are allowed, priority and locked memory among them"
-    ! grep -E '(mmap|mprotect)\(.*PROT_WRITE\|PROT_EXEC' "$work/served" "$work/ran" || fail "memory that is written and executed"
+    grep -q sched_setscheduler "$work/used" && grep -q mlockall "$work/used" \
+        || fail "it asked for no priority or locked no memory"
+    ok "the $(wc -l <"$work/used") system calls of a server and a program are allowed," \
+        "priority and locked memory among them"
+    ! grep -E '(mmap|mprotect)\(.*PROT_WRITE\|PROT_EXEC' "$work/served" "$work/ran" \
+        || fail "memory that is written and executed"
     ok "no memory is writable and executable"
-    ! grep -oE 'socket\(AF_[A-Z0-9]+' "$work/served" "$work/ran" | grep -vE 'AF_(UNIX|INET|INET6)$' || fail "an address family that the unit refuses"
+    ! grep -oE 'socket\(AF_[A-Z0-9]+' "$work/served" "$work/ran" | grep -vE 'AF_(UNIX|INET|INET6)$' \
+        || fail "an address family that the unit refuses"
     ok "no address family beyond AF_INET, AF_INET6, AF_UNIX"
 }
 
@@ -294,7 +333,8 @@ image() {
     echo "== the OCI image"
     local archive="$packages/eliteserver-$version.oci.tar" at="$work/image" fresh="$work/container"
     case "$host" in x86_64) architecture=amd64 ;; aarch64) architecture=arm64 ;; esac
-    skopeo --override-os linux --override-arch "$architecture" inspect "oci-archive:$archive:$version" >"$work/inspected"
+    skopeo --override-os linux --override-arch "$architecture" inspect "oci-archive:$archive:$version" \
+        >"$work/inspected"
     skopeo --override-os linux --override-arch "$architecture" copy --quiet "oci-archive:$archive:$version" "dir:$at"
     ok "skopeo reads it and takes it apart, every digest as it says"
     mkdir "$fresh"
@@ -339,10 +379,13 @@ INSIDE
     # An engine starts the command in its working directory; chroot starts it in /, so recordings are named.
     command="$command --record $folder/recording.mcap"
     sed -i "s|(start .*|(start $command --ready-file $folder/ready) 2>'$work/log' \&|" "$work/inside"
-    unshare --net --fork bash "$work/inside" >"$work/said" 2>&1 || { cat "$work/said" "$work/log" >&2; fail "the image does not run"; }
-    grep -q "^Uid:[[:space:]]*${user%%:*}[[:space:]]" "$work/said" || { cat "$work/said" >&2; fail "it runs as another user"; }
+    unshare --net --fork bash "$work/inside" >"$work/said" 2>&1 \
+        || { cat "$work/said" "$work/log" >&2; fail "the image does not run"; }
+    grep -q "^Uid:[[:space:]]*${user%%:*}[[:space:]]" "$work/said" \
+        || { cat "$work/said" >&2; fail "it runs as another user"; }
     [ -s "$fresh$folder/recording.mcap" ] || fail "it has recorded nothing"
-    ok "started without an engine as user ${user%%:*}, served a program on the vendor's port, ended with everything flushed"
+    ok "started without an engine as user ${user%%:*}, served a program on the vendor's port," \
+        "ended with everything flushed"
 }
 
 # A program on a controller of its own: what the module must do in whichever Python.
@@ -376,8 +419,10 @@ wheel() {
             wheel_elsewhere "$made" "$architecture"
         fi
         "$work/fresh/bin/pip" install --quiet --disable-pip-version-check auditwheel
-        "$work/fresh/bin/python" -m auditwheel show "$made" >"$work/log" 2>&1 || { cat "$work/log" >&2; fail "auditwheel does not read it"; }
-        tr '\n' ' ' <"$work/log" | grep -oE 'consistent with the following platform tag: "[^"]*"' || { cat "$work/log" >&2; fail "auditwheel: no tag"; }
+        "$work/fresh/bin/python" -m auditwheel show "$made" >"$work/log" 2>&1 \
+            || { cat "$work/log" >&2; fail "auditwheel does not read it"; }
+        tr '\n' ' ' <"$work/log" | grep -oE 'consistent with the following platform tag: "[^"]*"' \
+            || { cat "$work/log" >&2; fail "auditwheel: no tag"; }
         ok "auditwheel agrees with its tag"
     done
     [ "$found" = 1 ] || fail "there is no wheel for $host in $packages"
@@ -412,7 +457,8 @@ cycles_of_wheel() {
     "$@" replay "$work/$architecture.mcap" --csv /cycle >"$work/wheel-cycles-$architecture.csv" 2>"$work/log"
     ok "its command runs first_light and records $(($(wc -l <"$work/wheel-cycles-$architecture.csv") - 1)) cycles"
 }
-# wheel_elsewhere WHEEL ARCHITECTURE: installed by pip as on a machine of that kind, and used by Debian's Python of that kind under qemu.
+# wheel_elsewhere WHEEL ARCHITECTURE: installed by pip as on a machine of that kind, and used by Debian's Python of that
+# kind under qemu.
 wheel_elsewhere() {
     local debian folder="$work/$2-debian" packed python
     case "$2" in x86_64) debian=amd64 ;; aarch64) debian=arm64 ;; esac
@@ -423,16 +469,20 @@ wheel_elsewhere() {
     debootstrap --foreign --arch="$debian" --variant=minbase --include=python3 bookworm "$folder" >"$work/log" 2>&1 \
         || { tail -n 5 "$work/log" >&2; fail "debootstrap failed"; }
     for packed in "$folder"/var/cache/apt/archives/*.deb; do dpkg-deb --extract "$packed" "$folder"; done
-    "$work/fresh/bin/pip" install --quiet --disable-pip-version-check --target "$work/$2-packages" --only-binary :all: --implementation cp \
-        --python-version 3.11 --abi cp311 --abi abi3 --platform "manylinux_2_28_$2" --platform "manylinux_2_27_$2" --platform "manylinux2014_$2" "$1"
+    "$work/fresh/bin/pip" install --quiet --disable-pip-version-check --target "$work/$2-packages" --only-binary :all: \
+        --implementation cp --python-version 3.11 --abi cp311 --abi abi3 \
+        --platform "manylinux_2_28_$2" --platform "manylinux_2_27_$2" --platform "manylinux2014_$2" "$1"
     ok "pip installs it, and what it needs, as for such a machine"
-    python=(env PYTHONPATH="$work/$2-packages" PYTHONDONTWRITEBYTECODE=1 "qemu-$2-static" -L "$folder" "$folder/usr/bin/python3.11")
+    python=(env PYTHONPATH="$work/$2-packages" PYTHONDONTWRITEBYTECODE=1
+        "qemu-$2-static" -L "$folder" "$folder/usr/bin/python3.11")
     (cd "$work" && "${python[@]}" -c "$use_module")
     ok "the module runs a program on a controller of its own"
     local command='import sys; from elitescript._command import main; main()'
-    [ "$("${python[@]}" -c "$command" --version)" = "eliteserver $version" ] || fail "its command does not tell its version"
+    [ "$("${python[@]}" -c "$command" --version)" = "eliteserver $version" ] \
+        || fail "its command does not tell its version"
     cycles_of_wheel "$2" "${python[@]}" -c "$command"
-    started_in "$work/ready" "${python[@]}" -c "$command" serve --record off "${any_port[@]}" --ready-file "$work/ready" >/dev/null
+    started_in "$work/ready" "${python[@]}" -c "$command" serve --record off "${any_port[@]}" \
+        --ready-file "$work/ready" >/dev/null
     ok "its command serves, and ends when it is told to"
     rm -rf --one-file-system "$folder"
 }
@@ -443,7 +493,8 @@ again() {
     [ -x "$given" ] || fail "there is no program $given: packaging/build.sh makes it, or PROGRAM=FILE names one"
     # The date of the sources, whatever is committed meanwhile.
     export SOURCE_DATE_EPOCH="${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}"
-    PACKAGES="$work/first" packaging/build.sh --program "$given" --only program --only deb --only image >"$work/log" 2>&1 \
+    PACKAGES="$work/first" packaging/build.sh --program "$given" --only program --only deb --only image \
+        >"$work/log" 2>&1 \
         || { cat "$work/log" >&2; fail "the packages were not made"; }
     # Another folder, another second, other habits of whoever builds.
     (umask 077 && TZ=Asia/Shanghai LC_ALL=C.UTF-8 PACKAGES="$work/second/elsewhere" \
@@ -465,7 +516,8 @@ reproduce() {
     done
     ls "$packages"/*.whl >/dev/null 2>&1 || arguments+=(--only program --only deb --only image)
     [ -z "${PACKAGES_QUICK:-}" ] || arguments+=(--quick)
-    (cd "$work/again" && CARGO_TARGET_DIR="$work/again-target" PACKAGES="$work/again-packages" packaging/build.sh "${arguments[@]}")
+    (cd "$work/again" && CARGO_TARGET_DIR="$work/again-target" PACKAGES="$work/again-packages" \
+        packaging/build.sh "${arguments[@]}")
     diff "$packages/SHA256SUMS" "$work/again-packages/SHA256SUMS" || {
         rm -rf "$target/packages-again"
         mv "$work/again-packages" "$target/packages-again"

@@ -62,7 +62,8 @@ def check_cycle_type(descriptor):
 
 
 def check_world(reader):
-    """Every part of a cell is drawn, as one entity, and no other; whoever follows all updates sees what the latest one shows."""
+    """Every part of a cell is drawn, as one entity, and no other; whoever follows all updates
+    sees what the latest one shows."""
     parts, changed, kept, scenes, meshes = set(), 0, set(), 0, set()
     factory = DecoderFactory()
     for schema, channel, message in reader.iter_messages(topics=["/world", "/scene"]):
@@ -96,7 +97,8 @@ def check_world(reader):
 
 
 def check_files(reader):
-    """The files of the cell that the metadata names are there, before everything else and with a time of the recording."""
+    """The files of the cell that the metadata names are there, before everything else and with a time of the
+    recording."""
     for metadata in reader.iter_metadata():
         if metadata.name == "eliteserver":
             named = json.loads(metadata.metadata.get("files", "[]"))
@@ -105,7 +107,9 @@ def check_files(reader):
     names = [attachment.name for attachment in attached]
     check(names == [f"cell/{name}" for name in named], f"the metadata names the files {named}, there are {names}")
     for attachment in attached:
-        check(attachment.log_time == attachment.create_time == epoch, f"{attachment.name} has another time than the start")
+        check(
+            attachment.log_time == attachment.create_time == epoch, f"{attachment.name} has another time than the start"
+        )
     summary = reader.get_summary()
     first = min(index.chunk_start_offset for index in summary.chunk_indexes)
     late = [index.name for index in summary.attachment_indexes if index.offset > first]
@@ -145,7 +149,9 @@ def main(path):
             if cycles:
                 check(decoded.cycle == cycles[-1][0] + 1, f"cycle {decoded.cycle} follows cycle {cycles[-1][0]}")
             cycles.append((decoded.cycle, decoded.time, message.log_time))
-        for _, channel, message, decoded in reader.iter_decoded_messages(topics=["/tf", "/scene", "/joint_states", "/log"]):
+        for _, channel, message, decoded in reader.iter_decoded_messages(
+            topics=["/tf", "/scene", "/joint_states", "/log"]
+        ):
             if channel.topic == "/tf":
                 frames |= {t.child_frame_id for t in decoded.transforms}
                 frames |= {t.parent_frame_id for t in decoded.transforms}

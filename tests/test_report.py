@@ -3,8 +3,8 @@
 
     tests/test_report.py target/nextest/default/report.xml
 
-A second try, one `SECOND TRY: name` a line for people and grep, is a defect of the test or of what it tests, to be mended; the
-exit status stays 0.
+A second try, one `SECOND TRY: name` a line for people and grep, is a defect of the test or of what it tests, to be
+mended; the exit status stays 0.
 """
 
 import collections

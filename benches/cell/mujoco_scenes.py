@@ -2,8 +2,9 @@
 
     run.sh [SCENE...]
 
-Each scene is written twice: as a cell file, whose parts `eliteserver run` records, and as a model of MuJoCo with stiff contacts and
-steps of 0.1 ms. Prints where and when things end in both. Ends with status 1 where a difference is larger than the scene allows.
+Each scene is written twice: as a cell file, whose parts `eliteserver run` records, and as a model of MuJoCo with stiff
+contacts and steps of 0.1 ms. Prints where and when things end in both. Ends with status 1 where a difference is larger
+than the scene allows.
 """
 
 import csv
@@ -95,9 +96,11 @@ def ours(eliteserver, scene):
         (folder / "cell.toml").write_text(cell_text(scene))
         start = "set_standard_digital_out(0, True)\n" if scene.pusher else ""
         (folder / "p.script").write_text(f"{start}sleep({scene.seconds})\n")
-        call = lambda *arguments: subprocess.run(  # noqa: E731
-            [eliteserver, *arguments], cwd=folder, check=True, capture_output=True, text=True, timeout=300
-        ).stdout
+        call = lambda *arguments: (
+            subprocess.run(
+                [eliteserver, *arguments], cwd=folder, check=True, capture_output=True, text=True, timeout=300
+            ).stdout
+        )
         call("run", "p.script", "--cell", "cell.toml", "--record", "p.mcap")
         rows = list(csv.DictReader(call("replay", "p.mcap", "--csv", "/world").splitlines()))
     cycles = int(scene.seconds / CYCLE_S)
@@ -119,8 +122,9 @@ def ours(eliteserver, scene):
 def model_text(scene):
     """The scene as a model of MuJoCo.
 
-    Twice the critical damping, with which things rebound with 5 % of their speed (13 % with the critical one). Its friction pushes
-    sliding things apart; less so with elliptic cones and a large `impratio`, which also keeps contacts from creeping.
+    Twice the critical damping, with which things rebound with 5 % of their speed (13 % with the critical one). Its
+    friction pushes sliding things apart; less so with elliptic cones and a large `impratio`,
+    which also keeps contacts from creeping.
     """
     springs = 'solref="0.002 2" solimp="0.99 0.999 0.0002"'
     geom = f'friction="{scene.friction} 0 0" condim="3" {springs}'
@@ -134,7 +138,7 @@ def model_text(scene):
         }[body.shape]
         turn = np.zeros(4)
         mujoco.mju_mat2Quat(turn, rotation(body.pose[3:]).ravel())
-        words = lambda numbers: " ".join(repr(float(x)) for x in numbers)  # noqa: E731
+        words = lambda numbers: " ".join(repr(float(x)) for x in numbers)
         place = f'pos="{words(body.pose[:3])}" quat="{words(turn)}"'
         solid = f'name="{body.name}" type="{kind}" size="{words(size)}" {geom}'
         if body.mass:
@@ -210,22 +214,34 @@ def scenes():
     on_slope = slope @ np.array([-0.5, 0, ball])
     height, radius = 0.12, 0.02
     critical = np.arctan(2 * radius / height)
-    tilted = lambda angle: (  # noqa: E731
+    tilted = lambda angle: (
         # On the lower edge, tilted about y.
-        [radius - np.cos(angle) * radius + np.sin(angle) * height / 2, 0,
-         np.sin(angle) * radius + np.cos(angle) * height / 2, 0, angle, 0]
+        [
+            radius - np.cos(angle) * radius + np.sin(angle) * height / 2,
+            0,
+            np.sin(angle) * radius + np.cos(angle) * height / 2,
+            0,
+            angle,
+            0,
+        ]
     )
-    leans = lambda angle: [Body("can", "cylinder", [radius, height], tilted(angle), 0.3)]  # noqa: E731
+    leans = lambda angle: [Body("can", "cylinder", [radius, height], tilted(angle), 0.3)]
     fallen = {"lies": lambda parts: tilt(parts["can"]) - np.radians(80)}
     return {
         # The middle of the upper four is 20 mm off the middle of the lowest: it stands.
-        "stack, 8 mm each, stands": Scene(stack(0.008), 4.0, ends=[f"box{k}" for k in range(5)], allowed=(0.5, 0.2, 0.01)),
+        "stack, 8 mm each, stands": Scene(
+            stack(0.008), 4.0, ends=[f"box{k}" for k in range(5)], allowed=(0.5, 0.2, 0.01)
+        ),
         # 37.5 mm: it falls.
         "stack, 15 mm each, falls": Scene(
-            stack(0.015), 2.0, events={"top box 50 mm lower": lambda parts: 0.175 - parts["box4"][0][2]}, allowed=(2, 1, 0.02)
+            stack(0.015),
+            2.0,
+            events={"top box 50 mm lower": lambda parts: 0.175 - parts["box4"][0][2]},
+            allowed=(2, 1, 0.02),
         ),
         "box over an edge by 2 mm": Scene(
-            [table, box("box", 0.1, 0.002, 0.45)], 2.0,
+            [table, box("box", 0.1, 0.002, 0.45)],
+            2.0,
             events={
                 "tilted by 30°": lambda parts: tilt(parts["box"]) - np.radians(30),
                 "tilted by 60°": lambda parts: tilt(parts["box"]) - np.radians(60),
@@ -235,32 +251,50 @@ def scenes():
         ),
         # Where the turning ball rubs on the box, MuJoCo's friction pushes them apart by an eighth of the speed.
         "ball rolls down and hits a box, smooth": Scene(
-            [Body("slope", "box", [0.8, 0.4, 0.1], [*middle, 0, slope_angle, 0]),
-             Body("ball", "sphere", [ball], [*on_slope, 0, 0, 0], 0.3), box("box", 0.06, 0.33, 0.03, 0.1)],
+            [
+                Body("slope", "box", [0.8, 0.4, 0.1], [*middle, 0, slope_angle, 0]),
+                Body("ball", "sphere", [ball], [*on_slope, 0, 0, 0], 0.3),
+                box("box", 0.06, 0.33, 0.03, 0.1),
+            ],
             2.5,
             events={
                 "ball 400 mm further": lambda parts: parts["ball"][0][0] - on_slope[0] - 0.4,
                 "box moves": lambda parts: parts["box"][0][0] - 0.331,
             },
-            ends=["box"], pairs={("ball", "box"): 0.0001}, allowed=(12, 1, 0.01),
+            ends=["box"],
+            pairs={("ball", "box"): 0.0001},
+            allowed=(12, 1, 0.01),
         ),
         # In MuJoCo pushed boxes tremble by some 20 mm/s, so the foremost slides further when the pusher stops.
         "row of three boxes pushed at 0.5 m/s": Scene(
             [Body("pusher plate", "box", [0.02, 0.2, 0.06], [-0.06, 0, 0.035, 0, 0, 0])]
             + [box(f"box{k}", 0.06, 0.1 * k, 0.03, 0.2 + 0.1 * k) for k in range(3)],
-            2.5, pusher=("pusher plate", 0.5, 1.0), ends=["box0", "box1", "box2"], allowed=(7, 1, 0.01),
+            2.5,
+            pusher=("pusher plate", 0.5, 1.0),
+            ends=["box0", "box1", "box2"],
+            allowed=(7, 1, 0.01),
         ),
         "row of three boxes pushed slowly, 20 mm/s": Scene(
             [Body("pusher plate", "box", [0.02, 0.2, 0.06], [-0.06, 0, 0.035, 0, 0, 0])]
             + [box(f"box{k}", 0.06, 0.06 * k, 0.03, 0.2) for k in range(3)],
-            4.0, pusher=("pusher plate", 0.06, 3.0), ends=["box0", "box1", "box2"], allowed=(0.5, 0.5, 0.01),
+            4.0,
+            pusher=("pusher plate", 0.06, 3.0),
+            ends=["box0", "box1", "box2"],
+            allowed=(0.5, 0.5, 0.01),
         ),
         "box pushed 10 mm off its middle": Scene(
             [Body("pusher plate", "box", [0.02, 0.02, 0.06], [-0.06, 0.01, 0.035, 0, 0, 0]), box("box", 0.06, 0, 0.03)],
-            3.0, pusher=("pusher plate", 0.15, 1.5), ends=["box"], allowed=(5, 5, 0.01),
+            3.0,
+            pusher=("pusher plate", 0.15, 1.5),
+            ends=["box"],
+            allowed=(5, 5, 0.01),
         ),
-        "cylinder 1° beyond its balance": Scene(leans(critical + np.radians(1)), 2.0, events=fallen, ends=["can"], round=True),
-        "cylinder 1° short of its balance": Scene(leans(critical - np.radians(1)), 3.0, events=fallen, ends=["can"], round=True),
+        "cylinder 1° beyond its balance": Scene(
+            leans(critical + np.radians(1)), 2.0, events=fallen, ends=["can"], round=True
+        ),
+        "cylinder 1° short of its balance": Scene(
+            leans(critical - np.radians(1)), 3.0, events=fallen, ends=["can"], round=True
+        ),
     }
 
 
@@ -282,9 +316,11 @@ def compare(eliteserver, name, scene):
         else:
             turned = np.degrees(np.arccos(np.clip((np.trace(r.T @ s) - 1) / 2, -1, 1)))
         good &= bool(far <= far_mm and turned <= turned_degrees)
-        where = lambda x: ", ".join(f"{1e3 * v:.1f}" for v in x)  # noqa: E731
-        print(f"    {part + ' at the end, mm':<24} ({where(p)})   ({where(q)})   {far:.2f} mm, {turned:.2f}°     "
-              f"allowed {far_mm:g} mm, {turned_degrees:g}°")
+        where = lambda x: ", ".join(f"{1e3 * v:.1f}" for v in x)
+        print(
+            f"    {part + ' at the end, mm':<24} ({where(p)})   ({where(q)})   {far:.2f} mm, {turned:.2f}°     "
+            f"allowed {far_mm:g} mm, {turned_degrees:g}°"
+        )
     return good
 
 
@@ -297,7 +333,10 @@ def main():
     print(f"eliteserver, MuJoCo {mujoco.__version__}, difference")
     results = {name: compare(eliteserver, name, scene) for name, scene in table.items() if not wanted or name in wanted}
     off = [name for name, good in results.items() if not good]
-    print(f"{len(results) - len(off)} of {len(results)} scenes as close as allowed" + (": not " + "; ".join(off) if off else ""))
+    print(
+        f"{len(results) - len(off)} of {len(results)} scenes as close as allowed"
+        + (": not " + "; ".join(off) if off else "")
+    )
     sys.exit(1 if off else 0)
 
 

@@ -11,7 +11,13 @@ ROOT = Path(__file__).resolve().parents[2]
 LINKS = ["base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"]
 #: Links of the URDF in that order.
 URDF_LINKS = [
-    "base_link_inertia", "shoulder_link", "upperarm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link",
+    "base_link_inertia",
+    "shoulder_link",
+    "upperarm_link",
+    "forearm_link",
+    "wrist_1_link",
+    "wrist_2_link",
+    "wrist_3_link",
 ]
 #: Pairs of links that are neighbours, or cannot meet (robots/README.md).
 SKIPPED = {(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (5, 6), (4, 6), (0, 2)}
@@ -20,11 +26,13 @@ SKIPPED = {(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (5, 6), (4, 6), (0, 2)}
 def rotation(rpy):
     roll, pitch, yaw = rpy
     cr, sr, cp, sp, cy, sy = (f(x) for x in (roll, pitch, yaw) for f in (math.cos, math.sin))
-    return np.array([
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
 
 
 def transform(xyz, rpy):
@@ -54,7 +62,8 @@ class Arm:
                     capsules.append((place, float(cylinder.get("radius")), float(cylinder.get("length"))))
                 elif sphere is not None:
                     inside = any(
-                        np.linalg.norm(_nearest(where, length, place[:3, 3]) - place[:3, 3]) + float(sphere.get("radius"))
+                        np.linalg.norm(_nearest(where, length, place[:3, 3]) - place[:3, 3])
+                        + float(sphere.get("radius"))
                         <= radius + 1e-5
                         for where, radius, length in capsules
                     )
@@ -65,10 +74,13 @@ class Arm:
         for joint in root.findall("joint"):
             if joint.get("type") == "revolute":
                 origin, limit = joint.find("origin"), joint.find("limit")
-                self.joints.append((
-                    transform(_numbers(origin.get("xyz")), _numbers(origin.get("rpy"))),
-                    float(limit.get("lower")), float(limit.get("upper")),
-                ))
+                self.joints.append(
+                    (
+                        transform(_numbers(origin.get("xyz")), _numbers(origin.get("rpy"))),
+                        float(limit.get("lower")),
+                        float(limit.get("upper")),
+                    )
+                )
 
     def frames(self, q):
         """The frames of the seven links in the base frame; the last is the flange."""
@@ -103,21 +115,35 @@ def scene(kind, rng):
         for k, height in enumerate([0.25, 0.25 + rng.uniform(0.3, 0.4)]):
             box(f"board {k}", [0.35, 0.7, 0.02], [far * c + 0.1 * c, far * s + 0.1 * s, height], side)
         for k, across in enumerate([-0.36, 0.36]):
-            box(f"side {k}", [0.35, 0.02, 0.8], [far * c + 0.1 * c - across * s, far * s + 0.1 * s + across * c, 0.4], side)
+            box(
+                f"side {k}",
+                [0.35, 0.02, 0.8],
+                [far * c + 0.1 * c - across * s, far * s + 0.1 * s + across * c, 0.4],
+                side,
+            )
     elif kind == "bin":
         c, s = math.cos(side), math.sin(side)
         wide, deep, high = rng.uniform(0.35, 0.45), rng.uniform(0.3, 0.4), rng.uniform(0.2, 0.3)
-        for k, (x, y, sx, sy) in enumerate([
-            (deep / 2, 0, 0.02, wide), (-deep / 2, 0, 0.02, wide), (0, wide / 2, deep, 0.02), (0, -wide / 2, deep, 0.02),
-        ]):
+        for k, (x, y, sx, sy) in enumerate(
+            [
+                (deep / 2, 0, 0.02, wide),
+                (-deep / 2, 0, 0.02, wide),
+                (0, wide / 2, deep, 0.02),
+                (0, -wide / 2, deep, 0.02),
+            ]
+        ):
             box(f"wall {k}", [sx, sy, high], [far * c + x * c - y * s, far * s + x * s + y * c, high / 2], side)
     elif kind == "posts":
         for k in range(rng.integers(2, 5)):
             angle, away = rng.uniform(-2.5, 2.5), rng.uniform(0.4, 0.65)
-            boxes.append((
-                f"post {k}", "cylinder", [float(rng.uniform(0.02, 0.05)), 1.2],
-                [float(away * math.cos(angle)), float(away * math.sin(angle)), 0.6, 0.0, 0.0, 0.0],
-            ))
+            boxes.append(
+                (
+                    f"post {k}",
+                    "cylinder",
+                    [float(rng.uniform(0.02, 0.05)), 1.2],
+                    [float(away * math.cos(angle)), float(away * math.sin(angle)), 0.6, 0.0, 0.0, 0.0],
+                )
+            )
     else:
         # A machine with an opening in its front.
         wide, low, high = rng.uniform(0.4, 0.55), rng.uniform(0.15, 0.25), rng.uniform(0.65, 0.8)
@@ -139,5 +165,8 @@ def cell_text(boxes):
     """The cell file of obstacles and the tool."""
     text = f'[tool]\nshape = "{TOOL[0]}"\nsize = {json.dumps(TOOL[1])}\npose = {json.dumps(TOOL[2])}\n'
     for name, shape, size, pose in boxes:
-        text += f'\n[[obstacle]]\nname = "{name}"\nshape = "{shape}"\nsize = {json.dumps(size)}\npose = {json.dumps(pose)}\n'
+        text += (
+            f'\n[[obstacle]]\nname = "{name}"\nshape = "{shape}"\nsize = {json.dumps(size)}\n'
+            f"pose = {json.dumps(pose)}\n"
+        )
     return text

@@ -30,7 +30,7 @@ def _cut_capsule(place, radius, length, normal, height):
     """A capsule without what lies beyond a plane, as the hull of many points of its surface."""
     points = []
     count = 60
-    for end in ([-length / 2, length / 2] if length > 0 else [0.0]):
+    for end in [-length / 2, length / 2] if length > 0 else [0.0]:
         centre = (place @ np.array([0, 0, end, 1.0]))[:3]
         below = height - normal @ centre
         first = np.cross(normal, [1, 0, 0])
@@ -73,12 +73,17 @@ class Scene:
                     self.bodies.append((link, LINKS[link], capsule(radius, length), place))
         shape, size, pose = TOOL
         self.bodies.append((6, "tool", _shape(shape, size), transform(pose[:3], pose[3:])))
-        self.obstacles = [(name, _shape(shape, size), _placed(transform(pose[:3], pose[3:]))) for name, shape, size, pose in boxes]
+        self.obstacles = [
+            (name, _shape(shape, size), _placed(transform(pose[:3], pose[3:]))) for name, shape, size, pose in boxes
+        ]
         self.pairs = []
         for k, (link, name, _, _) in enumerate(self.bodies):
             for j, (other, other_name, _, _) in enumerate(self.bodies):
-                counts = other < 4 and other_name != "tool" if name == "tool" else (
-                    other_name != "tool" and other < link and (other, link) not in SKIPPED)
+                counts = (
+                    other < 4 and other_name != "tool"
+                    if name == "tool"
+                    else (other_name != "tool" and other < link and (other, link) not in SKIPPED)
+                )
                 if counts:
                     self.pairs.append((k, j, None))
             if name != "base":

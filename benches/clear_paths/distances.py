@@ -1,6 +1,6 @@
 """Distances of the product against those of coal (PyPI), on random joint positions in random cells.
 
-    benches/clear_paths/run.sh distances [COUNT]
+benches/clear_paths/run.sh distances [COUNT]
 """
 
 import subprocess
@@ -36,7 +36,9 @@ def main(program, count):
             for name, shape, size, pose in boxes
         )
         cells.append((text, Scene(arm, boxes)))
-    cases = [(number % len(cells), rng.uniform(np.maximum(low, -3.2), np.minimum(high, 3.2))) for number in range(count)]
+    cases = [
+        (number % len(cells), rng.uniform(np.maximum(low, -3.2), np.minimum(high, 3.2))) for number in range(count)
+    ]
     cases.sort(key=lambda case: case[0])
     lines = "".join(f"{cells[cell][0]}|{' '.join(map(repr, map(float, q)))}\n" for cell, q in cases)
     begun = time.perf_counter()
@@ -53,8 +55,10 @@ def main(program, count):
         if apart > 1e-4:
             wrong.append((apart, float(distance), a, b, theirs, list(map(float, q)), cells[cell][0]))
     took = time.perf_counter() - begun
-    print(f"{count} configurations, {overlaps} of them in collision: largest difference {worst * 1e3:.4f} mm, "
-          f"{len(wrong)} above 0.1 mm; {ours_took / count * 1e6:.0f} µs each here, {took / count * 1e6:.0f} µs with coal")
+    print(
+        f"{count} configurations, {overlaps} of them in collision: largest difference {worst * 1e3:.4f} mm, "
+        f"{len(wrong)} above 0.1 mm; {ours_took / count * 1e6:.0f} µs each here, {took / count * 1e6:.0f} µs with coal"
+    )
     for entry in sorted(wrong, reverse=True)[:8]:
         print(*entry)
     return 1 if wrong else 0

@@ -15,7 +15,8 @@ class Inverse:
         self.d5, self.d6 = -origins[4][1, 3], origins[5][1, 3]
 
     def __call__(self, poses):
-        """Joint positions (N, 8, 6) of flange poses (N, 4, 4), NaN where there are none; proven by forward kinematics."""
+        """Joint positions (N, 8, 6) of flange poses (N, 4, 4), NaN where there are none; proven by forward
+        kinematics."""
         found = np.full((len(poses), 8, 6), np.nan)
         x, y = (poses[:, k, 3] - self.d6 * poses[:, k, 2] for k in range(2))
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -26,7 +27,8 @@ class Inverse:
                 q5 = wrist * np.arccos((poses[:, 0, 3] * s1 - poses[:, 1, 3] * c1 - self.d4) / self.d6)
                 s5 = np.sin(q5)
                 q6 = np.arctan2(
-                    (-poses[:, 0, 1] * s1 + poses[:, 1, 1] * c1) / s5, (poses[:, 0, 0] * s1 - poses[:, 1, 0] * c1) / s5,
+                    (-poses[:, 0, 1] * s1 + poses[:, 1, 1] * c1) / s5,
+                    (poses[:, 0, 0] * s1 - poses[:, 1, 0] * c1) / s5,
                 )
                 # Joint 4 as seen from joint 1: joints 2 to 4 turn in a plane.
                 after = self._fixed(4, q5) @ self._fixed(5, q6)

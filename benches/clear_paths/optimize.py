@@ -2,8 +2,9 @@
 
     benches/clear_paths/run.sh optimize
 
-Every faster program is run again, with its cell: it has to print what the old one prints, its outputs have to change in the same order, every part
-has to be let go where the old program lets it go, and kept lines have to be there as they were. Ends with status 1 where one is not.
+Every faster program is run again, with its cell: it has to print what the old one prints, its outputs have to change in
+the same order, every part has to be let go where the old program lets it go, and kept lines have to be there as they
+were. Ends with status 1 where one is not.
 """
 
 import csv
@@ -40,10 +41,14 @@ def effects(eliteserver, program, cell, folder):
     if ran.returncode:
         raise SystemExit(f"{program}: {ran.stderr}")
     outputs, released, holder = [], [], {}
-    for row in csv.DictReader(call(eliteserver, "replay", "x.mcap", "--csv", "/cycle", folder=folder).stdout.splitlines()):
+    for row in csv.DictReader(
+        call(eliteserver, "replay", "x.mcap", "--csv", "/cycle", folder=folder).stdout.splitlines()
+    ):
         if not outputs or outputs[-1] != row["digital_out"]:
             outputs.append(row["digital_out"])
-    for row in csv.DictReader(call(eliteserver, "replay", "x.mcap", "--csv", "/world", folder=folder).stdout.splitlines()):
+    for row in csv.DictReader(
+        call(eliteserver, "replay", "x.mcap", "--csv", "/world", folder=folder).stdout.splitlines()
+    ):
         name, by = row["name"], row["held_by"]
         if holder.get(name) and not by:
             released.append((name, [float(row[axis]) for axis in "xyz"]))
@@ -72,26 +77,48 @@ def main(eliteserver):
         folder = Path(folder)
         for name, program, cell, kept in PROGRAMS:
             keep = [word for first, last in kept for word in ("--keep", f"{first}-{last}")]
-            out = call(eliteserver, "optimize", program, "--cell", cell, "--margin", MARGIN, *keep, "-o", "fast.script", folder=folder)
-            said = re.search(r"cycle time ([\d.]+) s before, ([\d.]+) s after: ([\d.]+) % shorter \(simulated runs: (\d+)\)", out.stderr)
+            out = call(
+                eliteserver,
+                "optimize",
+                program,
+                "--cell",
+                cell,
+                "--margin",
+                MARGIN,
+                *keep,
+                "-o",
+                "fast.script",
+                folder=folder,
+            )
+            said = re.search(
+                r"cycle time ([\d.]+) s before, ([\d.]+) s after: ([\d.]+) % shorter \(simulated runs: (\d+)\)",
+                out.stderr,
+            )
             if out.returncode or not said:
                 print(f"{name:24} {out.stderr.strip()}")
                 wrong += 1
                 continue
             old, new = program.read_text().splitlines(), (folder / "fast.script").read_text().splitlines()
             found = differences(*(effects(eliteserver, one, cell, folder) for one in (program, folder / "fast.script")))
-            if any(line not in new for first, last in kept for line in old[first - 1:last]):
+            if any(line not in new for first, last in kept for line in old[first - 1 : last]):
                 found.append("kept lines")
             near = [
-                json.loads(call(eliteserver, "clearance", one, "--cell", cell, "--format", "json", folder=folder).stdout.splitlines()[-1])["distance"]
+                json.loads(
+                    call(
+                        eliteserver, "clearance", one, "--cell", cell, "--format", "json", folder=folder
+                    ).stdout.splitlines()[-1]
+                )["distance"]
                 for one in (program, folder / "fast.script")
             ]
             if near[0] is not None and near[1] < min(MARGIN, near[0]) - 1e-4:
                 found.append(f"least distance {near[1] * 1e3:.1f} mm")
             wrong += bool(found)
             before, after, share, runs = said.groups()
-            print(f"{name:24} {before:>8} s before, {after:>8} s after: {share:>5} % shorter, {runs} runs{'; DIFFERS: ' + ', '.join(found) if found else ''}",
-                  flush=True)
+            print(
+                f"{name:24} {before:>8} s before, {after:>8} s after: {share:>5} % shorter, {runs} "
+                f"runs{'; DIFFERS: ' + ', '.join(found) if found else ''}",
+                flush=True,
+            )
     return 1 if wrong else 0
 
 

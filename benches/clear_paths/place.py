@@ -1,11 +1,12 @@
-"""The base pose of `eliteserver place` beside all of a grid of 10,000, judged with the URDF and coal, without the product's help.
+"""The base pose of `eliteserver place` beside all of a grid of 10,000, judged with the URDF and coal,
+without the product's help.
 
     benches/clear_paths/run.sh place [COUNT]
 
-Every request has a cell and five TCP poses; every fourth one lets the base turn (a grid of 29 x 29 places and 12 turns), the others not (100 x 100). Every eighth
-has a pose that cannot be reached.
-`place` has to be at least as far from the ends of the joints' ranges as the best of the grid, and what it says of its base pose has to be true.
-Ends with status 1 where it is not.
+Every request has a cell and five TCP poses; every fourth one lets the base turn (a grid of 29 x 29 places and 12
+turns), the others not (100 x 100). Every eighth has a pose that cannot be reached. `place` has to be at least as far
+from the ends of the joints' ranges as the best of the grid, and what it says of its base pose has to be true. Ends with
+status 1 where it is not.
 """
 
 import json
@@ -47,7 +48,8 @@ class Judge:
         return q, np.where(margins >= 0, margins, -np.inf)
 
     def joint_margin(self, base, q, margins):
-        """The least joint margin of a base pose with the best branch that keeps clear at every point; -inf where one has none."""
+        """The least joint margin of a base pose with the best branch that keeps clear at every point;
+        -inf where one has none."""
         self.scene.stand_at(base)
         least = np.inf
         for point in range(len(self.points)):
@@ -95,12 +97,14 @@ def request(kind, rng, arm):
 
 def grid(turns):
     side = 100 if turns == 1 else 29
-    return np.array([
-        transform([x, y, 0], [0, 0, yaw])
-        for yaw in np.arange(turns) * 2 * np.pi / turns
-        for x in np.linspace(*AREA[:2], side)
-        for y in np.linspace(*AREA[2:], side)
-    ])
+    return np.array(
+        [
+            transform([x, y, 0], [0, 0, yaw])
+            for yaw in np.arange(turns) * 2 * np.pi / turns
+            for x in np.linspace(*AREA[:2], side)
+            for y in np.linspace(*AREA[2:], side)
+        ]
+    )
 
 
 def answer_of(eliteserver, folder, boxes, points, turns):
@@ -108,8 +112,21 @@ def answer_of(eliteserver, folder, boxes, points, turns):
     (folder / "points.txt").write_text("".join(" ".join(map(repr, xyz + rpy)) + "\n" for xyz, rpy in points))
     area = ",".join(map(str, AREA))
     tcp = ",".join(map(str, [*TCP[:3, 3], 0, 0, 0]))
-    call = [eliteserver, "place", "--points", "points.txt", "--cell", "cell.toml", f"--area={area}", f"--tcp={tcp}",
-            "--margin", str(MARGIN), "--format", "json", *(["--yaw"] if turns > 1 else [])]
+    call = [
+        eliteserver,
+        "place",
+        "--points",
+        "points.txt",
+        "--cell",
+        "cell.toml",
+        f"--area={area}",
+        f"--tcp={tcp}",
+        "--margin",
+        str(MARGIN),
+        "--format",
+        "json",
+        *(["--yaw"] if turns > 1 else []),
+    ]
     out = subprocess.run(call, cwd=folder, capture_output=True, text=True)
     return json.loads(out.stdout) if out.stdout else sys.exit(out.stderr)
 
@@ -142,11 +159,18 @@ def main(eliteserver, count):
                 alike = true >= best - WORSE and abs(true - answer["joint_margin"]) < 1e-6
                 told = f"joint margin {answer['joint_margin']:.4f} rad (judged {true:.4f})"
             wrong += not alike
-            print(f"{number:3} {turns:2} turns: {told}; best of the grid {best:.4f}, {len(bases)} poses, {looked} with their cell"
-                  f"{'' if alike else '   DIFFERS'}", flush=True)
+            print(
+                f"{number:3} {turns:2} turns: {told}; best of the grid {best:.4f}, {len(bases)} poses, {looked} with "
+                "their cell"
+                f"{'' if alike else '   DIFFERS'}",
+                flush=True,
+            )
     finite = [one for one in ahead if np.isfinite(one)]
-    print(f"{count} requests: {wrong} differ; {none} without a base pose here; ahead of the grid by {min(finite, default=0):.5f} to "
-          f"{max(finite, default=0):.5f} rad; {np.median(took):.2f} s each, at most {max(took):.2f} s")
+    print(
+        f"{count} requests: {wrong} differ; {none} without a base pose here; ahead of the grid by "
+        f"{min(finite, default=0):.5f} to "
+        f"{max(finite, default=0):.5f} rad; {np.median(took):.2f} s each, at most {max(took):.2f} s"
+    )
     return 1 if wrong else 0
 
 

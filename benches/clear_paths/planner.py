@@ -1,15 +1,16 @@
-"""Planned paths of the product against RRT-Connect of OMPL (PyPI) with the collision checks of coal, on generated scenes.
+"""Planned paths of the product against RRT-Connect of OMPL (PyPI) with the collision checks of coal,
+on generated scenes.
 
     benches/clear_paths/run.sh planner [COUNT] [ROWS.jsonl]
 
-A scene has a start and a goal between which the straight way is not free, one of them near an obstacle. OMPL has 5 s for the search and 2 s for its
-shortcutting; its program has the same speeds and stops at every corner, because nothing tells how large a blend may be. Rows of single scenes go to
-the file, if one is named; Ctrl-C ends with what has been measured.
+A scene has a start and a goal between which the straight way is not free, one of them near an obstacle. OMPL has 5 s
+for the search and 2 s for its shortcutting; its program has the same speeds and stops at every corner, because nothing
+tells how large a blend may be. Rows of single scenes go to the file, if one is named;
+Ctrl-C ends with what has been measured.
 """
 
 import json
 import resource
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -17,9 +18,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from ompl import base as ob
-from ompl import geometric as og
-from ompl import util as ou
+from ompl import base as ob, geometric as og, util as ou
 
 from arm import KINDS, Arm, cell_text, scene
 from quick_scene import QuickScene, check_alike
@@ -92,7 +91,10 @@ def driven(eliteserver, folder, points):
     (folder / "theirs.script").write_text(f"import time\nbegun = time.time()\n{lines}print(time.time() - begun)\n")
     home = ",".join(repr(float(x)) for x in points[0])
     out = subprocess.run(
-        [eliteserver, "run", "theirs.script", f"--home={home}", "--plant", "ideal"], cwd=folder, capture_output=True, text=True,
+        [eliteserver, "run", "theirs.script", f"--home={home}", "--plant", "ideal"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
     )
     return float(out.stdout.split()[-1]) if out.returncode == 0 else None
 
@@ -102,9 +104,23 @@ def planned(eliteserver, folder, ends, seed):
     start, goal = (",".join(repr(float(x)) for x in end) for end in ends)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     answer = subprocess.run(
-        [eliteserver, "plan", f"--from={start}", f"--to={goal}", "--cell", "cell.toml", "--margin", str(MARGIN),
-         "--seed", str(seed), "--format", "json"],
-        cwd=folder, capture_output=True, text=True,
+        [
+            eliteserver,
+            "plan",
+            f"--from={start}",
+            f"--to={goal}",
+            "--cell",
+            "cell.toml",
+            "--margin",
+            str(MARGIN),
+            "--seed",
+            str(seed),
+            "--format",
+            "json",
+        ],
+        cwd=folder,
+        capture_output=True,
+        text=True,
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     row = json.loads(answer.stdout) if answer.stdout else {"ok": False, "detail": answer.stderr}
@@ -118,13 +134,23 @@ def of_scene(eliteserver, folder, number, arm):
     boxes, known, ends = problem(kind, np.random.default_rng([47, number]), arm)
     (folder / "cell.toml").write_text(cell_text(boxes))
     here = planned(eliteserver, folder, ends, number)
-    row = {"number": number, "kind": kind, "ends": [end.tolist() for end in ends], "cell": cell_text(boxes), "here": here, "ompl": None}
+    row = {
+        "number": number,
+        "kind": kind,
+        "ends": [end.tolist() for end in ends],
+        "cell": cell_text(boxes),
+        "here": here,
+        "ompl": None,
+    }
     found = with_ompl(known, ends, number, arm.limits())
     if found is not None:
         points, search, shortcutting = found
         length = sum(float(np.linalg.norm(b - a)) for a, b in zip(points, points[1:]))
         row["ompl"] = {
-            "length": length, "search": search, "shortcutting": shortcutting, "corners": len(points) - 2,
+            "length": length,
+            "search": search,
+            "shortcutting": shortcutting,
+            "corners": len(points) - 2,
             "time": driven(eliteserver, folder, points),
         }
     return row
@@ -141,14 +167,17 @@ def tell(rows, name):
     both = [(row["here"], row["ompl"]) for row in rows if row["here"]["ok"] and row["ompl"]]
     lengths = [a["length"] / b["length"] for a, b in both]
     times = [a["time"] / b["time"] for a, b in both if b["time"]]
-    planning, processor, search = ([one[key] for one in of] for key, of in (
-        ("planning_time", ours), ("processor", ours), ("search", theirs)))
+    planning, processor, search = (
+        [one[key] for one in of] for key, of in (("planning_time", ours), ("processor", ours), ("search", theirs))
+    )
     print(
         f"{name:6} {len(rows):4} scenes: solved {len(ours)} here, {len(theirs)} by OMPL in {TIME:.0f} s; "
         f"length {quantile(lengths, 0.5):.3f} of OMPL's (p95 {quantile(lengths, 0.95):.2f}), "
-        f"driven time {quantile(times, 0.5):.3f} (p95 {quantile(times, 0.95):.2f}); planning p50 {quantile(planning, 0.5):.2f} s, "
+        f"driven time {quantile(times, 0.5):.3f} (p95 {quantile(times, 0.95):.2f}); planning p50 "
+        f"{quantile(planning, 0.5):.2f} s, "
         f"p95 {quantile(planning, 0.95):.2f} s, processor time of the command p50 {quantile(processor, 0.5):.2f} s, "
-        f"p95 {quantile(processor, 0.95):.2f} s; OMPL's search p50 {quantile(search, 0.5):.2f} s, p95 {quantile(search, 0.95):.2f} s",
+        f"p95 {quantile(processor, 0.95):.2f} s; OMPL's search p50 {quantile(search, 0.5):.2f} s, p95 "
+        f"{quantile(search, 0.95):.2f} s",
         flush=True,
     )
 
@@ -173,4 +202,6 @@ def main(eliteserver, count, rows_file):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 200, sys.argv[3] if len(sys.argv) > 3 else None))
+    sys.exit(
+        main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 200, sys.argv[3] if len(sys.argv) > 3 else None)
+    )

@@ -22,7 +22,13 @@ class QuickScene:
         for link, capsules in enumerate(arm.capsules):
             frame = self.model.frames[self.model.getFrameId(URDF_LINKS[link], pin.BODY)]
             for place, radius, length in capsules:
-                bodies.append((link, LINKS[link], self._add(frame.parentJoint, frame.placement * _se3(place), capsule(radius, length))))
+                bodies.append(
+                    (
+                        link,
+                        LINKS[link],
+                        self._add(frame.parentJoint, frame.placement * _se3(place), capsule(radius, length)),
+                    )
+                )
         shape, size, pose = TOOL
         flange = self.model.frames[self.model.getFrameId(URDF_LINKS[6], pin.BODY)]
         place = flange.placement * _se3(transform(pose[:3], pose[3:]))
@@ -30,12 +36,17 @@ class QuickScene:
         base = self.model.frames[self.model.getFrameId(URDF_LINKS[0], pin.BODY)].placement
         self.base = base
         self.poses = [_se3(transform(pose[:3], pose[3:])) for _, _, _, pose in boxes]
-        obstacles = [self._add(0, base * pose, _shape(shape, size)) for pose, (_, shape, size, _) in zip(self.poses, boxes)]
+        obstacles = [
+            self._add(0, base * pose, _shape(shape, size)) for pose, (_, shape, size, _) in zip(self.poses, boxes)
+        ]
         self.obstacles = obstacles
         for link, name, body in bodies:
             for other_link, other_name, other in bodies:
-                counts = other_link < 4 and other_name != "tool" if name == "tool" else (
-                    other_name != "tool" and other_link < link and (other_link, link) not in SKIPPED)
+                counts = (
+                    other_link < 4 and other_name != "tool"
+                    if name == "tool"
+                    else (other_name != "tool" and other_link < link and (other_link, link) not in SKIPPED)
+                )
                 if counts:
                     self.shapes.addCollisionPair(pin.CollisionPair(body, other))
             if name != "base":
@@ -65,7 +76,9 @@ class QuickScene:
             for request in self.places.collisionRequests:
                 request.security_margin = margin
             self.margin = margin
-        return not pin.computeCollisions(self.model, self.data, self.shapes, self.places, np.asarray(q, dtype=float), True)
+        return not pin.computeCollisions(
+            self.model, self.data, self.shapes, self.places, np.asarray(q, dtype=float), True
+        )
 
 
 def check_alike(arm, boxes, rng):

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Compares distances with coal and planned paths with OMPL, both from PyPI, base poses with a grid, and makes programs faster, in a virtual environment of
-# their own. Pinocchio moves the arm.
+# Compares distances with coal and planned paths with OMPL, both from PyPI, base poses with a grid, and makes programs
+# faster, in a virtual environment of their own. Pinocchio moves the arm.
 #     benches/clear_paths/run.sh distances [COUNT]
 #     benches/clear_paths/run.sh planner [COUNT] [ROWS.jsonl]
 #     benches/clear_paths/run.sh place [COUNT]

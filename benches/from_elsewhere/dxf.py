@@ -2,8 +2,9 @@
 
     run.sh dxf
 
-The drawing has lines, polylines with bulges, arcs, a circle, an ellipse and a spline in millimetres. Every recorded position at the height of the
-work is held against ezdxf's curves, flattened to 0.0005 mm, and every curve against the positions. Ends with status 1 above 0.05 mm.
+The drawing has lines, polylines with bulges, arcs, a circle, an ellipse and a spline in millimetres. Every recorded
+position at the height of the work is held against ezdxf's curves, flattened to 0.0005 mm, and every curve against the
+positions. Ends with status 1 above 0.05 mm.
 """
 
 import csv
@@ -25,7 +26,9 @@ def drawing(file):
     """Writes the drawing; its curves as ezdxf reads them back, one polyline each, mm."""
     document = ezdxf.new("R2010", units=4)
     space = document.modelspace()
-    space.add_lwpolyline([(0, 0, 0), (60, 0, 0.4142), (80, 20, 0), (80, 60, -0.3), (40, 62, 0.2), (0, 60, 0)], "xyb", close=True)
+    space.add_lwpolyline(
+        [(0, 0, 0), (60, 0, 0.4142), (80, 20, 0), (80, 60, -0.3), (40, 62, 0.2), (0, 60, 0)], "xyb", close=True
+    )
     space.add_line((110, 0), (140, 12))
     space.add_line((140, 12), (150, 40))
     space.add_arc((130, 60), 18, 200, 75)
@@ -52,9 +55,9 @@ def distances(points, polyline):
 
 def driven(eliteserver, folder):
     """Recorded TCP positions in the frame, mm, with the target pose's."""
-    call = lambda *arguments: subprocess.run(  # noqa: E731
-        [eliteserver, *arguments], cwd=folder, check=True, capture_output=True, text=True
-    ).stdout
+    call = lambda *arguments: (
+        subprocess.run([eliteserver, *arguments], cwd=folder, check=True, capture_output=True, text=True).stdout
+    )
     frame = ",".join(map(str, FRAME))
     # Above the work between the contours, so that rapid moves do not lie in its plane.
     call("import", "a.dxf", f"--frame={frame}", "--lead-in", "0.02", "--check", "--strict", "-o", "a.script")
@@ -76,10 +79,14 @@ def main():
             work = points[np.abs(points[:, 2]) < AIM_MM]
             across = np.min([distances(work[:, :2], polyline) for polyline in polylines], axis=0)
             away = np.hypot(across, work[:, 2])
-            # The other way round: no part of a curve is left out. Cycles are up to 0.2 mm apart, so the driven points are joined.
+            # The other way round: no part of a curve is left out. Cycles are up to 0.2 mm apart,
+            # so the driven points are joined.
             left = max(float(distances(polyline[::5], work[:, :2]).max()) for polyline in polylines)
             worst[name] = max(float(away.max()), left)
-            print(f"{name}: {len(work)} cycles at work, at most {away.max():.4f} mm from ezdxf's curves; curves at most {left:.4f} mm from them")
+            print(
+                f"{name}: {len(work)} cycles at work, at most {away.max():.4f} mm from ezdxf's curves; curves at "
+                f"most {left:.4f} mm from them"
+            )
     print(f"ezdxf {ezdxf.__version__}, {len(polylines)} curves")
     return int(worst["actual"] > AIM_MM)
 

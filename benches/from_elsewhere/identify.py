@@ -3,9 +3,9 @@
     run.sh identify [RUNS]
 
 Each of RUNS (100) seeded runs hides another payload and other friction, with 0.2 N and 0.01 Nm of
-noise on the force reading, drives what `excite` writes on the plant with inertia and friction, and asks `elitescript.identify`. A number counts as
-covered where it is within two stated standard deviations. For the tool, the tip rests at one point with 0.02 mm of noise in each axis, in the
-postures of `excite tool`.
+noise on the force reading, drives what `excite` writes on the plant with inertia and friction, and asks
+`elitescript.identify`. A number counts as covered where it is within two stated standard deviations. For the tool, the
+tip rests at one point with 0.02 mm of noise in each axis, in the postures of `excite tool`.
 """
 
 import multiprocessing
@@ -42,10 +42,12 @@ def hidden(seed, folder):
         "payload": {"mass": mass, "cog": cog, "inertia": inertia},
         "arm": {"coulomb": coulomb, "viscous": viscous},
     }
-    numbers = lambda x: repr([float(v) for v in x]) if np.ndim(x) else repr(float(x))  # noqa: E731
+    numbers = lambda x: repr([float(v) for v in x]) if np.ndim(x) else repr(float(x))
     cell = folder / f"{seed}.toml"
     cell.write_text(
-        "\n".join(f"[{table}]\n" + "\n".join(f"{k} = {numbers(v)}" for k, v in t.items()) for table, t in tables.items())
+        "\n".join(
+            f"[{table}]\n" + "\n".join(f"{k} = {numbers(v)}" for k, v in t.items()) for table, t in tables.items()
+        )
     )
     return cell, mass, np.array(cog), coulomb, viscous
 
@@ -61,7 +63,8 @@ def of_load(task):
             found.append((name, abs(v - t), abs(v - t) / abs(t), abs(v - t) / s))
 
     robot = elitescript.Robot()
-    # A load of which the controller knows nothing looks to it like a collision: it believes one that is a fifth too light.
+    # A load of which the controller knows nothing looks to it like a collision:
+    # it believes one that is a fifth too light.
     options = {"cell": cell, "seed": seed, "payload": (0.8 * mass, cog)}
     with elitescript.Controller(**options) as c:
         c.run(folder / "payload.script", timeout=600).check()

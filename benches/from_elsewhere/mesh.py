@@ -2,8 +2,9 @@
 
     run.sh mesh
 
-Shapes of trimesh go through STL (binary and text), OBJ, glTF and GLB into the example `describe` of the crate `mesh`. Ends with status 1 where
-volume, centre or inertia differ by more than 1e-6 of the whole, or a point of one side is farther from the other than the stated deviation.
+Shapes of trimesh go through STL (binary and text), OBJ, glTF and GLB into the example `describe` of the crate `mesh`.
+Ends with status 1 where volume, centre or inertia differ by more than 1e-6 of the whole, or a point of one side is
+farther from the other than the stated deviation.
 """
 
 import json
@@ -64,11 +65,15 @@ def main():
         for name, mesh in shapes():
             for ending in ["stl", "stl_ascii", "obj", "gltf", "glb"]:
                 path = Path(folder) / f"{name}.{ending.split('_')[0]}"
-                made = trimesh.exchange.export.export_mesh(mesh, None if ending == "gltf" else str(path), file_type=ending)
+                made = trimesh.exchange.export.export_mesh(
+                    mesh, None if ending == "gltf" else str(path), file_type=ending
+                )
                 if ending == "gltf":
                     for file, content in made.items():
                         (Path(folder) / (path.name if file.endswith(".gltf") else file)).write_bytes(content)
-                call = subprocess.run([describe, str(path), "1", str(PIECES)], check=True, capture_output=True, text=True)
+                call = subprocess.run(
+                    [describe, str(path), "1", str(PIECES)], check=True, capture_output=True, text=True
+                )
                 found = json.loads(call.stdout)
                 inertia = mesh.moment_inertia
                 off = max(

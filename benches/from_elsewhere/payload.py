@@ -1,9 +1,10 @@
-"""The payload from the torques of a recording: Pinocchio's regressor and numpy's least squares beside `identify payload --from-torques`.
+"""The payload from the torques of a recording: Pinocchio's regressor and numpy's least squares beside
+`identify payload --from-torques`.
 
     run.sh payload
 
-A cell hides a payload and friction; the arm drives what `excite payload` writes. Ends with status 1 where the two differ by more than 0.2 %
-of the mass or 0.2 mm of the centre of gravity, or either is off by more than 1 % or 2 mm.
+A cell hides a payload and friction; the arm drives what `excite payload` writes. Ends with status 1 where the two
+differ by more than 0.2 % of the mass or 0.2 mm of the centre of gravity, or either is off by more than 1 % or 2 mm.
 """
 
 import csv
@@ -36,9 +37,9 @@ SLIDING_RAD_S = 0.02
 def recorded(eliteserver, folder):
     """What `identify` says, and the columns of the recording."""
     (folder / "hidden.toml").write_text(CELL)
-    call = lambda *arguments: subprocess.run(  # noqa: E731
-        [eliteserver, *arguments], cwd=folder, check=True, capture_output=True, text=True
-    ).stdout
+    call = lambda *arguments: (
+        subprocess.run([eliteserver, *arguments], cwd=folder, check=True, capture_output=True, text=True).stdout
+    )
     call("excite", "payload", "-o", "e.script")
     call("run", "e.script", "--cell", "hidden.toml", "--record", "e.mcap")
     found = json.loads(call("identify", "payload", "e.mcap", "--from-torques", "--format", "json"))
@@ -72,7 +73,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         found, by_forces, columns = recorded(sys.argv[1], Path(folder))
     mass, cog = of_pinocchio(*columns)
-    millimetres = lambda a, b: float(np.linalg.norm(np.subtract(a, b)) * 1e3)  # noqa: E731
+    millimetres = lambda a, b: float(np.linalg.norm(np.subtract(a, b)) * 1e3)
     print(f"hidden                    {MASS:.5f} kg  {COG} m")
     print(f"identify --from-torques   {found['mass']:.5f} kg  {np.round(found['cog'], 6).tolist()} m")
     print(f"identify, forces          {by_forces['mass']:.5f} kg  {np.round(by_forces['cog'], 6).tolist()} m")

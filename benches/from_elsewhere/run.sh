@@ -1,5 +1,6 @@
 #!/bin/sh
-# Numbers and toolpaths beside readers and solvers from PyPI, in a virtual environment of their own, and identification of many seeded arms.
+# Numbers and toolpaths beside readers and solvers from PyPI, in a virtual environment of their own, and identification
+# of many seeded arms.
 #     benches/from_elsewhere/run.sh payload        Pinocchio: the payload from the torques of a recording
 #     benches/from_elsewhere/run.sh dxf            ezdxf: how far the arm drives from the drawing
 #     benches/from_elsewhere/run.sh identify [N]   N seeded runs; needs the wheel, which crates/pybind/test.py builds
@@ -19,7 +20,8 @@ payload | dxf)
     exec "$venv/bin/python" "$here/$what.py" "$eliteserver" "$@"
     ;;
 mesh)
-    "$venv/bin/python" -c 'import trimesh, scipy, rtree' 2>/dev/null || "$venv/bin/pip" install --quiet trimesh scipy rtree
+    "$venv/bin/python" -c 'import trimesh, scipy, rtree' 2>/dev/null \
+        || "$venv/bin/pip" install --quiet trimesh scipy rtree
     (cd "$root" && cargo build --quiet --release -p mesh --example describe)
     exec "$venv/bin/python" "$here/mesh.py" "$target/release/examples/describe" "$@"
     ;;

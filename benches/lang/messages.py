@@ -7,7 +7,14 @@ def message(number):
     return {
         "id": number,
         "cell": "cell-%02d" % (number % 7),
-        "parts": [{"name": "part_%d" % (part * number % 13), "ok": (part + number) % 4 != 0, "weight": part * 0.125 + number % 10} for part in range(4)],
+        "parts": [
+            {
+                "name": "part_%d" % (part * number % 13),
+                "ok": (part + number) % 4 != 0,
+                "weight": part * 0.125 + number % 10,
+            }
+            for part in range(4)
+        ],
         "note": "checked by line %d, shift %s\n\"%s\"" % (number % 5, "abc"[number % 3], "x" * (number % 9)),
     }
 
@@ -34,4 +41,5 @@ for name in sorted(weights):
     report.append("{:<10}|{:>12.3f}|{}".format(name, weights[name], name.title().rjust(9, ".")))
 lines = "\n".join(report)
 upper = "".join(c.upper() if c.isalpha() else "_" for c in lines)
-print("checksum", size, len(words), words["checked"], len(shifts), sum(shifts.values()), len(lines), upper.count("_"), report[0])
+counts = (size, len(words), words["checked"], len(shifts), sum(shifts.values()), len(lines), upper.count("_"))
+print("checksum", *counts, report[0])

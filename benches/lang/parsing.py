@@ -1,6 +1,7 @@
 # Lines as a sensor or a PLC sends them: splitting, converting, formatting answers.
 def line(number):
-    return "ID=%d;X=%.3f;Y=%.3f;OK=%s;T=%s" % (number, number * 0.25, -number / 8, number % 5 != 0, "abc"[number % 3] * 3)
+    fields = (number, number * 0.25, -number / 8, number % 5 != 0, "abc"[number % 3] * 3)
+    return "ID=%d;X=%.3f;Y=%.3f;OK=%s;T=%s" % fields
 
 
 def parse(text):

@@ -67,6 +67,10 @@ class Plant:
         return worst
 
 
-plant = Plant([Axis("x", 1.0, Pid(9.0, 1.5, 2.0)), Axis("y", 1.6, Pid(12.0, 1.0, 3.0)), Axis("z", 0.7, Pid(6.0, 2.0, 1.2, limit=5.0))])
+plant = Plant([
+    Axis("x", 1.0, Pid(9.0, 1.5, 2.0)),
+    Axis("y", 1.6, Pid(12.0, 1.0, 3.0)),
+    Axis("z", 0.7, Pid(6.0, 2.0, 1.2, limit=5.0)),
+])
 worst = plant.run(12000)
 print("checksum", round(worst, 6), len(plant.log), plant.log[-1], round(sum(sum(row) for row in plant.log), 3))

@@ -22,8 +22,8 @@ def run(*command, cwd=HERE):
 
 
 def with_wheel(name, *tools, debug=False, library=None):
-    """The Python of the environment `name`, which has the tools (as pip names them) and a wheel built just now, or made of
-    a library that is built already."""
+    """The Python of the environment `name`, which has the tools (as pip names them) and a wheel built just now, or made
+    of a library that is built already."""
     environment = TARGET / "{}-venv-{}.{}".format(name, *sys.version_info)
     python = environment / ("Scripts" if os.name == "nt" else "bin") / "python"
     if not python.exists():
@@ -44,7 +44,8 @@ def with_wheel(name, *tools, debug=False, library=None):
 
 
 def of_library(python, library, wheels):
-    """A wheel around a library that cargo has built: maturin would build it once more, with the features of this crate alone."""
+    """A wheel around a library that cargo has built: maturin would build it once more,
+    with the features of this crate alone."""
     with tempfile.TemporaryDirectory() as told:
         run(python, "-m", "maturin", "pep517", "write-dist-info", "--metadata-directory", told, "--interpreter", python)
         (about,) = Path(told).iterdir()

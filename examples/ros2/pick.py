@@ -4,8 +4,8 @@ The controller with the cell of examples/cells/palletising, in another terminal:
 
     eliteserver serve --ros2 --cell examples/cells/palletising/cell.toml --tcp 0,0,0.10,0,0,0
 
-Needs rclpy, control_msgs, and eli_common_interface of the vendor's driver. With the driver and a real cell it is the same
-program.
+Needs rclpy, control_msgs, and eli_common_interface of the vendor's driver.
+With the driver and a real cell it is the same program.
 """
 
 import sys
@@ -21,7 +21,12 @@ from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 JOINTS = [
-    "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
 ]
 # Outputs and inputs of the cell.
 VACUUM, BELT, BLOW_OFF = 0, 1, 2
@@ -44,7 +49,9 @@ class Cell(Node):
         super().__init__("pick")
         self.io = None
         self.create_subscription(IOState, "io_and_status_controller/io_states", self._keep_io, 1)
-        self.arm = ActionClient(self, FollowJointTrajectory, "scaled_joint_trajectory_controller/follow_joint_trajectory")
+        self.arm = ActionClient(
+            self, FollowJointTrajectory, "scaled_joint_trajectory_controller/follow_joint_trajectory"
+        )
         self.outputs = self.create_client(SetIO, "io_and_status_controller/set_io")
         self.payload = self.create_client(SetPayload, "io_and_status_controller/set_payload")
 
@@ -93,9 +100,13 @@ class Cell(Node):
         at = 0.0
         for positions, seconds in points:
             at += seconds
-            goal.trajectory.points.append(JointTrajectoryPoint(
-                positions=positions, velocities=[0.0] * 6,
-                time_from_start=Duration(sec=int(at), nanosec=round(at % 1 * 1e9))))
+            goal.trajectory.points.append(
+                JointTrajectoryPoint(
+                    positions=positions,
+                    velocities=[0.0] * 6,
+                    time_from_start=Duration(sec=int(at), nanosec=round(at % 1 * 1e9)),
+                )
+            )
         handle = self.answer(self.arm.send_goal_async(goal), "a goal")
         if not handle.accepted:
             raise RuntimeError("the arm takes no goal now; /rosout says why")

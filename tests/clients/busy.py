@@ -1,9 +1,11 @@
-"""How long a client of a busy machine waits: `python3 tests/clients/busy.py [busy processes] [seconds] [options of serve]`.
+"""How long a client of a busy machine waits.
 
-Beside so many processes that only compute, a client asks the dashboard every 10 ms, and a program sends back every packet that it gets
-through a socket, every 4 ms. The client itself goes before the others, so that what is measured is the server. Prints the waits in ms: how
-many there were, median, 99 of 100, longest, and how many were longer than 100 ms, after which a driver may end external control. Needs a user who
-may set priorities.
+    python3 tests/clients/busy.py [busy processes] [seconds] [options of serve]
+
+Beside so many processes that only compute, a client asks the dashboard every 10 ms, and a program sends back every
+packet that it gets through a socket, every 4 ms. The client itself goes before the others, so that what is measured is
+the server. Prints the waits in ms: how many there were, median, 99 of 100, longest, and how many were longer than 100
+ms, after which a driver may end external control. Needs a user who may set priorities.
 """
 
 import multiprocessing
@@ -60,8 +62,10 @@ def every(period, seconds, action):
 def tell(name, waits):
     waits.sort()
     longest = sum(wait > 100 for wait in waits)
-    print(f"{name}: {len(waits)}, median {statistics.median(waits):.2f}, 99 of 100 {waits[len(waits) * 99 // 100]:.2f}, "
-          f"longest {waits[-1]:.1f}, over 100 ms {longest}")
+    print(
+        f"{name}: {len(waits)}, median {statistics.median(waits):.2f}, 99 of 100 {waits[len(waits) * 99 // 100]:.2f}, "
+        f"longest {waits[-1]:.1f}, over 100 ms {longest}"
+    )
 
 
 def main():
@@ -88,7 +92,9 @@ def main():
         found = {}
         threads = [
             threading.Thread(target=lambda: found.update(script=every(0.004, seconds, packet))),
-            threading.Thread(target=lambda: found.update(dashboard=every(0.01, seconds, lambda: dashboard.ask("robotMode")))),
+            threading.Thread(
+                target=lambda: found.update(dashboard=every(0.01, seconds, lambda: dashboard.ask("robotMode")))
+            ),
         ]
         for thread in threads:
             thread.start()

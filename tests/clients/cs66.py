@@ -1,4 +1,5 @@
-"""The geometry of a CS66, written once more for the tests: nominal Denavit-Hartenberg figures, poses as scripts write them."""
+"""The geometry of a CS66, written once more for the tests: nominal Denavit-Hartenberg figures,
+poses as scripts write them."""
 
 import math
 

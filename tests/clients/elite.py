@@ -10,6 +10,7 @@ import socket
 import struct
 import time
 
+
 class Client:
     """Something with a socket that is closed with it."""
 
@@ -23,7 +24,7 @@ class Client:
         self.close()
 
 
-# --- 29999 -------------------------------------------------------------------------------------------------------------
+# --- 29999 ------------------------------------------------------------------------------------------------------------
 
 
 class Dashboard(Client):
@@ -113,7 +114,7 @@ class Dashboard(Client):
         self.poll("task -s", "Task is stopped")
 
 
-# --- 30004 -------------------------------------------------------------------------------------------------------------
+# --- 30004 ------------------------------------------------------------------------------------------------------------
 
 FORMATS = {
     "BOOL": "?",
@@ -260,7 +261,7 @@ class Rtsi(Client):
                 raise AssertionError(f"rtsi: never came: {values}")
 
 
-# --- 30001 -------------------------------------------------------------------------------------------------------------
+# --- 30001 ------------------------------------------------------------------------------------------------------------
 
 STATE_LENGTHS = [(0, 53), (1, 347), (4, 101), (6, 445), (3, 88), (8, 10), (2, 37), (10, 43), (11, 28)]
 
@@ -272,7 +273,8 @@ class Primary(Client):
         self.socket = socket.create_connection((host, port), timeout=10)
         self.buffer = b""
         self.local_ip = self.socket.getsockname()[0]
-        # A connection is made before the controller has taken it, and what happens until then is not told to it. What comes first stays.
+        # A connection is made before the controller has taken it, and what happens until then is not told to it. What
+        # comes first stays.
         self.socket.recv(1, socket.MSG_PEEK)
 
     def send_script(self, text):

@@ -65,8 +65,8 @@ class Listener:
 
 
 class Driver:
-    """Headless: the program goes to 30001 at once; with a `sender` it waits there until a task asks for it. Timeouts are longer than the vendor's 200 ms: a busy machine may keep this
-    client from its turn for as long."""
+    """Headless: the program goes to 30001 at once; with a `sender` it waits there until a task asks for it. Timeouts
+    are longer than the vendor's 200 ms: a busy machine may keep this client from its turn for as long."""
 
     def __init__(self, primary_port, servo_time=0.004, lookahead=0.1, gain=300, listening=True, sender=None):
         self.primary = Primary(primary_port)
@@ -95,7 +95,9 @@ class Driver:
             text = text.replace("{{%s}}" % name, str(value))
         assert "{{" not in text
         if sender:
-            sender.script = f"# HEADER_BEGIN\n# HEADER_END\n# NODE_CONTROL_LOOP_BEGINS\n{text}\n# NODE_CONTROL_LOOP_ENDS\n".encode()
+            sender.script = (
+                f"# HEADER_BEGIN\n# HEADER_END\n# NODE_CONTROL_LOOP_BEGINS\n{text}\n# NODE_CONTROL_LOOP_ENDS\n".encode()
+            )
             self.script = None
             return
         self.script = "def externalControl():\n" + "".join(f"\t{line}\n" for line in text.splitlines()) + "end"
@@ -180,8 +182,8 @@ class Driver:
 
 
 class ScriptSender:
-    """Not headless: the program waits on a port until a task on the controller asks for it, and goes out without its wrapper and
-    without an end; the connection stays open, as the vendor's sender leaves it."""
+    """Not headless: the program waits on a port until a task on the controller asks for it, and goes out without its
+    wrapper and without an end; the connection stays open, as the vendor's sender leaves it."""
 
     def __init__(self):
         self.server = socket.create_server(("127.0.0.1", 0))

@@ -1,7 +1,7 @@
 """Latency figures of external control and RTSI: `python3 tests/clients/measure.py` (a release build, for real numbers).
 
-Prints the time from a command on the reverse socket to the first setpoint that moves, the jitter of the RTSI period, and
-that of the machine's own timer at the same rate, all p50 / p99 / max.
+Prints the time from a command on the reverse socket to the first setpoint that moves, the jitter of the RTSI period,
+and that of the machine's own timer at the same rate, all p50 / p99 / max.
 """
 
 import pathlib
@@ -79,7 +79,11 @@ def main():
         print(line("timer of this machine, deviation at 250 Hz", timer_jitter(count)))
         jitter, lost = rtsi_jitter(server.ports["rtsi"], count)
         print(line("RTSI, deviation of arrival at 250 Hz", jitter) + f", {lost} packages missing")
-        print(line("idle to speedj on the reverse socket, until the first changed setpoint is read", reaction(server, 100)))
+        print(
+            line(
+                "idle to speedj on the reverse socket, until the first changed setpoint is read", reaction(server, 100)
+            )
+        )
 
 
 if __name__ == "__main__":

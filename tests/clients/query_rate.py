@@ -1,7 +1,8 @@
 """Figures of port 40011: `python3 tests/clients/query_rate.py [questions] [options of serve]`.
 
-One client asks, waits for the answer and asks again: a value of the robot, inverse kinematics, and a value while a program runs beside. Then
-four clients ask at once. Prints questions a second and the time of an answer in ms: median, 99 of 100, longest.
+One client asks, waits for the answer and asks again: a value of the robot, inverse kinematics, and a value while a
+program runs beside. Then four clients ask at once. Prints questions a second and the time of an answer in ms: median,
+99 of 100, longest.
 """
 
 import socket
@@ -49,15 +50,19 @@ def ask_often(port, statement, count, waits):
 def measure(name, port, statement, count, clients=1):
     waits = []
     begin = time.perf_counter()
-    threads = [threading.Thread(target=ask_often, args=(port, statement, count // clients, waits)) for _ in range(clients)]
+    threads = [
+        threading.Thread(target=ask_often, args=(port, statement, count // clients, waits)) for _ in range(clients)
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
     took = time.perf_counter() - begin
     waits.sort()
-    print(f"{name}: {len(waits) / took:.0f} questions/s, median {statistics.median(waits):.2f}, "
-          f"99 of 100 {waits[len(waits) * 99 // 100]:.2f}, longest {waits[-1]:.1f}")
+    print(
+        f"{name}: {len(waits) / took:.0f} questions/s, median {statistics.median(waits):.2f}, "
+        f"99 of 100 {waits[len(waits) * 99 // 100]:.2f}, longest {waits[-1]:.1f}"
+    )
 
 
 def main():

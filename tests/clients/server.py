@@ -36,9 +36,7 @@ class Server:
         for service in SERVICES:
             command += [f"--{service}-port", "0"]
         self.log = open(folder / "stderr.log", "w+")
-        self.process = subprocess.Popen(
-            command + list(options), cwd=folder, stderr=self.log, stdout=subprocess.DEVNULL
-        )
+        self.process = subprocess.Popen(command + list(options), cwd=folder, stderr=self.log, stdout=subprocess.DEVNULL)
         end = time.monotonic() + 20
         while not ready.exists():
             if self.process.poll() is not None or time.monotonic() > end:

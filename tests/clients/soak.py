@@ -1,8 +1,8 @@
 """Many clients for a long time: `python3 tests/clients/soak.py [seconds] [clients of each kind]`.
 
-Reads, writes, reconnects and sends programs all the while; at the end the server must not have grown, and no cycle and no
-package may be missing. An hour is the real thing, a minute shows most of it. Memory is told ten times on the way: what grows
-with time goes on growing in the second half, what is taken once does not.
+Reads, writes, reconnects and sends programs all the while; at the end the server must not have grown, and no cycle and
+no package may be missing. An hour is the real thing, a minute shows most of it. Memory is told ten times on the way:
+what grows with time goes on growing in the second half, what is taken once does not.
 """
 
 import pathlib
@@ -25,7 +25,7 @@ def guarded(work):
     def run(*arguments):
         try:
             work(*arguments)
-        except Exception as error:  # noqa: BLE001
+        except Exception as error:
             FAULTS.append(f"{work.__name__}: {error!r}")
 
     return run
@@ -49,7 +49,11 @@ def reader(server, end):
 @guarded
 def visitor(server, end):
     while time.monotonic() < end:
-        dashboard, primary, rtsi = Dashboard(server.ports["dashboard"]), Primary(server.ports["primary"]), Rtsi(server.ports["rtsi"])
+        dashboard, primary, rtsi = (
+            Dashboard(server.ports["dashboard"]),
+            Primary(server.ports["primary"]),
+            Rtsi(server.ports["rtsi"]),
+        )
         dashboard.ask("status")
         primary.state()
         rtsi.set_up_outputs(["timestamp"], 125)
@@ -97,7 +101,10 @@ def main():
         if missed:
             FAULTS.append(f"{missed:.0f} cycles missed")
         cycles = server.metric("cycles_total")
-        print(f"{seconds:.0f} s, {4 * clients + 1} clients, {cycles:.0f} cycles, {missed:.0f} missed; memory in KiB: {memory}")
+        print(
+            f"{seconds:.0f} s, {4 * clients + 1} clients, {cycles:.0f} cycles, {missed:.0f} missed; memory in KiB: "
+            f"{memory}"
+        )
         print("\n".join(FAULTS) or "no faults")
         del sleepers
         sys.exit(bool(FAULTS))

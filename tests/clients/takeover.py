@@ -21,7 +21,10 @@ BINARY = os.environ.get("ELITESERVER", "target/debug/eliteserver")
 FINALLY = "try:\n    while True:\n        sleep(0.01)\nfinally:\n    while True:\n        "
 FIRST = {
     "a busy loop": "while True:\n    pass\n",
-    "a moving arm": "while True:\n    movej([0, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=1)\n    movej([1, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=1)\n",
+    "a moving arm": (
+        "while True:\n    movej([0, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=1)\n"
+        "    movej([1, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=1)\n"
+    ),
     "`finally` that computes": FINALLY + "[i for i in range(100)]\n",
     "`finally` that asks the robot": FINALLY + "get_actual_tcp_pose()\n",
     "`finally` that sorts": FINALLY + "sorted(range(1000000))\n",

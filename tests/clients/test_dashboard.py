@@ -107,7 +107,10 @@ class Commands(unittest.TestCase):
             dashboard.poll("task -s", "Task is stopped")
 
     def test_popups_and_variables_are_those_of_the_running_task(self):
-        program = "def v():\n  global count\n  count = 3\n  popup('go on?', blocking=True)\n  while True:\n    sleep(0.05)\n  end\nend\n"
+        program = (
+            "def v():\n  global count\n  count = 3\n  popup('go on?', blocking=True)\n  while True:\n"
+            "    sleep(0.05)\n  end\nend\n"
+        )
         with Server(tasks={"v.task": program}) as server:
             dashboard = Dashboard(server.ports["dashboard"])
             self.assertRegex(dashboard.ask("variable -get count"), "Error|undefined")

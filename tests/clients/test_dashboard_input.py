@@ -113,7 +113,7 @@ class Typing(unittest.TestCase):
                 self.assertEqual(self.dashboard.ask(f"{word} {name}"), f"Usage: {usage}\r\n")
             self.assertEqual(
                 self.dashboard.ask(f"{word} task nonsense echo"),
-                f"Usage: {USAGES['task']}\r\nCommand [nonsense] is not found. Please use \"help\".\r\nUsage: echo\r\n",
+                f'Usage: {USAGES["task"]}\r\nCommand [nonsense] is not found. Please use "help".\r\nUsage: echo\r\n',
             )
 
     def test_wrong_arguments_are_answered_with_the_usage_and_do_nothing(self):
@@ -125,7 +125,17 @@ class Typing(unittest.TestCase):
         self.assertIn("Fraction: 100", self.dashboard.ask("status"))
 
     def test_unknown_commands_are_told_so_and_case_counts(self):
-        for line in ["xyz", "Play", "ROBOTMODE", "robotmode", "-on", "play;stop", "\u8fd0\u884c", "task-p a", "statusx"]:
+        for line in [
+            "xyz",
+            "Play",
+            "ROBOTMODE",
+            "robotmode",
+            "-on",
+            "play;stop",
+            "\u8fd0\u884c",
+            "task-p a",
+            "statusx",
+        ]:
             word = line.split()[0]
             self.assertEqual(self.dashboard.ask(line), f'Command [{word}] is not found. Please use "help".\r\n')
         self.assertEqual(self.dashboard.ask("x" * 5000), f'Command [{"x" * 60}] is not found. Please use "help".\r\n')
@@ -139,7 +149,13 @@ class Typing(unittest.TestCase):
         self.dashboard.socket.sendall(b"echo\nrobot -t\r\n\n \nversion\nnonsense\nspeed\n")
         self.assertEqual(
             self.dashboard.replies(5),
-            ["Hello ELITE ROBOTS.", "CS66", "2.15.0.0", 'Command [nonsense] is not found. Please use "help".', "speed: 100"],
+            [
+                "Hello ELITE ROBOTS.",
+                "CS66",
+                "2.15.0.0",
+                'Command [nonsense] is not found. Please use "help".',
+                "speed: 100",
+            ],
         )
         self.dashboard.socket.sendall(b"robot -id\n" * 2000)
         self.assertEqual(self.dashboard.replies(2000), ["1"] * 2000)
@@ -155,7 +171,14 @@ class Typing(unittest.TestCase):
             self.assertEqual(self.dashboard.ask("x" * size), "The line is longer than 64 KiB.\r\n")
 
     def test_bytes_that_are_no_text_are_answered(self):
-        for line in [b"\xff\xfe", b"echo\xff", b"popup -s\xc3\x28", b"\x00\x00", b"task -p \xff.task", b"log -a \x1b[31m\x07"]:
+        for line in [
+            b"\xff\xfe",
+            b"echo\xff",
+            b"popup -s\xc3\x28",
+            b"\x00\x00",
+            b"task -p \xff.task",
+            b"log -a \x1b[31m\x07",
+        ]:
             with self.subTest(line=line):
                 reply = self.dashboard.ask(line)
                 self.assertTrue(all(c.isprintable() for c in reply[:-2]), reply)
@@ -241,7 +264,9 @@ class Files(unittest.TestCase):
             dashboard.poll("speed", "speed: 25", 5)
 
     def test_texts_of_variables_and_popups_stay_on_their_line(self):
-        task = "def v():\n  global s\n  s = 'one\\r\\ntwo\\n' + 'x' * 1000\n  while True:\n    sleep(0.05)\n  end\nend\n"
+        task = (
+            "def v():\n  global s\n  s = 'one\\r\\ntwo\\n' + 'x' * 1000\n  while True:\n    sleep(0.05)\n  end\nend\n"
+        )
         with Server(tasks={"v.task": task}) as server:
             dashboard = Dashboard(server.ports["dashboard"])
             dashboard.load("v.task")
@@ -252,7 +277,9 @@ class Files(unittest.TestCase):
             self.assertEqual(reply.count("\n"), reply.count("\r\n"))
             popup = dashboard.ask("popup -s \u4f60\u597d " + "\u597d" * 1000)
             self.assertTrue(popup.startswith("Showing popup with text:\u4f60\u597d"), popup)
-            self.assertEqual(dashboard.ask("task -s"), "Task is running\r\n", "nothing of it is left for the next reply")
+            self.assertEqual(
+                dashboard.ask("task -s"), "Task is running\r\n", "nothing of it is left for the next reply"
+            )
             dashboard.stop()
 
 

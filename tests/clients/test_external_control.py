@@ -23,8 +23,9 @@ def watch(server, names, frequency=250):
 
 
 def follow_sine(server, driver, amplitude=0.2, frequency=1.0, seconds=3.0):
-    """Leads joint 1 along a sine at 250 Hz. Gives the delay (s) at which the arm fits best, the error (rad, rms) left then,
-    and the largest error (rad) without any allowance for delay: all of the arm, so what came late to it, or from it, is left out."""
+    """Leads joint 1 along a sine at 250 Hz. Gives the delay (s) at which the arm fits best, the error (rad, rms) left
+    then, and the largest error (rad) without any allowance for delay: all of the arm, so what came late to it, or from
+    it, is left out."""
     rtsi = watch(server, ["timestamp", "actual_joint_positions"])
     seen = []
     running = True
@@ -148,9 +149,11 @@ class Flow(unittest.TestCase):
             self.assertIsNotNone(measured, "this client was never in time for a second, in five tries")
             delay, error, largest = measured
             allowed = 0.2 * 2 * math.pi * 0.1  # what the look-ahead of 0.1 s costs at the sine's highest speed
-            print(f"\nservoj: 1 Hz sine of 0.2 rad through the reverse socket: delay {delay * 1e3:.0f} ms, "
-                  f"error at that delay {error * 1e3:.1f} mrad rms, largest error at no delay {largest * 1e3:.0f} mrad "
-                  f"(the look-ahead allows {allowed * 1e3:.0f})")
+            print(
+                f"\nservoj: 1 Hz sine of 0.2 rad through the reverse socket: delay {delay * 1e3:.0f} ms, "
+                f"error at that delay {error * 1e3:.1f} mrad rms, largest error at no delay {largest * 1e3:.0f} mrad "
+                f"(the look-ahead allows {allowed * 1e3:.0f})"
+            )
             self.assertLess(delay, 0.1)
             self.assertLess(largest, allowed * 1.2)
             self.assertTrue(driver.stop())
@@ -159,7 +162,9 @@ class Flow(unittest.TestCase):
         with Server() as server:
             driver = Driver(server.ports["primary"])
             driver.wait_connected()
-            rtsi = watch(server, ["actual_joint_speeds", "actual_TCP_speed", "actual_TCP_pose", "actual_joint_positions"])
+            rtsi = watch(
+                server, ["actual_joint_speeds", "actual_TCP_speed", "actual_TCP_pose", "actual_joint_positions"]
+            )
             driver.write(SPEEDJ, [0.2, 0, 0, 0, 0, 0], 1000)
             rtsi.until(lambda v: abs(v["actual_joint_speeds"][0] - 0.2) < 1e-3)
             driver.idle()
@@ -215,7 +220,10 @@ class Flow(unittest.TestCase):
             driver = Driver(server.ports["primary"])
             driver.wait_connected()
             rtsi = watch(server, ["actual_joint_positions", "actual_joint_speeds"])
-            way = [([0.1 * k, -1.5708 + 0.05 * (k % 2), 1.5708, -1.5708, -1.5708, 0.0], 0.5, 0.02, False) for k in range(1, 6)]
+            way = [
+                ([0.1 * k, -1.5708 + 0.05 * (k % 2), 1.5708, -1.5708, -1.5708, 0.0], 0.5, 0.02, False)
+                for k in range(1, 6)
+            ]
             slowest = []
             running = True
 
@@ -236,8 +244,9 @@ class Flow(unittest.TestCase):
             self.assertTrue(driver.stop())
 
     def test_a_trajectory_of_points_takes_its_time(self):
-        """Points every 50 ms, as a driver sends them ($ELITE_POINTS of them): how long the arm moves, by the controller's own clock,
-        and how evenly. A machine that has other things to do may be late once; what is judged is the best of three."""
+        """Points every 50 ms, as a driver sends them ($ELITE_POINTS of them): how long the arm moves, by the
+        controller's own clock, and how evenly. A machine that has other things to do may be late once; what is judged
+        is the best of three."""
         count, step = int(os.environ.get("ELITE_POINTS", "60")), 0.05
         with Server() as server:
             driver = Driver(server.ports["primary"])
@@ -371,9 +380,11 @@ class Restarts(unittest.TestCase):
                 if cycle == 20:  # caches are filled by then
                     before = server.rss_kib()
             growth = server.rss_kib() - before
-            print(f"\n{self.CYCLES} drivers: connected after {statistics.median(connects) * 1e3:.0f} ms "
-                  f"(at most {max(connects) * 1e3:.0f}), stopped after {statistics.median(stops) * 1e3:.0f} ms "
-                  f"(at most {max(stops) * 1e3:.0f}), memory grew by {growth} KiB in the last {self.CYCLES - 21}")
+            print(
+                f"\n{self.CYCLES} drivers: connected after {statistics.median(connects) * 1e3:.0f} ms "
+                f"(at most {max(connects) * 1e3:.0f}), stopped after {statistics.median(stops) * 1e3:.0f} ms "
+                f"(at most {max(stops) * 1e3:.0f}), memory grew by {growth} KiB in the last {self.CYCLES - 21}"
+            )
             self.assertLess(growth, 4096)
 
     def test_the_program_sent_twice_within_milliseconds_runs_once(self):

@@ -1,4 +1,5 @@
-"""External control when something goes wrong in the middle: the task is killed, bytes are missing, the arm is stopped."""
+"""External control when something goes wrong in the middle: the task is killed, bytes are missing,
+the arm is stopped."""
 
 import json
 import socket
@@ -142,7 +143,9 @@ class Messages(unittest.TestCase):
     def setUp(self):
         self.server = Server()
         self.addCleanup(self.server.__exit__)
-        self.rtsi = watch(self.server, ["actual_joint_positions", "actual_joint_speeds", "runtime_state", "payload_mass"])
+        self.rtsi = watch(
+            self.server, ["actual_joint_positions", "actual_joint_speeds", "runtime_state", "payload_mass"]
+        )
         self.driver = Driver(self.server.ports["primary"])
         self.driver.wait_connected()
         self.driver.idle()

@@ -53,9 +53,7 @@ class Inputs(unittest.TestCase):
             self.assertEqual(status, 200, answer)
             seen = rtsi.until(lambda v: v["output_int_register1"] == -47)
             bits = 1 << 3 | 1 << 23 | 1 << 26
-            self.assertEqual(
-                [seen[name] for name in seen], [bits, 2.5, 7.5, -47, True, -47, 0.125]
-            )
+            self.assertEqual([seen[name] for name in seen], [bits, 2.5, 7.5, -47, True, -47, 0.125])
             points = io(server)
             for name, value in wanted.items():
                 self.assertEqual(points[name], value, name)

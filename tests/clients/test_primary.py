@@ -1,4 +1,5 @@
-"""Port 30001: the state stream part by part with live values, exceptions to everybody, control phrases, quick and dead clients."""
+"""Port 30001: the state stream part by part with live values, exceptions to everybody, control phrases,
+quick and dead clients."""
 
 import socket
 import struct
@@ -57,12 +58,14 @@ class States(unittest.TestCase):
         with Server() as server:
             sleeping = [Primary(server.ports["primary"]) for _ in range(5)]  # never read
             watching = Primary(server.ports["primary"])
-            watching.until(lambda s: fields(s, 0, "Q")[0] >= 100_000)  # before the first tenth there is the very first cycle
+            watching.until(
+                lambda s: fields(s, 0, "Q")[0] >= 100_000
+            )  # before the first tenth there is the very first cycle
             start = time.monotonic()
             stamps = [fields(watching.state(), 0, "Q")[0] for _ in range(10)]
             self.assertAlmostEqual(time.monotonic() - start, 1.0, delta=0.25)
-            # They are those of the cycles, not of a timer: a tenth of a second apart to the microsecond. Of states that come
-            # too late for this client it sees the latest.
+            # They are those of the cycles, not of a timer: a tenth of a second apart to the microsecond. Of states that
+            # come too late for this client it sees the latest.
             steps = [later - earlier for earlier, later in zip(stamps, stamps[1:])]
             self.assertTrue(all(step % 100_000 == 0 for step in steps), steps)
             self.assertEqual(sorted(steps)[len(steps) // 2], 100_000)
@@ -143,7 +146,9 @@ class Senders(unittest.TestCase):
         self.addCleanup(self.server.__exit__)
         self.primary = Primary(self.server.ports["primary"])
         self.rtsi = Rtsi(self.server.ports["rtsi"])
-        self.rtsi.set_up_outputs(["runtime_state", "output_int_register0", "actual_digital_output_bits", "actual_joint_positions"])
+        self.rtsi.set_up_outputs(
+            ["runtime_state", "output_int_register0", "actual_digital_output_bits", "actual_joint_positions"]
+        )
         self.rtsi.start()
 
     def send(self, *pieces):
@@ -172,7 +177,7 @@ class Senders(unittest.TestCase):
         self.assertTrue(self.primary.until(lambda s: True).running)
 
     def test_the_script_node_of_ros(self):
-        self.send(b"sec hello():\n\ttextmsg(\"script_sender connected\")\nend\n", b'popup("hello")\n')
+        self.send(b'sec hello():\n\ttextmsg("script_sender connected")\nend\n', b'popup("hello")\n')
         end = time.monotonic() + 5
         while "script_sender connected" not in self.server.stderr():
             self.assertLess(time.monotonic(), end)
@@ -226,7 +231,9 @@ class Senders(unittest.TestCase):
         self.assertIn("NameError", self.primary.exception()[3])
 
     def test_a_second_program_takes_the_place_of_the_first(self):
-        self.send(b"def f():\n  try:\n    sleep(100)\n  finally:\n    write_output_integer_register(1, 5)\n  end\nend\n")
+        self.send(
+            b"def f():\n  try:\n    sleep(100)\n  finally:\n    write_output_integer_register(1, 5)\n  end\nend\n"
+        )
         self.rtsi.until(lambda v: v["runtime_state"] == 1)
         self.send(b"def broken():\n  g(\nend\n")
         self.assertIn("SyntaxError", self.primary.exception()[3])

@@ -3,15 +3,14 @@
 import itertools
 import math
 import re
-import time
 import unittest
 
 import cs66
 from elite import FORMATS, Primary, Rtsi
 from server import REPOSITORY, Server
 
-# Name, type, and how the value is checked: a number, a tuple, or a function of the value. What changes with the motion is
-# checked in a test of its own.
+# Name, type, and how the value is checked: a number, a tuple, or a function of the value. What changes with the motion
+# is checked in a test of its own.
 CELL = """
 [[input]]
 at = 0
@@ -192,7 +191,11 @@ VENDOR_INPUTS = [
 
 
 # Registers by number: name without it, numbers, type. A test of its own sets each to a value of its own.
-REGISTERS = [("_bit_register", range(64, 128), "BOOL"), ("_int_register", range(48), "INT32"), ("_double_register", range(48), "DOUBLE")]
+REGISTERS = [
+    ("_bit_register", range(64, 128), "BOOL"),
+    ("_int_register", range(48), "INT32"),
+    ("_double_register", range(48), "DOUBLE"),
+]
 
 
 def page():
@@ -219,7 +222,12 @@ class Table(unittest.TestCase):
         outputs, inputs = page()
         self.assertTrue(set(outputs.values()) | set(inputs.values()) <= set(FORMATS))
         rows = {name: kind for name, kind, _ in OUTPUTS}
-        registers = {f"{side}{group}{n}": kind for side in ("input", "output") for group, numbers, kind in REGISTERS for n in numbers}
+        registers = {
+            f"{side}{group}{n}": kind
+            for side in ("input", "output")
+            for group, numbers, kind in REGISTERS
+            for n in numbers
+        }
         self.assertEqual({**rows, **registers}, outputs)
         written = {name: kind for name, kind in registers.items() if name.startswith("input")}
         self.assertEqual({**dict(VENDOR_INPUTS), **written}, inputs)
@@ -274,7 +282,9 @@ class Table(unittest.TestCase):
             rtsi.write(inputs, {"external_force_torque": wrench})
             for number, (call, enabled) in enumerate(calls):
                 if call:
-                    primary.send_script(f"def s():\n  {call}\n  sync()\n  write_output_integer_register(0, {number})\nend")
+                    primary.send_script(
+                        f"def s():\n  {call}\n  sync()\n  write_output_integer_register(0, {number})\nend"
+                    )
                 rtsi.until(lambda v: v["output_int_register0"] == number)
                 rtsi.read()  # a cycle later
                 v = rtsi.read()
@@ -346,7 +356,11 @@ class Table(unittest.TestCase):
                     self.assertTrue(good, f"{name} is {value}")
 
     def test_every_register_has_a_name_of_its_own_in_both_directions(self):
-        of_its_own = {"BOOL": lambda n: n % 3 == 0, "INT32": lambda n: (-1) ** n * (n + 1) * 12345, "DOUBLE": lambda n: n / 7 - 3}
+        of_its_own = {
+            "BOOL": lambda n: n % 3 == 0,
+            "INT32": lambda n: (-1) ** n * (n + 1) * 12345,
+            "DOUBLE": lambda n: n / 7 - 3,
+        }
         values = {f"{group}{n}": of_its_own[kind](n) for group, numbers, kind in REGISTERS for n in numbers}
         with Server() as server:
             rtsi = Rtsi(server.ports["rtsi"])
@@ -378,7 +392,9 @@ class Table(unittest.TestCase):
             rtsi.start()
             off = rtsi.read()
             self.assertEqual((off["robot_mode"], off["joint_mode"], off["tool_mode"]), (3, (239,) * 6, 239))
-            self.assertEqual((off["robot_status_bits"], off["actual_robot_voltage"], off["actual_robot_current"]), (0, 0, 0))
+            self.assertEqual(
+                (off["robot_status_bits"], off["actual_robot_voltage"], off["actual_robot_current"]), (0, 0, 0)
+            )
             primary = Primary(server.ports["primary"])
             primary.send_script("power on")
             idle = rtsi.until(lambda v: v["robot_mode"] == 5)
@@ -430,7 +446,12 @@ class Table(unittest.TestCase):
             rtsi.write(inputs, values)  # nothing is masked in: nothing changes
             for _ in range(5):
                 after = rtsi.read()
-            for name in ["target_speed_fraction", "actual_digital_output_bits", "standard_analog_output0", "analog_io_types"]:
+            for name in [
+                "target_speed_fraction",
+                "actual_digital_output_bits",
+                "standard_analog_output0",
+                "analog_io_types",
+            ]:
                 self.assertEqual(before[name], after[name], name)
 
             values.update(
@@ -496,9 +517,11 @@ class Table(unittest.TestCase):
             )
             rtsi.write(inputs, dict(zip(names, [-123456, 0.1, True])))
             rtsi.until(
-                lambda v: v["output_int_register5"] == -123456
-                and v["output_double_register6"] == 0.1
-                and v["output_bit_register70"]
+                lambda v: (
+                    v["output_int_register5"] == -123456
+                    and v["output_double_register6"] == 0.1
+                    and v["output_bit_register70"]
+                )
             )
 
 

@@ -1,4 +1,5 @@
-"""Port 30004: how a conversation goes: set-up, start and pause, owners of inputs, the watchdog, and data that never stops."""
+"""Port 30004: how a conversation goes: set-up, start and pause, owners of inputs, the watchdog,
+and data that never stops."""
 
 import time
 import unittest
@@ -122,8 +123,8 @@ class Sessions(unittest.TestCase):
                     modes.append(values["robot_mode"])
             self.assertEqual(modes[-3:], [4, 5, 7], "power on, idle, running")
             times = [slow.read()["timestamp"] for _ in range(20)]
-            # Every fifth cycle. On a machine that is busy the server may see that cycle late and send a later one instead; the
-            # next package is on the beat again, so no error adds up.
+            # Every fifth cycle. On a machine that is busy the server may see that cycle late and send a later one
+            # instead; the next package is on the beat again, so no error adds up.
             steps = [round((later - earlier) / 0.004) for earlier, later in zip(times, times[1:])]
             self.assertEqual(sorted(steps)[len(steps) // 2], 5, steps)
             self.assertAlmostEqual(sum(steps), 5 * len(steps), delta=4, msg=f"{steps}")

@@ -346,7 +346,9 @@ class Ways(unittest.TestCase):
         with Server(cell=CELL) as server:
             ports = Ports(server)
             for level in (True, False) * 3:
-                quick = [socket.create_connection(("127.0.0.1", server.ports[p])) for p in ("primary", "rtsi", "dashboard")]
+                quick = [
+                    socket.create_connection(("127.0.0.1", server.ports[p])) for p in ("primary", "rtsi", "dashboard")
+                ]
                 ports.set_pair(0, level)
                 for one in quick:
                     one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))

@@ -1,7 +1,7 @@
 """200 Modbus signals at 50 Hz: `python tests/peers/modbus_rate.py PROGRAM SECONDS [PEER ...]`.
 
-PROGRAM is the example `modbus_rate` of io-bus. Peers: `pymodbus`, or `plain`, a device of a few lines that shows how much of
-the lateness is the peer's. Addresses are side by side (shared requests) and ten apart (none shared).
+PROGRAM is the example `modbus_rate` of io-bus. Peers: `pymodbus`, or `plain`, a device of a few lines that shows how
+much of the lateness is the peer's. Addresses are side by side (shared requests) and ten apart (none shared).
 """
 
 import asyncio
@@ -49,7 +49,10 @@ def main():
         port = {"plain": plain_device, "pymodbus": pymodbus_device}[peer]()
         for spacing in [1, 10]:
             command = [program, "127.0.0.1", str(port), seconds, str(spacing)]
-            print(f"{peer}: {subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()}", flush=True)
+            print(
+                f"{peer}: {subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()}",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

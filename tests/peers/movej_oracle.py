@@ -3,10 +3,10 @@
     ELITE_PROGRAMS=500 tests/peers/movej.sh
 
 A movej is a straight line in joint space, so the oracle plans one axis, the way of the leading joint, under the limits
-that the line leaves it: what the script asked, and each joint's own limits divided by its share of the way. By default an
-acceleration is reached in 30 ms. Beside it the oracle for six free joints that arrive together: not bound to the line it
-can be faster where different joints set the limits. Exit 1 when one motion takes more than 1.001 times the first, and a
-cycle.
+that the line leaves it: what the script asked, and each joint's own limits divided by its share of the way. By default
+an acceleration is reached in 30 ms. Beside it the oracle for six free joints that arrive together: not bound to the
+line it can be faster where different joints set the limits. Exit 1 when one motion takes more than 1.001 times the
+first, and a cycle.
 """
 
 import csv
@@ -72,7 +72,10 @@ def main():
     early = [(row, c) for row, c in zip(rows, compared) if c[0] < c[1] - 1e-9]
     excess = [(taken - line) / step for taken, line, _, step in compared]
     ratio = [taken / free for taken, _, free, _ in compared]
-    print(f"{len(rows)} movej; cycles over the optimum on the line: median {statistics.median(excess):.2f}, largest {max(excess):.2f}")
+    print(
+        f"{len(rows)} movej; cycles over the optimum on the line: median {statistics.median(excess):.2f}, largest "
+        f"{max(excess):.2f}"
+    )
     print(f"duration over that of six free joints: median {statistics.median(ratio):.4f}, largest {max(ratio):.4f}")
     for row, (taken, line, _, step) in late[:5]:
         print(f"late: {row[0]} took {taken:.4f} s, optimum {line:.4f} s, cycle {step} s: {row}")

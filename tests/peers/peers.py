@@ -1,4 +1,5 @@
-"""Peers that we did not write, for the tests of field buses: pymodbus over TCP and RTU, Python's XML-RPC server, sockets.
+"""Peers that we did not write, for the tests of field buses: pymodbus over TCP and RTU, Python's XML-RPC server,
+sockets.
 
 Each peer is started on a free port by the test that needs it and lives in threads of this process.
 """
@@ -125,7 +126,9 @@ class RpcServer:
                 outer.connections += 1
                 return super().get_request()
 
-        self.server = Server(("127.0.0.1", 0), requestHandler=handler, allow_none=True, logRequests=False, use_builtin_types=True)
+        self.server = Server(
+            ("127.0.0.1", 0), requestHandler=handler, allow_none=True, logRequests=False, use_builtin_types=True
+        )
         self.port = self.server.server_address[1]
         self.server.register_function(lambda value: value, "echo")
         self.server.register_function(lambda a, b: a + b, "add")

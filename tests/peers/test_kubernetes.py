@@ -37,7 +37,10 @@ class StatefulSet(unittest.TestCase):
         self.assertEqual({mount["name"] for mount in self.container["volumeMounts"]}, volumes)
 
     def test_its_commands_are_the_programs(self):
-        lines = [self.container["command"] + self.container["args"], self.container["readinessProbe"]["exec"]["command"]]
+        lines = [
+            self.container["command"] + self.container["args"],
+            self.container["readinessProbe"]["exec"]["command"],
+        ]
         for line in lines:
             self.assertEqual(line[0], "eliteserver")
             told = subprocess.run([SERVER, *line[1:], "--help"], capture_output=True, text=True, timeout=60)

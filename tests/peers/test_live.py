@@ -1,4 +1,5 @@
-"""What talks with a running server from outside: a Foxglove client that we did not write, Prometheus' own parser, pymodbus."""
+"""What talks with a running server from outside: a Foxglove client that we did not write, Prometheus' own parser,
+pymodbus."""
 
 import asyncio
 import base64
@@ -13,9 +14,9 @@ import unittest
 import urllib.request
 
 import websockets
-from pymodbus.client import ModbusTcpClient
-from prometheus_client.parser import text_string_to_metric_families
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from prometheus_client.parser import text_string_to_metric_families
+from pymodbus.client import ModbusTcpClient
 
 SERVER = os.environ["ELITESERVER"]
 SUBPROTOCOL = "foxglove.sdk.v1"
@@ -130,7 +131,9 @@ class Follower:
 
 def followed(port, secs, until=lambda messages: False, first=lambda: None):
     async def follow():
-        async with websockets.connect(f"ws://127.0.0.1:{port}", subprotocols=[SUBPROTOCOL], max_size=None) as connection:
+        async with websockets.connect(
+            f"ws://127.0.0.1:{port}", subprotocols=[SUBPROTOCOL], max_size=None
+        ) as connection:
             follower = Follower(connection)
             await follower.follow(0.5)
             await asyncio.to_thread(first)

@@ -1,4 +1,5 @@
-"""`eliteserver mcp` with the client of the Python SDK: what an assistant does from the first question to the picture."""
+"""`eliteserver mcp` with the client of the Python SDK: what an assistant does from
+the first question to the picture."""
 
 import asyncio
 import base64
@@ -44,7 +45,18 @@ class Assistant(unittest.IsolatedAsyncioTestCase):
             tools = {tool.name: tool for tool in (await session.list_tools()).tools}
             self.assertEqual(
                 sorted(tools),
-                ["builtin", "check", "clearance", "plan_path", "replay_at", "replay_find", "replay_plot", "replay_summary", "run", "test"],
+                [
+                    "builtin",
+                    "check",
+                    "clearance",
+                    "plan_path",
+                    "replay_at",
+                    "replay_find",
+                    "replay_plot",
+                    "replay_summary",
+                    "run",
+                    "test",
+                ],
             )
             for tool in tools.values():
                 self.assertTrue(tool.description)
@@ -67,7 +79,9 @@ class Assistant(unittest.IsolatedAsyncioTestCase):
             self.assertIn("movej 1", summary)
             state = told(await session.call_tool("replay_at", {"recording": "run.mcap", "time": 0.3}))
             self.assertIn("line 2", state)
-            when = told(await session.call_tool("replay_find", {"recording": "run.mcap", "condition": "actual_q[0] > 0.25"}))
+            when = told(
+                await session.call_tool("replay_find", {"recording": "run.mcap", "condition": "actual_q[0] > 0.25"})
+            )
             self.assertIn("found: 1 time", when)
             plot = await session.call_tool("replay_plot", {"recording": "run.mcap"})
             image = next(part for part in plot.content if part.type == "image")

@@ -89,31 +89,66 @@ print(get_standard_digital_in(0))
             "set_standard_digital_out(16, True)": "ValueError: set_standard_digital_out(): n must be -1 to 15, got 16",
             "get_configurable_digital_in(8)": "ValueError: get_configurable_digital_in(): n must be 0 to 7, got 8",
             "set_tool_voltage(13)": "ValueError: set_tool_voltage(): voltage must be 0, 12 or 24, got 13",
-            "set_standard_digital_input_action(1, 'fly')": "ValueError: set_standard_digital_input_action(): action must be \"default\" or \"freedrive\", got \"fly\"",
-            "write_output_boolean_register(128, True)": "ValueError: write_output_boolean_register(): address must be 0 to 127, got 128",
-            "write_output_integer_register(0, 2**31)": "ValueError: write_output_integer_register(): value must be -2147483648 to 2147483647, got 2147483648",
+            "set_standard_digital_input_action(1, 'fly')": (
+                'ValueError: set_standard_digital_input_action(): action must be "default" or "freedrive", got "fly"'
+            ),
+            "write_output_boolean_register(128, True)": (
+                "ValueError: write_output_boolean_register(): address must be 0 to 127, got 128"
+            ),
+            "write_output_integer_register(0, 2**31)": (
+                "ValueError: write_output_integer_register(): value must be -2147483648 to 2147483647, got 2147483648"
+            ),
             "read_input_float_register(48)": "ValueError: read_input_float_register(): address must be 0 to 47, got 48",
-            "set_tool_digital_io_config(0, 3, True, True)": "ValueError: set_tool_digital_io_config(): mode must be 0 to 2, got 3",
-            "set_runstate_gp_boolean_output_to_value(0, 4)": "ValueError: set_runstate_gp_boolean_output_to_value(): runstate must be 0 to 3, got 4",
+            "set_tool_digital_io_config(0, 3, True, True)": (
+                "ValueError: set_tool_digital_io_config(): mode must be 0 to 2, got 3"
+            ),
+            "set_runstate_gp_boolean_output_to_value(0, 4)": (
+                "ValueError: set_runstate_gp_boolean_output_to_value(): runstate must be 0 to 3, got 4"
+            ),
             "socket_read_ascii_float(31)": "ValueError: socket_read_ascii_float(): number must be 1 to 30, got 31",
             "socket_read_byte_list(513)": "ValueError: socket_read_byte_list(): number must be 1 to 512, got 513",
-            "socket_send_byte('ab')": "ValueError: socket_send_byte(): value must be one ASCII character or an integer, got 'ab'",
-            "modbus_add_signal('127.0.0.1', 256, 0, 3, 's')": "ValueError: modbus_add_signal(): slave_number must be 0 to 255, got 256",
-            "modbus_add_signal('127.0.0.1', 255, 0, 3, 's', False, 124)": "ValueError: modbus_add_signal(): registers_count must be 1 to 123, got 124",
+            "socket_send_byte('ab')": (
+                "ValueError: socket_send_byte(): value must be one ASCII character or an integer, got 'ab'"
+            ),
+            "modbus_add_signal('127.0.0.1', 256, 0, 3, 's')": (
+                "ValueError: modbus_add_signal(): slave_number must be 0 to 255, got 256"
+            ),
+            "modbus_add_signal('127.0.0.1', 255, 0, 3, 's', False, 124)": (
+                "ValueError: modbus_add_signal(): registers_count must be 1 to 123, got 124"
+            ),
             "modbus_add_signal('127.0.0.1', 0, 0, 2, 's')": "ValueError: modbus_add_signal(): slave 0 is a broadcast",
-            "modbus_get_signal_status('nobody')": "RuntimeError: modbus_get_signal_status(): there is no signal \"nobody\"",
-            "modbus_set_signal_watchdog('nobody', 301)": "ValueError: modbus_set_signal_watchdog(): timeout must be a number from 0 to 300, got 301",
+            "modbus_get_signal_status('nobody')": (
+                'RuntimeError: modbus_get_signal_status(): there is no signal "nobody"'
+            ),
+            "modbus_set_signal_watchdog('nobody', 301)": (
+                "ValueError: modbus_set_signal_watchdog(): timeout must be a number from 0 to 300, got 301"
+            ),
             "write_port_register(111, 0)": "ValueError: there is no word 111 in the controller's Modbus map",
-            "write_port_register(17, 101)": "ValueError: 101 is not allowed for word 17 (speed slider, %; 2 to 100 can be written)",
-            "write_port_register(73, 0)": "ValueError: word 73 cannot be set to 0: actual joint positions, mrad, signed",
-            "tool_serial_config(True, 9601, 0, 1)": "ValueError: tool_serial_config(): baud_rate must be 9600, 19200, 38400, 57600, 115200, 1000000 or 2000000, got 9601",
+            "write_port_register(17, 101)": (
+                "ValueError: 101 is not allowed for word 17 (speed slider, %; 2 to 100 can be written)"
+            ),
+            "write_port_register(73, 0)": (
+                "ValueError: word 73 cannot be set to 0: actual joint positions, mrad, signed"
+            ),
+            "tool_serial_config(True, 9601, 0, 1)": (
+                "ValueError: tool_serial_config(): baud_rate must be 9600, 19200, 38400, 57600, 115200, 1000000 "
+                "or 2000000, got 9601"
+            ),
             "tool_modbus_read_bits(0, 1, 1)": "ValueError: tool_modbus_read_bits(): slave must be 1 to 247, got 0",
-            "masterboard_modbus_rtu_read_registers(1, 0, 126)": "ValueError: masterboard_modbus_rtu_read_registers(): read_count must be 1 to 125, got 126",
-            "tool_modbus_write_single_register(1, 1, 65536)": "ValueError: tool_modbus_write_single_register(): data must be an integer from 0 to 65535, got 65536",
-            "rpc_factory('soap', '1.2.3.4:5')": "ValueError: rpc_factory(): type must be \"xmlrpc\", got \"soap\"",
-            "rpc_factory('xmlrpc', 'nowhere')": "ValueError: rpc_factory(): url \"nowhere\" is no address",
+            "masterboard_modbus_rtu_read_registers(1, 0, 126)": (
+                "ValueError: masterboard_modbus_rtu_read_registers(): read_count must be 1 to 125, got 126"
+            ),
+            "tool_modbus_write_single_register(1, 1, 65536)": (
+                "ValueError: tool_modbus_write_single_register(): data must be an integer from 0 to 65535, got 65536"
+            ),
+            "rpc_factory('soap', '1.2.3.4:5')": 'ValueError: rpc_factory(): type must be "xmlrpc", got "soap"',
+            "rpc_factory('xmlrpc', 'nowhere')": 'ValueError: rpc_factory(): url "nowhere" is no address',
         }
-        script = "".join(f"try:\n    {call}\nexcept Exception as e:\n    print(type(e).__name__ + ':', e)\nelse:\n    print('no error')\n" for call in calls)
+        script = "".join(
+            f"try:\n    {call}\nexcept Exception as e:\n    print(type(e).__name__ + ':', e)\nelse:\n"
+            "    print('no error')\n"
+            for call in calls
+        )
         printed, _ = run(script)
         for line, wanted in zip(printed, calls.values(), strict=True):
             self.assertTrue(line.startswith(wanted), f"{line!r} instead of {wanted!r}")
@@ -121,11 +156,17 @@ print(get_standard_digital_in(0))
     def test_a_wrong_tool_pin_ends_the_program_with_an_alarm(self):
         _, said = run("try:\n    set_tool_digital(2, True)\nexcept Exception:\n    pass\nprint('went on')\n", status=1)
         self.assertIn("wrong I/O type: tool pin 2 is an input", said)
-        printed, _ = run("set_tool_digital_io_config(2, 0, True, True)\nset_tool_digital(2, True)\nprint(get_tool_digital(2))\n")
+        printed, _ = run(
+            "set_tool_digital_io_config(2, 0, True, True)\nset_tool_digital(2, True)\nprint(get_tool_digital(2))\n"
+        )
         self.assertEqual(printed, ["True"])
 
     def test_scripts_without_the_network_are_refused(self):
-        for call in ("socket_open('127.0.0.1', 1)", "rpc_factory('xmlrpc', '127.0.0.1:1')", "modbus_add_signal('127.0.0.1', 255, 0, 3, 's')"):
+        for call in (
+            "socket_open('127.0.0.1', 1)",
+            "rpc_factory('xmlrpc', '127.0.0.1:1')",
+            "modbus_add_signal('127.0.0.1', 255, 0, 3, 's')",
+        ):
             _, said = run(call, options=["--allow", "fs"], status=1)
             self.assertIn("PermissionError", said)
             self.assertIn("--allow net", said)
@@ -136,7 +177,9 @@ class Sockets(unittest.TestCase):
         received = bytearray()
 
         def talk(peer):
-            peer.sendall(b"<111><222>(3.12,,3.11 8.24)" + bytes([0, 0, 0, 100, 255, 255, 255, 156]) + bytes([1, 2, 255]))
+            peer.sendall(
+                b"<111><222>(3.12,,3.11 8.24)" + bytes([0, 0, 0, 100, 255, 255, 255, 156]) + bytes([1, 2, 255])
+            )
             while b"END" not in received:
                 received.extend(peer.recv(100))
             peer.sendall(b"JOINT_0 99999999999\nline 1\nline 2\n")
@@ -236,16 +279,17 @@ print(ok)
 class ModbusTcp(unittest.TestCase):
     def test_all_kinds_of_signals(self):
         device = ModbusDevice()
-        address = f'"127.0.0.1", 255'
         printed, _ = run(
             f"""
 def add(at, kind, name, count=1):
     modbus_add_signal("127.0.0.1", 255, at, kind, name, False, count, {device.port})
 add(4, 0, "di"); add(5, 1, "do"); add(6, 2, "ri"); add(7, 3, "ro"); add(100, 3, "many", 123); add(11, 1, "coils", 4)
 modbus_add_rw_signal("127.0.0.1", 255, 20, 3, 21, 2, "rw", False, {device.port})
-print(modbus_get_signal_status("di"), modbus_get_signal_status("do"), modbus_get_signal_status("ri"), modbus_get_signal_status("ro"))
-print(modbus_get_signal_status("many") == list(range(100, 223)), modbus_get_signal_status("coils"), modbus_get_signal_status("rw"))
-print(modbus_get_error("ro"), modbus_get_error("ro", 1), modbus_get_error("ro", 2), modbus_get_time_since_signal_invalid("ro"))
+status = modbus_get_signal_status
+print(status("di"), status("do"), status("ri"), status("ro"))
+print(status("many") == list(range(100, 223)), status("coils"), status("rw"))
+fault = modbus_get_error
+print(fault("ro"), fault("ro", 1), fault("ro", 2), modbus_get_time_since_signal_invalid("ro"))
 modbus_set_output_signal("do", False)
 modbus_set_output_signal("coils", [False, True])
 modbus_set_output_register("ro", 65536 + 300)
@@ -378,7 +422,10 @@ class OwnServer(unittest.TestCase):
         for client in clients:
             self.assertTrue(client.connect())
         first, last = clients[0], clients[-1]
-        self.script("def f():\n  write_port_bit(35, True)\n  write_port_register(256, -2)\n  write_output_integer_register(3, -70000)\n  set_configurable_digital_out(1, True)\nend\n")
+        self.script(
+            "def f():\n  write_port_bit(35, True)\n  write_port_register(256, -2)\n"
+            "  write_output_integer_register(3, -70000)\n  set_configurable_digital_out(1, True)\nend\n"
+        )
         self.until(lambda: last.read_coils(35, count=1).bits[0])
         self.until(lambda: first.read_discrete_inputs(49, count=1).bits[0])
         self.assertEqual(last.read_holding_registers(256, count=1).registers, [65534])
@@ -392,7 +439,10 @@ class OwnServer(unittest.TestCase):
         first.write_register(256, 42)
         first.write_register(17, 50)
         self.assertEqual(last.read_holding_registers(17, count=1).registers, [50])
-        self.script("def f():\n  write_port_register(257, read_port_register(256))\n  write_port_bit(32, get_standard_digital_out(2))\nend\n")
+        self.script(
+            "def f():\n  write_port_register(257, read_port_register(256))\n"
+            "  write_port_bit(32, get_standard_digital_out(2))\nend\n"
+        )
         self.until(lambda: last.read_holding_registers(257, count=1).registers == [42])
         self.until(lambda: last.read_coils(32, count=1).bits[0])
         # 48 words as a field program asks for them, gaps included; what only shows state is not written.
@@ -414,7 +464,10 @@ class OwnServer(unittest.TestCase):
             "alarm": "sleep(0.5)\n  set_tool_digital(3, True)",
         }
         for name, body in bodies.items():
-            head = "set_runstate_standard_digital_output_to_value(5, 3)\n  set_runstate_standard_digital_output_to_value(6, 1)\n  set_standard_digital_out(6, True)"
+            head = (
+                "set_runstate_standard_digital_output_to_value(5, 3)\n"
+                "  set_runstate_standard_digital_output_to_value(6, 1)\n  set_standard_digital_out(6, True)"
+            )
             self.script(f"def f():\n  {head}\n  {body}\nend\n")
             self.until(lambda: client.read_coils(1005, count=2).bits[:2] == [True, True])
             if name == "stop":
@@ -448,7 +501,20 @@ except RuntimeError as e:
         )
         self.assertEqual(
             printed,
-            ["None", "True", "7", "-3.25", "ä <&>", "[1, [2.5, 'x']]", "{'a': [1], 'b': {}}", "b'\\x00\\xff'", "5", "True True", "True", "True"],
+            [
+                "None",
+                "True",
+                "7",
+                "-3.25",
+                "ä <&>",
+                "[1, [2.5, 'x']]",
+                "{'a': [1], 'b': {}}",
+                "b'\\x00\\xff'",
+                "5",
+                "True True",
+                "True",
+                "True",
+            ],
         )
         self.assertEqual(server.connections, 1, "the connection is kept")
 
@@ -457,14 +523,19 @@ class Rtu(unittest.TestCase):
     def test_every_function_on_both_ports(self):
         for port, prefix in (("tool", "tool_modbus_"), ("masterboard", "masterboard_modbus_rtu_")):
             device = RtuDevice()
-            config = "tool_serial_config(True, 115200, 0, 1, 8, True)" if port == "tool" else "masterboard_serial_config(True, 115200, 0, 1, 8, True)"
+            config = (
+                "tool_serial_config(True, 115200, 0, 1, 8, True)"
+                if port == "tool"
+                else "masterboard_serial_config(True, 115200, 0, 1, 8, True)"
+            )
             mode = f"{port}_serial_mode()"
             p = prefix
             printed, _ = run(
                 f"""
 print({config}, {mode})
 print({p}read_bits(7, 3, 4), {p}read_input_bits(7, 4, 2), {p}read_registers(7, 10, 3), {p}read_input_registers(7, 5, 1))
-print({p}write_single_bit(7, 20, 1), {p}write_bits(7, 30, [True, 0, 2]), {p}write_single_register(7, 40, 4660), {p}write_registers(7, 50, [1, 65535]))
+written = [{p}write_single_bit(7, 20, 1), {p}write_bits(7, 30, [True, 0, 2])]
+print(*written, {p}write_single_register(7, 40, 4660), {p}write_registers(7, 50, [1, 65535]))
 print({p}read_bits(7, 20, 1), {p}read_bits(7, 30, 3), {p}read_registers(7, 40, 1), {p}read_registers(7, 50, 2))
 print({p}read_registers(7, 1999, 5, 1), {p}write_single_register(9, 0, 0, 0.3))
 """,
@@ -500,11 +571,19 @@ print(masterboard_modbus_rtu_read_registers(7, 10, 2, 2))
     def test_a_port_in_daemon_use_ends_the_program_with_an_alarm(self):
         device = RtuDevice()
         cell = f'[[serial]]\nport = "tool"\ndevice = "{device.path}"\n'
-        _, said = run("tool_serial_config(True, 115200, 0, 1, 8, False, 1)\nprint(tool_serial_is_open())\ntool_serial_write('x')\n", cell=cell, status=1)
+        _, said = run(
+            "tool_serial_config(True, 115200, 0, 1, 8, False, 1)\nprint(tool_serial_is_open())\n"
+            "tool_serial_write('x')\n",
+            cell=cell,
+            status=1,
+        )
         self.assertIn("Daemon", said)
 
     def test_a_port_without_a_device_says_so(self):
-        printed, said = run("print(tool_serial_config(True, 115200, 0, 1), tool_serial_mode(), tool_serial_read(1, True, 0.1), tool_serial_write('x'))\n")
+        printed, said = run(
+            "print(tool_serial_config(True, 115200, 0, 1), tool_serial_mode(), tool_serial_read(1, True, 0.1), "
+            "tool_serial_write('x'))\n"
+        )
         self.assertEqual(printed, ["False CLOSE [] 0"])
         self.assertIn("[[serial]]", said)
 

@@ -44,7 +44,15 @@ class Recordings(unittest.TestCase):
         self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
 
     def test_what_lives_in_a_cell_is_drawn(self):
-        command = [SERVER, "run", "--cell", os.path.join(TENDING, "cell.toml"), os.path.join(TENDING, "tend.script"), "--record", self.recording]
+        command = [
+            SERVER,
+            "run",
+            "--cell",
+            os.path.join(TENDING, "cell.toml"),
+            os.path.join(TENDING, "tend.script"),
+            "--record",
+            self.recording,
+        ]
         subprocess.run(command, check=True, capture_output=True, timeout=120)
         checked = subprocess.run([sys.executable, CHECK, self.recording], capture_output=True, text=True, timeout=60)
         self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)

@@ -2,8 +2,9 @@
 
 child.py listen DOMAIN          takes joint states, reliably
 child.py goal DOMAIN SECONDS    moves the first joint by 0.4 rad in so long, and says "accepted" when that has begun
-child.py subscribe DOMAIN       subscribes to every topic of the node with every usual QoS, and says "well" when all have spoken
-child.py network                loses its network for some seconds; to be run in a network namespace of its own
+child.py subscribe DOMAIN       subscribes to every topic of the node with every usual QoS, and says "well" when all
+have spoken child.py network                loses its network for some seconds;
+to be run in a network namespace of its own
 """
 
 import importlib
@@ -13,12 +14,13 @@ import sys
 import tempfile
 import time
 
-from conftest import JOINTS, Controller, Peer
 from control_msgs.action import FollowJointTrajectory
 from rclpy.action import ActionClient
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data, qos_profile_system_default
 from sensor_msgs.msg import JointState
+
+from conftest import JOINTS, Controller, Peer
 
 
 def say(word):
@@ -73,10 +75,14 @@ def subscribe(domain):
     found, warnings = {}, []
     events = SubscriptionEventCallbacks(
         incompatible_qos=lambda event: warnings.append(f"QoS {event}"),
-        incompatible_type=lambda event: warnings.append(f"type {event}"))
+        incompatible_type=lambda event: warnings.append(f"type {event}"),
+    )
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    streams = {"depth 10": QoSProfile(depth=10), "sensor data": qos_profile_sensor_data,
-               "system default": qos_profile_system_default}
+    streams = {
+        "depth 10": QoSProfile(depth=10),
+        "sensor data": qos_profile_sensor_data,
+        "system default": qos_profile_system_default,
+    }
     of_state = ("robot_mode", "safety_mode", "robot_task_running", "robot_description", "/tf_static", "/_action/status")
     for topic, kind in own().items():
         # What is published once, or on change, is for whoever asks for it.
@@ -96,6 +102,7 @@ def subscribe(domain):
 
 def network():
     """Loopback is all the network that the node has: it is taken down and brought up again."""
+
     def loopback(state):
         subprocess.run(["ip", "link", "set", "lo", state], check=True)
 
@@ -117,7 +124,10 @@ def network():
             peer.wait_for(lambda: len(states) > during + 500, 20, "joint states after that")
             say(f"back after {time.monotonic() - begun:.1f} s")
             late = [at - m.header.stamp.sec - m.header.stamp.nanosec * 1e-9 for at, m in states]
-            say(f"late {late[during - 300]:.3f} {late[during - 1]:.3f} s before, {late[during:during + 500:50]} s after")
+            say(
+                f"late {late[during - 300]:.3f} {late[during - 1]:.3f} s before, {late[during : during + 500 : 50]} "
+                "s after"
+            )
             # Cycles went on: nothing is later than before.
             peer.wait_for(lambda: time.time() - states[-1][1].header.stamp.sec < 2.0, 10, "the present")
             assert controller.node_pid() == node, "the node was not needed anew"

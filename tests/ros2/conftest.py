@@ -38,12 +38,20 @@ class Controller:
         self.domain = domain
         self.ready = folder / f"ready-{domain}.json"
         ports = itertools.chain.from_iterable(
-            (f"--{name}-port", "0")
-            for name in ("primary", "interpreter", "rtsi", "dashboard", "http", "modbus")
+            (f"--{name}-port", "0") for name in ("primary", "interpreter", "rtsi", "dashboard", "http", "modbus")
         )
         command = [
-            os.environ["ELITESERVER"], "serve", "--record", record, "--ros2", "--ros-domain", str(domain),
-            "--ready-file", str(self.ready), *ports, *options,
+            os.environ["ELITESERVER"],
+            "serve",
+            "--record",
+            record,
+            "--ros2",
+            "--ros-domain",
+            str(domain),
+            "--ready-file",
+            str(self.ready),
+            *ports,
+            *options,
         ]
         self.log = open(folder / f"log-{domain}.txt", "w+")
         self.process = subprocess.Popen(command, cwd=folder, stderr=self.log, stdout=self.log)

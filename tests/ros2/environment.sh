@@ -29,9 +29,11 @@ pip install --quiet --disable-pip-version-check 'ros-jazzy-rclpy[fastrtps]' \
 include="$(python -c 'import sysconfig; print(sysconfig.get_path("include"))')"
 numpy="$(python -c 'import numpy; print(numpy.get_include())')"
 site="$venv/lib/python3.12/site-packages"
-# The wheels were made elsewhere and remember where; in a folder that an interrupted run has left they may know better already.
+# The wheels were made elsewhere and remember where; in a folder that an interrupted run has
+# left they may know better already.
 { grep -rl /opt/python/cp312-cp312 "$venv"/share/*/cmake/*.cmake || true; } | xargs -r sed -i \
-    "s#/opt/python/cp312-cp312/include/python3.12#$include#g; s#/opt/python/cp312-cp312/lib/python3.12/site-packages/numpy/_core/include#$numpy#g"
+    -e "s#/opt/python/cp312-cp312/include/python3.12#$include#g" \
+    -e "s#/opt/python/cp312-cp312/lib/python3.12/site-packages/numpy/_core/include#$numpy#g"
 libraries="$venv/lib:$(find "$site" -maxdepth 1 -name 'ros_*.libs' | tr '\n' ':')"
 export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 AMENT_PREFIX_PATH="$venv" CMAKE_PREFIX_PATH="$venv" PYTHONPATH="$site"
 export LD_LIBRARY_PATH="$libraries"

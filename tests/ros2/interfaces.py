@@ -52,8 +52,10 @@ trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_error""",
             "msg/SafetyMode.msg": "int8 mode",
             "msg/Analog.msg": "uint8 type\nfloat64 value",
             "msg/IOState.msg": "\n".join(
-                [f"bool[] {name}" for name in (
-                    "standard_out", "config_out", "tool_out", "standard_in", "config_in", "tool_in")]
+                [
+                    f"bool[] {name}"
+                    for name in ("standard_out", "config_out", "tool_out", "standard_in", "config_in", "tool_in")
+                ]
                 + ["Analog[] standard_analog_out", "Analog[] standard_analog_in"]
             ),
             "msg/ToolData.msg": (

@@ -9,9 +9,10 @@ import sys
 import tempfile
 import time
 
-from conftest import Controller, Peer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
+
+from conftest import Controller, Peer
 
 
 def processor_seconds(pid):
@@ -38,7 +39,9 @@ def main(seconds):
         print(f"joint states: {len(messages)} of {expected} in {took:.1f} s")
         print(f"from cycle to callback: p50 {late[len(late) // 2]:.1f} ms, p99 {late[len(late) * 99 // 100]:.1f} ms")
         gaps = sorted(abs(b - a - 0.004) * 1e3 for (a, _), (b, _) in zip(messages, messages[1:]))
-        print(f"jitter, callback to callback: p50 {gaps[len(gaps) // 2]:.2f} ms, p99 {gaps[len(gaps) * 99 // 100]:.1f} ms")
+        print(
+            f"jitter, callback to callback: p50 {gaps[len(gaps) // 2]:.2f} ms, p99 {gaps[len(gaps) * 99 // 100]:.1f} ms"
+        )
         client = peer.node.create_client(Trigger, "dashboard_client/close_safety_dialog")
         client.wait_for_service(20)
         time.sleep(1)

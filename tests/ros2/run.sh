@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The node against real ROS 2 (rclpy with Fast DDS, from PyPI), on the loopback interface.
-# ELITESERVER names a binary with the feature ros2; without it one is built, in a folder of its own because others use the one without.
+# ELITESERVER names a binary with the feature ros2; without it one is built, in a folder of its own because others use
+# the one without.
 # usage: run.sh [ARGUMENT OF PYTEST…]      without arguments all tests
 set -euo pipefail
 cd "$(dirname "$0")/../.."

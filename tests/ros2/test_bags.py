@@ -11,11 +11,12 @@ import subprocess
 
 import numpy
 import pytest
-from conftest import JOINTS
 from mcap_ros2.reader import read_ros2_messages
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+
+from conftest import JOINTS
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 JointState = STORE.types["sensor_msgs/msg/JointState"]
@@ -24,18 +25,26 @@ Time = STORE.types["builtin_interfaces/msg/Time"]
 MOVES = "movej([0.3, -1.2, 1.2, -1.57, -1.57, 0.2], a=2, v=1)\nset_standard_digital_out(3, True)\nsleep(0.1)\n"
 # Topics that have one message a cycle.
 CYCLIC = {
-    "/joint_states", "/tf", "/force_torque_sensor_broadcaster/wrench", "/tcp_pose_broadcaster/pose",
-    "/speed_scaling_state_broadcaster/speed_scaling", "/io_and_status_controller/io_states",
+    "/joint_states",
+    "/tf",
+    "/force_torque_sensor_broadcaster/wrench",
+    "/tcp_pose_broadcaster/pose",
+    "/speed_scaling_state_broadcaster/speed_scaling",
+    "/io_and_status_controller/io_states",
     "/io_and_status_controller/tool_data",
 }
 LATCHED = {
-    "/robot_description", "/tf_static", "/io_and_status_controller/robot_mode", "/io_and_status_controller/safety_mode",
+    "/robot_description",
+    "/tf_static",
+    "/io_and_status_controller/robot_mode",
+    "/io_and_status_controller/safety_mode",
 }
 
 
 def server(folder, *arguments, status=0):
     done = subprocess.run(
-        [os.environ["ELITESERVER"], *arguments], cwd=folder, capture_output=True, text=True, timeout=120)
+        [os.environ["ELITESERVER"], *arguments], cwd=folder, capture_output=True, text=True, timeout=120
+    )
     assert done.returncode == status, (arguments, done.returncode, done.stdout[-2000:], done.stderr[-2000:])
     return done.stdout + done.stderr
 
@@ -78,8 +87,11 @@ def test_counts_times_and_values_equal_those_of_the_cycles(recorded):
     for topic in LATCHED:
         assert of_topic[topic][0][0] == expected[0], topic
     for row, (_, state), (_, wrench), (_, io_state) in zip(
-            rows, of_topic["/joint_states"], of_topic["/force_torque_sensor_broadcaster/wrench"],
-            of_topic["/io_and_status_controller/io_states"]):
+        rows,
+        of_topic["/joint_states"],
+        of_topic["/force_torque_sensor_broadcaster/wrench"],
+        of_topic["/io_and_status_controller/io_states"],
+    ):
         assert list(state.name) == JOINTS
         assert state.header.stamp.sec * 10**9 + state.header.stamp.nanosec == nanos(row)
         assert list(state.position) == six(row, "actual_q")
@@ -115,9 +127,17 @@ def test_a_recording_that_is_replayed_makes_the_bag_of_its_run(recorded):
     for name in ("x", "again"):
         with AnyReader([folder / name]) as reader:
             begin = reader.start_time
-            read.append(sorted(
-                (connection.topic, at - begin, connection.msgtype, repr(reader.deserialize(data, connection.msgtype)))
-                for connection, at, data in reader.messages()))
+            read.append(
+                sorted(
+                    (
+                        connection.topic,
+                        at - begin,
+                        connection.msgtype,
+                        repr(reader.deserialize(data, connection.msgtype)),
+                    )
+                    for connection, at, data in reader.messages()
+                )
+            )
     assert len(read[0]) > len(CYCLIC) * len(rows)
     assert read[0] == read[1]
 
@@ -133,8 +153,12 @@ def write_driver_bag(path, rows, plugin=StoragePlugin.MCAP, prefix="", by=0.0, d
 
         def put(at, logged, names, positions):
             state = JointState(
-                header=Header(stamp=Time(sec=at // 10**9, nanosec=at % 10**9), frame_id="base_link"), name=names,
-                position=numpy.array(positions), velocity=numpy.zeros(len(names)), effort=numpy.zeros(len(names)))
+                header=Header(stamp=Time(sec=at // 10**9, nanosec=at % 10**9), frame_id="base_link"),
+                name=names,
+                position=numpy.array(positions),
+                velocity=numpy.zeros(len(names)),
+                effort=numpy.zeros(len(names)),
+            )
             writer.write(connection, logged, STORE.serialize_cdr(state, JointState.__msgtype__))
 
         for row in rows:
@@ -149,7 +173,9 @@ def test_a_bag_of_the_driver_is_a_side_of_compare(recorded):
     folder, rows = recorded
     for prefix in ("", "left_"):
         write_driver_bag(folder / f"driver{prefix}", rows, prefix=prefix)
-        found = json.loads(server(folder, "compare", "x.mcap", f"driver{prefix}", "--format", "json", "--within", "1e-6"))
+        found = json.loads(
+            server(folder, "compare", "x.mcap", f"driver{prefix}", "--format", "json", "--within", "1e-6")
+        )
         # A bag begins at its own first message.
         assert abs(found["shift"] + nanos(rows[0]) * 1e-9) < 1e-4
         assert found["joints"][5]["samples"] >= len(rows) - 2
@@ -158,7 +184,8 @@ def test_a_bag_of_the_driver_is_a_side_of_compare(recorded):
         server(folder, "compare", f"driver{prefix}", "x", "--within", "1e-6")
     write_driver_bag(folder / "bent", rows, by=0.01)
     found = json.loads(
-        server(folder, "compare", "x", "bent", "--format", "json", "--within", "0.005", status=1).splitlines()[0])
+        server(folder, "compare", "x", "bent", "--format", "json", "--within", "0.005", status=1).splitlines()[0]
+    )
     assert abs(found["joints"][2]["largest"] - 0.01) < 1e-3
     server(folder, "compare", "x", "bent", "--plot", "apart.png")
     assert (folder / "apart.png").read_bytes().startswith(b"\x89PNG")
@@ -180,15 +207,27 @@ def test_bytes_that_are_no_bag_are_answered_with_one_sentence(recorded):
     for number in range(60):
         broken = bytearray(content)
         if number % 3 == 0:
-            del broken[draw.randrange(len(broken)):]
+            del broken[draw.randrange(len(broken)) :]
         for _ in range(draw.randrange(1, 4) if number % 3 else 0):
             at = draw.randrange(len(broken))
-            broken[at:at + 4] = draw.choice([b"\xff\xff\xff\xff", b"\0\0\0\0", draw.randbytes(4)])
+            broken[at : at + 4] = draw.choice([b"\xff\xff\xff\xff", b"\0\0\0\0", draw.randbytes(4)])
         path = pathlib.Path(folder) / "broken.mcap"
         path.write_bytes(broken)
         done = subprocess.run(
-            ["bash", "-c", "ulimit -v 1500000; exec \"$0\" \"$@\"", os.environ["ELITESERVER"], "compare", "x.mcap",
-             str(path)], cwd=folder, capture_output=True, text=True, timeout=60)
+            [
+                "bash",
+                "-c",
+                'ulimit -v 1500000; exec "$0" "$@"',
+                os.environ["ELITESERVER"],
+                "compare",
+                "x.mcap",
+                str(path),
+            ],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
         assert done.returncode in (0, 2), (number, done)
         if done.returncode == 2:
             assert done.stderr.count("\n") == 1 and done.stderr.startswith("eliteserver: "), (number, done.stderr)

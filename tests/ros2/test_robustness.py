@@ -16,10 +16,11 @@ import urllib.request
 
 import pytest
 from action_msgs.msg import GoalStatus
-from conftest import DOMAINS, Controller, Peer
 from control_msgs.action import FollowJointTrajectory
 from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
+
+from conftest import DOMAINS, Controller, Peer
 from test_trajectories import ACTION, Arm, goal_of, point
 
 CHILD = str(pathlib.Path(__file__).parent / "child.py")
@@ -59,7 +60,8 @@ class Undisturbed:
         self.controller = controller
 
     def counts(self):
-        """Cycles and missed ones; the moments before and behind the question, which takes its time on a busy machine."""
+        """Cycles and missed ones; the moments before and behind the question,
+        which takes its time on a busy machine."""
         before = time.monotonic()
         cycles, missed = (metric(self.controller, f"elite_cycles_{name}") for name in ("total", "missed_total"))
         return cycles, missed, before, time.monotonic()
@@ -122,7 +124,7 @@ def test_ten_thousand_malformed_datagrams_change_nothing(served, heard):
     draw = random.Random(48)
     node = served.node_pid()
     sender, places = datagrams(served.domain)
-    kinds = [0x01, 0x06, 0x07, 0x08, 0x09, 0x0c, 0x0d, 0x0e, 0x0f, 0x12, 0x13, 0x15, 0x16, 0x80]
+    kinds = [0x01, 0x06, 0x07, 0x08, 0x09, 0x0C, 0x0D, 0x0E, 0x0F, 0x12, 0x13, 0x15, 0x16, 0x80]
     with Undisturbed(served):
         for number in range(10_000):
             body = draw.randbytes(draw.randrange(200))
@@ -148,7 +150,8 @@ def test_fragments_that_claim_half_a_gibibyte_exhaust_the_node_alone(served, hea
         for number in range(40):
             # Of the writer of participants to its reader, which everybody has.
             body = struct.pack(
-                "<HH4s4siIIHHI", 0, 28, b"\x00\x01\x00\xc7", b"\x00\x01\x00\xc2", 0, number + 1, 1, 1, 65000, 512 << 20)
+                "<HH4s4siIIHHI", 0, 28, b"\x00\x01\x00\xc7", b"\x00\x01\x00\xc2", 0, number + 1, 1, 1, 65000, 512 << 20
+            )
             fragment = struct.pack("<BBH", 0x16, 1, len(body) + 64) + body + bytes(64)
             sender.sendto(HEAD[:8] + draw.randbytes(12) + fragment, places[number % 8])
             time.sleep(0.02)
@@ -249,8 +252,7 @@ def test_two_clients_with_goals_at_once_get_an_end_each(served, heard):
     ends = {GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED}
     succeeded = 0
     for _ in range(20):
-        goals = [
-            goal_of([point(0.8, [p + draw.uniform(-0.2, 0.2) for p in start], [0.0] * 6)]) for _ in clients]
+        goals = [goal_of([point(0.8, [p + draw.uniform(-0.2, 0.2) for p in start], [0.0] * 6)]) for _ in clients]
         sent = [owner.ask(client.send_goal_async, goal) for owner, client, goal in zip((peer, other), clients, goals)]
         handles = [peer.result(future, 30, "the answer to a goal") for future in sent]
         asked = [owner.ask(handle.get_result_async) for owner, handle in zip((peer, other), handles) if handle.accepted]
@@ -271,16 +273,19 @@ def test_a_network_that_goes_and_comes_back(tmp_path):
     if os.geteuid() != 0 or subprocess.run(["unshare", "--net", "ip", "link"], capture_output=True).returncode:
         pytest.skip("a network of its own needs root, unshare and ip")
     done = subprocess.run(
-        ["unshare", "--net", sys.executable, CHILD, "network"], cwd=tmp_path, capture_output=True, text=True,
-        timeout=120)
+        ["unshare", "--net", sys.executable, CHILD, "network"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     print(done.stdout)
     assert done.returncode == 0 and "well" in done.stdout, done.stdout + done.stderr
 
 
 def test_a_thousand_goals_in_a_row(tmp_path):
     """Simulated time, so that the goals themselves take none of ours."""
-    controller = Controller(
-        tmp_path, next(DOMAINS), "--clock", "virtual", "--plant", "ideal", "--ros-rate", "25")
+    controller = Controller(tmp_path, next(DOMAINS), "--clock", "virtual", "--plant", "ideal", "--ros-rate", "25")
     try:
         peer = Peer(controller.domain)
         arm = Arm(peer)
@@ -294,7 +299,8 @@ def test_a_thousand_goals_in_a_row(tmp_path):
                 memories.append(memory(node))
         print(
             f"1,000 goals in {time.monotonic() - begun:.0f} s; the node had "
-            f"{memories[0] / MIB:.1f} MiB after 100 and {memories[-1] / MIB:.1f} MiB after 1,000")
+            f"{memories[0] / MIB:.1f} MiB after 100 and {memories[-1] / MIB:.1f} MiB after 1,000"
+        )
         assert controller.node_pid() == node
         assert memories[-1] - memories[0] < 32 * MIB
         peer.close()

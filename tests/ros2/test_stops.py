@@ -1,14 +1,16 @@
-"""Goals that something stops: a hand at the arm, people in the cell, the emergency stop, power, orders of the dashboard."""
+"""Goals that something stops: a hand at the arm, people in the cell, the emergency stop, power, orders of the
+dashboard."""
 
 import time
 
 import pytest
 from action_msgs.msg import GoalStatus
-from conftest import DOMAINS, LATCHED, Controller, Peer
 from control_msgs.action import FollowJointTrajectory
 from eli_common_interface.msg import RobotMode, SafetyMode
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+
+from conftest import DOMAINS, LATCHED, Controller
 from test_trajectories import Arm, goal_of, point
 
 CELL = """
@@ -45,7 +47,8 @@ class Cell:
     def wait_for_modes(self, robot, safety):
         both = lambda: (self.robot_modes or [(0, None)])[-1][1], lambda: (self.safety_modes or [(0, None)])[-1][1]
         self.peer.wait_for(
-            lambda: [m and m.mode for m in (both[0](), both[1]())] == [robot, safety], 30, f"modes {robot}, {safety}")
+            lambda: [m and m.mode for m in (both[0](), both[1]())] == [robot, safety], 30, f"modes {robot}, {safety}"
+        )
 
     def trigger(self, name):
         return self.peer.call(Trigger, f"dashboard_client/{name}")
@@ -197,8 +200,14 @@ def test_what_cannot_be_done_is_answered_with_the_words_of_the_dashboard(cell, s
         assert cell.trigger("power_off").success
         cell.wait_for_modes(POWER_OFF, NORMAL)
     for service, line in [
-            ("play", "play"), ("pause", "pause"), ("stop", "stop"), ("unlock_protective_stop", "unlockProtectiveStop"),
-            ("close_safety_dialog", "closeSafetyDialog"), ("get_task_path", "task"), ("restart_safety", "safety -r")]:
+        ("play", "play"),
+        ("pause", "pause"),
+        ("stop", "stop"),
+        ("unlock_protective_stop", "unlockProtectiveStop"),
+        ("close_safety_dialog", "closeSafetyDialog"),
+        ("get_task_path", "task"),
+        ("restart_safety", "safety -r"),
+    ]:
         said = cell.trigger(service)
         assert [said.message] == cell.controller.dashboard(line), service
         if service == "play":

@@ -6,13 +6,14 @@ import os
 import subprocess
 import time
 
-from conftest import DOMAINS, Controller, Peer
 from control_msgs.action import FollowJointTrajectory
-from measure import processor_seconds
 from rclpy.action import ActionClient
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+
+from conftest import DOMAINS, Controller, Peer
+from measure import processor_seconds
 from test_trajectories import ACTION, goal_of, point
 
 
@@ -21,7 +22,8 @@ def drive_a_minute(folder):
     the controller has recorded of the motion."""
     folder.mkdir()
     controller = Controller(
-        folder, next(DOMAINS), "--clock", "virtual", "--plant", "ideal", "--ros-rate", "25", record="x.mcap")
+        folder, next(DOMAINS), "--clock", "virtual", "--plant", "ideal", "--ros-rate", "25", record="x.mcap"
+    )
     try:
         peer = Peer(controller.domain, parameter_overrides=[Parameter("use_sim_time", value=True)])
         clock = peer.collect(Clock, "/clock", 100)
@@ -49,11 +51,15 @@ def drive_a_minute(folder):
     finally:
         assert controller.close() == 0, controller.log_text()
     table = subprocess.run(
-        [os.environ["ELITESERVER"], "replay", "x.mcap", "--csv", "/cycle"], cwd=folder, check=True,
-        capture_output=True, text=True).stdout
+        [os.environ["ELITESERVER"], "replay", "x.mcap", "--csv", "/cycle"],
+        cwd=folder,
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
     rows = [[float(row[f"target_q_{k}"]) for k in range(6)] for row in csv.DictReader(io.StringIO(table))]
     moves = [k for k, (a, b) in enumerate(zip(rows, rows[1:])) if a != b]
-    return took, processor, rows[moves[0]:moves[-1] + 2]
+    return took, processor, rows[moves[0] : moves[-1] + 2]
 
 
 def test_a_minute_of_simulated_time_takes_a_tenth_of_it_and_is_the_same_twice(tmp_path):

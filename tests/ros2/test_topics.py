@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import pytest
-from conftest import JOINTS, LATCHED
 from eli_common_interface.msg import IOState, RobotMode, SafetyMode, ToolData
 from eli_common_interface.srv import SetIO, SetPayload, SetSpeedSliderFraction
 from geometry_msgs.msg import PoseStamped, WrenchStamped
@@ -17,6 +16,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
+
+from conftest import JOINTS, LATCHED
 
 
 def test_joint_states_come_at_the_rate_of_the_controller(peer):
@@ -91,9 +92,13 @@ def test_outputs_payload_and_slider(peer):
     peer.wait_for(lambda: io and io[-1][1].standard_out[3], what="the output")
     assert not peer.call(SetIO, "io_and_status_controller/set_io", SetIO.Request(fun=1, pin=16, state=1.0)).success
     assert not peer.call(SetIO, "io_and_status_controller/set_io", SetIO.Request(fun=9)).success
-    slider = lambda x: peer.call(
-        SetSpeedSliderFraction, "io_and_status_controller/set_speed_slider",
-        SetSpeedSliderFraction.Request(speed_slider_fraction=x)).success
+    slider = lambda x: (
+        peer.call(
+            SetSpeedSliderFraction,
+            "io_and_status_controller/set_speed_slider",
+            SetSpeedSliderFraction.Request(speed_slider_fraction=x),
+        ).success
+    )
     assert slider(0.5)
     peer.wait_for(lambda: scaling and scaling[-1][1].data == 50.0, what="half the speed")
     assert slider(1.0)
@@ -140,30 +145,53 @@ def test_introspection_finds_all_there_is(peer):
         "/parameter_events": "rcl_interfaces/msg/ParameterEvent",
     }
     triggers = [
-        "power_on", "power_off", "brake_release", "unlock_protective_stop", "play", "pause", "stop",
-        "close_safety_dialog", "restart_safety", "get_task_path"]
+        "power_on",
+        "power_off",
+        "brake_release",
+        "unlock_protective_stop",
+        "play",
+        "pause",
+        "stop",
+        "close_safety_dialog",
+        "restart_safety",
+        "get_task_path",
+    ]
     services = {
         **{f"/dashboard_client/{trigger}": "std_srvs/srv/Trigger" for trigger in triggers},
         "/io_and_status_controller/set_io": "eli_common_interface/srv/SetIO",
         "/io_and_status_controller/set_payload": "eli_common_interface/srv/SetPayload",
         "/io_and_status_controller/set_speed_slider": "eli_common_interface/srv/SetSpeedSliderFraction",
         "/io_and_status_controller/zero_ftsensor": "std_srvs/srv/Trigger",
-        **{f"/elite_controller/{snake}": f"rcl_interfaces/srv/{kind}" for snake, kind in [
-            ("describe_parameters", "DescribeParameters"), ("get_parameter_types", "GetParameterTypes"),
-            ("get_parameters", "GetParameters"), ("list_parameters", "ListParameters"),
-            ("set_parameters", "SetParameters"), ("set_parameters_atomically", "SetParametersAtomically")]},
+        **{
+            f"/elite_controller/{snake}": f"rcl_interfaces/srv/{kind}"
+            for snake, kind in [
+                ("describe_parameters", "DescribeParameters"),
+                ("get_parameter_types", "GetParameterTypes"),
+                ("get_parameters", "GetParameters"),
+                ("list_parameters", "ListParameters"),
+                ("set_parameters", "SetParameters"),
+                ("set_parameters_atomically", "SetParametersAtomically"),
+            ]
+        },
     }
     trajectories = "/scaled_joint_trajectory_controller"
     missing = lambda expected, found: {n: k for n, k in expected.items() if dict(found).get(n) != [k]}
     peer.wait_for(lambda: name in node.get_node_names_and_namespaces(), what="the node")
     for what, expected, found in [
-            ("publishers", publishers, lambda: node.get_publisher_names_and_types_by_node(*name)),
-            ("subscriptions", {f"{trajectories}/joint_trajectory": "trajectory_msgs/msg/JointTrajectory"},
-             lambda: node.get_subscriber_names_and_types_by_node(*name)),
-            ("services", services, lambda: node.get_service_names_and_types_by_node(*name)),
-            ("all services", services, node.get_service_names_and_types),
-            ("actions", {f"{trajectories}/follow_joint_trajectory": "control_msgs/action/FollowJointTrajectory"},
-             lambda: get_action_server_names_and_types_by_node(node, *name))]:
+        ("publishers", publishers, lambda: node.get_publisher_names_and_types_by_node(*name)),
+        (
+            "subscriptions",
+            {f"{trajectories}/joint_trajectory": "trajectory_msgs/msg/JointTrajectory"},
+            lambda: node.get_subscriber_names_and_types_by_node(*name),
+        ),
+        ("services", services, lambda: node.get_service_names_and_types_by_node(*name)),
+        ("all services", services, node.get_service_names_and_types),
+        (
+            "actions",
+            {f"{trajectories}/follow_joint_trajectory": "control_msgs/action/FollowJointTrajectory"},
+            lambda: get_action_server_names_and_types_by_node(node, *name),
+        ),
+    ]:
         try:
             peer.wait_for(lambda: not missing(expected, found()), 10)
         except AssertionError:
@@ -177,7 +205,10 @@ def test_qos_of_every_usual_kind_is_taken_without_a_warning(controller):
     """A process of its own, whose output is whatever rclpy has to say."""
     done = subprocess.run(
         [sys.executable, str(pathlib.Path(__file__).parent / "child.py"), "subscribe", str(controller.domain)],
-        capture_output=True, text=True, timeout=120)
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.split() == ["well"] and not done.stderr, done.stdout + done.stderr
 

@@ -7,7 +7,6 @@ import pytest
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from builtin_interfaces.msg import Duration
-from conftest import JOINTS, LATCHED
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
 from eli_common_interface.msg import RobotMode
@@ -16,6 +15,8 @@ from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from conftest import JOINTS, LATCHED
 
 ACTION = "scaled_joint_trajectory_controller/follow_joint_trajectory"
 TOPIC = "scaled_joint_trajectory_controller/joint_trajectory"
@@ -27,8 +28,11 @@ def span(seconds):
 
 def point(seconds, positions, velocities=(), accelerations=()):
     return JointTrajectoryPoint(
-        positions=list(positions), velocities=list(velocities), accelerations=list(accelerations),
-        time_from_start=span(seconds))
+        positions=list(positions),
+        velocities=list(velocities),
+        accelerations=list(accelerations),
+        time_from_start=span(seconds),
+    )
 
 
 def goal_of(points, names=JOINTS):
@@ -89,7 +93,9 @@ def along(points, t):
             h = t1 - t0
             s = (t - t0) / h
             return [
-                (1 + 2 * s) * (1 - s) ** 2 * a + s * (1 - s) ** 2 * h * va + s * s * (3 - 2 * s) * b
+                (1 + 2 * s) * (1 - s) ** 2 * a
+                + s * (1 - s) ** 2 * h * va
+                + s * s * (3 - 2 * s) * b
                 + s * s * (s - 1) * h * vb
                 for a, b, va, vb in zip(p0, p1, v0, v1)
             ]
@@ -107,7 +113,8 @@ def test_a_goal_with_speeds_is_followed_to_a_thousandth(arm):
     before = len(arm.states)
     handle = arm.send(
         goal_of([point(2.0, middle, speed), point(4.0, end, zero)]),
-        feedback_callback=lambda message: feedback.append(message.feedback))
+        feedback_callback=lambda message: feedback.append(message.feedback),
+    )
     result = arm.result(handle)
     assert result.status == GoalStatus.STATUS_SUCCEEDED
     assert result.result.error_code == FollowJointTrajectory.Result.SUCCESSFUL
@@ -142,25 +149,28 @@ def test_joints_in_another_order_and_positions_alone(arm):
     assert max(abs(a - b) for a, b in zip(arm.now(), end)) < 1e-3
 
 
-@pytest.mark.parametrize("change, code, said", [
-    (lambda g: g.trajectory.joint_names.__setitem__(2, "elbow"), -2, "elbow_joint"),
-    (lambda g: g.trajectory.points.clear(), -1, "no point"),
-    (lambda g: g.trajectory.points[0].positions.__setitem__(0, math.nan), -1, "NaN"),
-    (lambda g: setattr(g.trajectory.points[1], "time_from_start", span(1.0)), -1, "not after"),
-    (lambda g: g.trajectory.points[0].positions.__setitem__(0, 100.0), -1, "beyond its limit"),
-    (lambda g: setattr(g.trajectory.points[0], "time_from_start", span(0.001)), -1, "speed"),
-    (lambda g: setattr(g.trajectory, "points", [g.trajectory.points[0]] * 100_000), -1, "100000 points"),
-    (lambda g: g.trajectory.joint_names.clear(), -2, "joint"),
-    (lambda g: (g.trajectory.joint_names.clear(), g.trajectory.points.clear()), -2, "joint"),
-    (lambda g: g.trajectory.joint_names.__setitem__(1, JOINTS[0]), -2, JOINTS[0]),
-    (lambda g: g.trajectory.joint_names.append("finger_joint"), -2, "finger_joint"),
-    (lambda g: g.trajectory.points[1].positions.pop(), -1, "5"),
-    (lambda g: setattr(g.trajectory.points[0], "velocities", [math.inf] * 6), -1, "inf"),
-    (lambda g: setattr(g.trajectory.points[0], "velocities", [0.0] * 5), -1, "5"),
-    (lambda g: setattr(g.trajectory.points[1], "time_from_start", span(0.5)), -1, "not after"),
-    (lambda g: setattr(g.trajectory.points[0], "time_from_start", Duration(sec=-1)), -1, ""),
-    (lambda g: g.path_tolerance.append(JointTolerance(name="finger_joint", position=0.1)), -1, "finger_joint"),
-])
+@pytest.mark.parametrize(
+    "change, code, said",
+    [
+        (lambda g: g.trajectory.joint_names.__setitem__(2, "elbow"), -2, "elbow_joint"),
+        (lambda g: g.trajectory.points.clear(), -1, "no point"),
+        (lambda g: g.trajectory.points[0].positions.__setitem__(0, math.nan), -1, "NaN"),
+        (lambda g: setattr(g.trajectory.points[1], "time_from_start", span(1.0)), -1, "not after"),
+        (lambda g: g.trajectory.points[0].positions.__setitem__(0, 100.0), -1, "beyond its limit"),
+        (lambda g: setattr(g.trajectory.points[0], "time_from_start", span(0.001)), -1, "speed"),
+        (lambda g: setattr(g.trajectory, "points", [g.trajectory.points[0]] * 100_000), -1, "100000 points"),
+        (lambda g: g.trajectory.joint_names.clear(), -2, "joint"),
+        (lambda g: (g.trajectory.joint_names.clear(), g.trajectory.points.clear()), -2, "joint"),
+        (lambda g: g.trajectory.joint_names.__setitem__(1, JOINTS[0]), -2, JOINTS[0]),
+        (lambda g: g.trajectory.joint_names.append("finger_joint"), -2, "finger_joint"),
+        (lambda g: g.trajectory.points[1].positions.pop(), -1, "5"),
+        (lambda g: setattr(g.trajectory.points[0], "velocities", [math.inf] * 6), -1, "inf"),
+        (lambda g: setattr(g.trajectory.points[0], "velocities", [0.0] * 5), -1, "5"),
+        (lambda g: setattr(g.trajectory.points[1], "time_from_start", span(0.5)), -1, "not after"),
+        (lambda g: setattr(g.trajectory.points[0], "time_from_start", Duration(sec=-1)), -1, ""),
+        (lambda g: g.path_tolerance.append(JointTolerance(name="finger_joint", position=0.1)), -1, "finger_joint"),
+    ],
+)
 def test_wrong_goals_end_with_their_code_and_a_text(arm, change, code, said):
     before = arm.now()
     goal = goal_of([point(1.0, [p + 0.1 for p in before]), point(2.0, before)])
@@ -196,7 +206,7 @@ def test_a_new_goal_replaces_the_old_one_without_a_jump(arm):
     second = arm.send(goal_of([point(4.0, start, [0.0] * 6)]))
     assert arm.result(first).status in (GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED)
     assert arm.result(second).status == GoalStatus.STATUS_SUCCEEDED
-    states = [m for _, m in arm.states[before - 5:]]
+    states = [m for _, m in arm.states[before - 5 :]]
     for a, b in zip(states, states[1:]):
         step = stamp_of(b) - stamp_of(a)
         for j in range(6):
@@ -206,9 +216,13 @@ def test_a_new_goal_replaces_the_old_one_without_a_jump(arm):
 
 def test_the_slider_stretches_time_and_a_pause_holds(arm):
     peer, start = arm.peer, arm.now()
-    slider = lambda x: peer.call(
-        SetSpeedSliderFraction, "io_and_status_controller/set_speed_slider",
-        SetSpeedSliderFraction.Request(speed_slider_fraction=x)).success
+    slider = lambda x: (
+        peer.call(
+            SetSpeedSliderFraction,
+            "io_and_status_controller/set_speed_slider",
+            SetSpeedSliderFraction.Request(speed_slider_fraction=x),
+        ).success
+    )
     assert slider(0.5)
     before = len(arm.states)
     result = arm.go(goal_of([point(1.5, [p + 0.2 for p in start], [0.0] * 6)]))
@@ -249,7 +263,8 @@ def test_a_trajectory_of_the_topic_is_followed(arm):
     message = JointTrajectory(joint_names=JOINTS, points=[point(1.0, [p + 0.1 for p in start], [0.0] * 6)])
     publisher.publish(message)
     arm.peer.wait_for(
-        lambda: max(abs(a - b - 0.1) for a, b in zip(arm.now(), start)) < 1e-3, what="the end of the trajectory")
+        lambda: max(abs(a - b - 0.1) for a, b in zip(arm.now(), start)) < 1e-3, what="the end of the trajectory"
+    )
 
 
 def test_tolerances_of_a_goal_count(arm):

@@ -1,4 +1,5 @@
-"""Reference values of calibrated arms from pinocchio, a rigid-body library of other people: tests/vectors/calibrated.json.
+"""Reference values of calibrated arms from pinocchio, a rigid-body library of other people:
+tests/vectors/calibrated.json.
 
     python3 -m venv /tmp/pin && /tmp/pin/bin/pip install pin==4.1.0 && /tmp/pin/bin/python tests/vectors/calibrated.py
 

@@ -1,7 +1,7 @@
 """Times elitescript beside numpy/scipy, pinocchio (pin) and EAIK, after checking that they agree. See ../bench.py.
 
-Every row is measured in alternation, several rounds; the fastest round counts, because the machine's other work only ever
-adds time. Prints a Markdown table, microseconds a pose or configuration.
+Every row is measured in alternation, several rounds; the fastest round counts, because the machine's other work only
+ever adds time. Prints a Markdown table, microseconds a pose or configuration.
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Environment steps beside MuJoCo, controllers a second, what a sweep makes of the cores, what Ray costs a unit.
 
-    python3 crates/pybind/bench_simulation.py
+python3 crates/pybind/bench_simulation.py
 """
 
 import os
@@ -17,12 +17,18 @@ ARM = """
 <mujoco>
   <option timestep="{step}" integrator="implicitfast"/>
   <worldbody>
-    <body pos="0 0 0.1"><joint name="j1" axis="0 0 1" damping="1"/><geom type="capsule" fromto="0 0 0 0 0.1 0" size="0.06" mass="4"/>
-    <body pos="0 0.1 0.06"><joint name="j2" axis="0 1 0" damping="1"/><geom type="capsule" fromto="0 0 0 -0.43 0 0" size="0.05" mass="8"/>
-    <body pos="-0.43 0 0"><joint name="j3" axis="0 1 0" damping="1"/><geom type="capsule" fromto="0 0 0 -0.39 0 0" size="0.04" mass="3"/>
-    <body pos="-0.39 0 0"><joint name="j4" axis="0 1 0" damping="0.5"/><geom type="capsule" fromto="0 0 0 0 0.1 0" size="0.04" mass="1.5"/>
-    <body pos="0 0.1 0"><joint name="j5" axis="0 0 1" damping="0.5"/><geom type="capsule" fromto="0 0 0 0 0 -0.1" size="0.04" mass="1.5"/>
-    <body pos="0 0 -0.1"><joint name="j6" axis="0 1 0" damping="0.5"/><geom type="capsule" fromto="0 0 0 0 0.08 0" size="0.03" mass="0.5"/>
+    <body pos="0 0 0.1"><joint name="j1" axis="0 0 1" damping="1"/>
+      <geom type="capsule" fromto="0 0 0 0 0.1 0" size="0.06" mass="4"/>
+    <body pos="0 0.1 0.06"><joint name="j2" axis="0 1 0" damping="1"/>
+      <geom type="capsule" fromto="0 0 0 -0.43 0 0" size="0.05" mass="8"/>
+    <body pos="-0.43 0 0"><joint name="j3" axis="0 1 0" damping="1"/>
+      <geom type="capsule" fromto="0 0 0 -0.39 0 0" size="0.04" mass="3"/>
+    <body pos="-0.39 0 0"><joint name="j4" axis="0 1 0" damping="0.5"/>
+      <geom type="capsule" fromto="0 0 0 0 0.1 0" size="0.04" mass="1.5"/>
+    <body pos="0 0.1 0"><joint name="j5" axis="0 0 1" damping="0.5"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -0.1" size="0.04" mass="1.5"/>
+    <body pos="0 0 -0.1"><joint name="j6" axis="0 1 0" damping="0.5"/>
+      <geom type="capsule" fromto="0 0 0 0 0.08 0" size="0.03" mass="0.5"/>
     </body></body></body></body></body></body>
   </worldbody>
   <actuator>{actuators}</actuator>
@@ -97,7 +103,10 @@ def environments(steps=600):
                     mujoco.mj_step(model, data)
                 np.concatenate([data.qpos, data.qvel, data.xpos[-1]])
 
-        told(f"MuJoCo, steps of 40 ms in {substeps} of {step * 1e3:.0f} ms, a call each", median_rate(theirs_one_by_one, steps))
+        told(
+            f"MuJoCo, steps of 40 ms in {substeps} of {step * 1e3:.0f} ms, a call each",
+            median_rate(theirs_one_by_one, steps),
+        )
 
 
 def controllers(count=200):

@@ -147,7 +147,13 @@ def test_safety_planes_hold_back_the_tcp():
         assert ROBOT.is_within_safety_limits(**given, planes=[below, above]) is False
         assert ROBOT.is_within_safety_limits(**given, planes=np.zeros((0, 6))) is True
     # The tool of the call is what must stay above.
-    tcps = [[0, 0, 0, 0, 0, 0], [0.02, 0, 0, 0, 0, 0], [-0.02, 0, 0, 0, 0, 0], [0, 0.02, 0, 0, 0, 0], [0, -0.02, 0, 0, 0, 0]]
+    tcps = [
+        [0, 0, 0, 0, 0, 0],
+        [0.02, 0, 0, 0, 0, 0],
+        [-0.02, 0, 0, 0, 0, 0],
+        [0, 0.02, 0, 0, 0, 0],
+        [0, -0.02, 0, 0, 0, 0],
+    ]
     heights = ROBOT.get_forward_kin(Q, tcp=tcps)[:, 2]
     allowed = ROBOT.is_within_safety_limits(q=Q, tcp=tcps, planes=below)
     assert allowed.tolist() == (heights >= z - 0.01).tolist() and len(set(allowed.tolist())) == 2
@@ -164,7 +170,9 @@ def test_properties():
     robot = elitescript.Robot("CS612", tcp=[0, 0, 0.1, 0, 0, 1], payload=(2, (0, 0, 0.05)), gravity=(0, 0, 9.81))
     assert (robot.name, robot.robot_type, robot.rated_payload) == ("cs612", 6212, 12.0)
     assert robot.joint_limits.shape == (6, 2)
-    assert np.allclose(robot.joint_limits[2], [-np.pi, np.pi]) and np.allclose(robot.joint_limits[0], [-2 * np.pi, 2 * np.pi])
+    assert np.allclose(robot.joint_limits[2], [-np.pi, np.pi]) and np.allclose(
+        robot.joint_limits[0], [-2 * np.pi, 2 * np.pi]
+    )
     assert np.allclose(np.degrees(robot.speed_limits), [120, 120, 180, 180, 180, 180])
     assert robot.torque_limits.tolist() == [330, 330, 150, 56, 56, 56]
     assert robot.joint_names[2] == "elbow_joint"
@@ -230,7 +238,9 @@ def test_everything_public_says_what_it_takes():
 def test_type_checkers_refuse_options_that_there_are_not(tmp_path):
     mypy = pytest.importorskip("mypy.api")
     script = tmp_path / "controllers.py"
-    script.write_text('import elitescript\nelitescript.Controller(model="cs66")\nelitescript.Controller(modell="cs66")\n')
+    script.write_text(
+        'import elitescript\nelitescript.Controller(model="cs66")\nelitescript.Controller(modell="cs66")\n'
+    )
     found, _, status = mypy.run([str(script), "--cache-dir", str(tmp_path / "cache")])
     assert status == 1, found
     assert "controllers.py:3" in found and "modell" in found and found.count("error:") == 1, found

@@ -6,6 +6,7 @@ from pathlib import Path
 import elitescript
 import numpy as np
 import pytest
+
 from conftest import load
 
 TRUTH = load("calibrated.json")["arms"]

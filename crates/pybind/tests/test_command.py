@@ -1,11 +1,9 @@
 """The console command of the wheel: the same program, exit statuses and signals as the binary."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import elitescript
@@ -37,7 +35,9 @@ def test_an_interrupt_ends_a_run_as_in_the_binary(tmp_path):
     program, recording = tmp_path / "forever.script", tmp_path / "run.mcap"
     program.write_text("print('on', flush=True)\nwhile True:\n    sleep(0.01)\nend\n")
     process = subprocess.Popen(
-        [COMMAND, "run", program, "--clock", "realtime", "--record", recording], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [COMMAND, "run", program, "--clock", "realtime", "--record", recording],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
     )
     assert process.stdout.readline() == b"on\n"
     process.send_signal(signal.SIGINT)
@@ -48,7 +48,8 @@ def test_an_interrupt_ends_a_run_as_in_the_binary(tmp_path):
 
 def test_by_run_by_test_and_in_python_it_is_the_same_run(tmp_path):
     (tmp_path / "it.script").write_text(
-        "import random\nmovej([0.3, -1.2, 1.4, -1.5, -1.5, random.random()], a=3, v=1.5)\nset_standard_digital_out(2, True)\n"
+        "import random\nmovej([0.3, -1.2, 1.4, -1.5, -1.5, random.random()], a=3, v=1.5)\n"
+        "set_standard_digital_out(2, True)\n"
     )
     (tmp_path / "test_it.script").write_text('def test_it():\n    test.run("it.script")\n    assert False\nend\n')
     (tmp_path / "test.toml").write_text('plant = "ideal"\n')

@@ -1,4 +1,5 @@
-"""A controller in the process: outcomes, stepping, state and trace, I/O, wrenches, threads, forks, signals, bad input."""
+"""A controller in the process: outcomes, stepping, state and trace, I/O, wrenches, threads, forks,
+signals, bad input."""
 
 import os
 import signal

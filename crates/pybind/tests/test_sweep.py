@@ -1,7 +1,6 @@
 """Sweeps: the same table from every executor, in order; dead workers, folders that are taken up again, bad input."""
 
 import json
-import os
 import signal
 import subprocess
 import sys

@@ -2,6 +2,7 @@
 
 import elitescript
 import numpy as np
+
 from conftest import TRUTH, load
 
 
@@ -57,9 +58,7 @@ def test_tilted_base(arm):
 def test_payload(arm):
     robot, truth = arm
     given = TRUTH["meta"]["payload_dynamics"]
-    loaded = elitescript.Robot(
-        robot.name, payload=(given["mass"], given["cog"], given["inertia_com"] + [0, 0, 0])
-    )
+    loaded = elitescript.Robot(robot.name, payload=(given["mass"], given["cog"], given["inertia_com"] + [0, 0, 0]))
     cases = truth["payload_dynamics"]
     tau = loaded.inverse_dynamics(*(column(cases, k) for k in ("q", "qd", "qdd")))
     assert_torques(tau, column(cases, "tau"))
@@ -139,5 +138,7 @@ def test_every_example_of_the_manual():
         else:
             wanted = np.array(example["expect"], dtype=float)
             assert np.shape(found) == wanted.shape, example["code"]
-            assert np.abs(np.array(found, dtype=float) - wanted).max() <= max(example["tolerance"], 1e-15), example["code"]
+            assert np.abs(np.array(found, dtype=float) - wanted).max() <= max(example["tolerance"], 1e-15), example[
+                "code"
+            ]
     assert tested == 85

@@ -1,7 +1,8 @@
 import os, signal, threading, time
 seen = []
 def handler(number, frame): seen.append(number)
-print(signal.getsignal(signal.SIGUSR1) == signal.SIG_DFL, signal.signal(signal.SIGUSR1, handler), signal.getsignal(signal.SIGUSR1) is handler)
+print(signal.getsignal(signal.SIGUSR1) == signal.SIG_DFL, signal.signal(signal.SIGUSR1, handler),
+      signal.getsignal(signal.SIGUSR1) is handler)
 signal.raise_signal(signal.SIGUSR1)
 os.kill(os.getpid(), signal.SIGUSR1)
 print(seen, repr(signal.SIGUSR1), signal.SIGUSR1.name, signal.Signals(15), signal.strsignal(15))
@@ -33,7 +34,8 @@ try: signal.raise_signal(signal.SIGINT)
 except KeyboardInterrupt as e: print('interrupted')
 signal.signal(signal.SIGUSR2, signal.SIG_IGN)
 signal.raise_signal(signal.SIGUSR2)
-for bad in (lambda: signal.signal(signal.SIGKILL, handler), lambda: signal.signal(99, handler), lambda: signal.signal(2, 5), lambda: signal.Signals(99)):
+for bad in (lambda: signal.signal(signal.SIGKILL, handler), lambda: signal.signal(99, handler),
+            lambda: signal.signal(2, 5), lambda: signal.Signals(99)):
     try: bad()
     except (OSError, ValueError, TypeError) as e: print(type(e).__name__, e)
 problems = []

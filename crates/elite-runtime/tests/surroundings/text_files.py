@@ -33,7 +33,8 @@ except IsADirectoryError as e: print(e)
 for mode in ('q', 'rw', 'rbt', '', 'rr', 'r+w', 'b'):
     try: open('a.txt', mode)
     except ValueError as e: print(e)
-for keywords in (dict(mode='rb', encoding='utf-8'), dict(mode='rb', newline=''), dict(mode='rb', errors='strict'), dict(newline='x'), dict(buffering=0)):
+for keywords in (dict(mode='rb', encoding='utf-8'), dict(mode='rb', newline=''), dict(mode='rb', errors='strict'),
+                 dict(newline='x'), dict(buffering=0)):
     try: open('a.txt', **keywords)
     except ValueError as e: print(e)
 f = open('a.txt')

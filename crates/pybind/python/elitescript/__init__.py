@@ -1,8 +1,8 @@
 """Elite Robots CS arms: their mathematics, whole controllers in this process, recordings, sweeps.
 
-``Controller`` runs programs on a simulated arm, ``sweep`` runs one with many parameters, ``open_recording`` reads what was
-recorded, ``identify`` finds payload, friction and tool in it; ``elitescript.gym`` has environments for learning. ``Robot``
-is the arm's kinematics and dynamics, the functions are those of EliteScript.
+``Controller`` runs programs on a simulated arm, ``sweep`` runs one with many parameters, ``open_recording`` reads what
+was recorded, ``identify`` finds payload, friction and tool in it; ``elitescript.gym`` has environments for learning.
+``Robot`` is the arm's kinematics and dynamics, the functions are those of EliteScript.
 
 Poses are ``[x, y, z, Rx, Ry, Rz]`` in metres and radians with R = Rz(Rz) Ry(Ry) Rx(Rx), joint positions six radians,
 base first. Every such argument is one row, ``(6,)``, or a batch, ``(N, 6)``; a single row goes with any batch. Lists,
@@ -15,6 +15,7 @@ A bad shape or a number that is not finite raises ``ValueError`` that names the 
 array([-0.8175, -0.2395,  0.066 ,  1.5708,  0.    ,  0.    ])
 """
 
+from . import identify
 from ._controller import Controller, Io, Part, Result, State
 from ._elitescript import (
     ControllerClosed,
@@ -41,12 +42,11 @@ from ._elitescript import (
     rpy2rotvec,
     wrench_trans,
 )
-
-from . import identify
 from ._paths import ClearanceTable, MotionClearance, PlannedPath, clearance, plan
 from ._recording import Recording, open_recording
 from ._sweep import sweep
 
+# isort: split
 # The manual's plain number functions (3.2.7 to 3.2.34). They are here so that script code finds them, and not in
 # __all__, because several would hide Python's own.
 from ._elitescript import log as log

@@ -172,8 +172,8 @@ class Controller:
     trace: how many cycles ``trace`` keeps, 0 for none.
     wall_timeout: a program that computes for so long without simulated time passing is stopped, s.
 
-    Time passes only in ``run``, ``step``, ``run_until`` and ``wait``, without the interpreter lock: controllers in threads
-    run beside each other, each deterministic. What is set between two calls counts from the next cycle on.
+    Time passes only in ``run``, ``step``, ``run_until`` and ``wait``, without the interpreter lock: controllers in
+    threads run beside each other, each deterministic. What is set between two calls counts from the next cycle on.
     """
 
     _native: NativeController
@@ -246,9 +246,7 @@ class Controller:
         timeout = duration("timeout", timeout)
         return _result(self._native.run(name, text, preset_pairs(globals), timeout, self._wall))
 
-    def start(
-        self, program: Union[str, "os.PathLike[str]"], *, globals: Optional[Mapping[str, Any]] = None
-    ) -> None:
+    def start(self, program: Union[str, "os.PathLike[str]"], *, globals: Optional[Mapping[str, Any]] = None) -> None:
         """Starts a program and lets it come to where it first waits; no time passes."""
         name, text, _ = program_text(program)
         self._native.start(name, text, preset_pairs(globals), self._wall)
@@ -266,8 +264,8 @@ class Controller:
         """Lets time pass until the condition holds; False when ``timeout`` simulated seconds have passed before.
 
         condition: a function of the state, asked before the first and after every cycle, or a text in the language of
-        ``replay --find``: ``"norm(tcp_force[0:3]) > 20"``. What a function raises comes out of here, and the program stands
-        where it was.
+        ``replay --find``: ``"norm(tcp_force[0:3]) > 20"``. What a function raises comes out of here, and the program
+        stands where it was.
         """
         timeout = duration("timeout", timeout)
         if isinstance(condition, str):
@@ -292,7 +290,8 @@ class Controller:
         return _result(self._native.finish(duration("timeout", timeout), self._wall))
 
     def stop(self) -> Optional[Result]:
-        """Stops the program; the arm stands when this returns. The result of the newest program, None if there was none.
+        """Stops the program; the arm stands when this returns. The result of the newest program,
+        None if there was none.
 
         While another thread lets the program run, that call gets the result, and this one returns None at once.
         """
@@ -334,7 +333,8 @@ class Controller:
 
     @property
     def peaks(self) -> Mapping[str, Any]:
-        """The largest values since the newest program began: tcp_speed, tcp_force, tcp_torque, joint_speed, joint_torque."""
+        """The largest values since the newest program began: tcp_speed, tcp_force, tcp_torque, joint_speed,
+        joint_torque."""
         speed, force, torque, joint_speed, joint_torque = self._native.peaks()
         return {
             "tcp_speed": speed,

@@ -80,7 +80,8 @@ class _Pool:
                     trouble = error
             if trouble is not None:
                 if worker_died(trouble):
-                    # What waited at the pool may be gone with it, or take others along: repeats are made when all is quiet.
+                    # What waited at the pool may be gone with it, or take others along:
+                    # repeats are made when all is quiet.
                     for future, unit in list(waiting.items()):
                         while not futures.wait([future], _LOOK_EVERY).done:
                             pass

@@ -8,7 +8,7 @@ import numbers
 import os
 import tempfile
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 
@@ -99,7 +99,7 @@ def option_texts(given: Mapping[str, Any], folder: Optional[Union[str, Path]] = 
         elif name == "allow":
             words = [value] if isinstance(value, str) else list(value)
             if not all(isinstance(word, str) and "\n" not in word for word in words):
-                raise ValueError(f"allow must be words such as \"fs\", \"net\" or \"fs=/data\", got {value!r}")
+                raise ValueError(f'allow must be words such as "fs", "net" or "fs=/data", got {value!r}')
             texts[name] = "\n".join(words)
         elif name == "cell" and isinstance(value, str) and "\n" in value:
             texts[name] = kept_text(value, ".toml", folder)

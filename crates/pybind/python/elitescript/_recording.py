@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, List, Mapping, Optional, Sequence, Union
+from typing import Any, List, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,8 @@ def open_recording(path: Union[str, "os.PathLike[str]"]) -> "Recording":
 class Recording:
     """A recording whose topics are tables: structured numpy arrays, a row a message.
 
-    ``/cycle`` has the fields of ``Controller.state``. The columns of other topics are those of ``replay --csv``: numbers
-    where every cell is one, NaN where a number is missing, else texts.
+    ``/cycle`` has the fields of ``Controller.state``. The columns of other topics are those of ``replay --csv``:
+    numbers where every cell is one, NaN where a number is missing, else texts.
     """
 
     def __init__(self, path: Union[str, "os.PathLike[str]"]) -> None:

@@ -1,7 +1,8 @@
-"""One program with many parameters, on every core: threads, processes, a Ray or a Dask cluster, with the same table from each.
+"""One program with many parameters, on every core: threads, processes, a Ray or a Dask cluster,
+with the same table from each.
 
-A unit of work is a pure function of its description, so whoever runs it, and however often, the row is the same. Owns no
-queue, scheduler or protocol: the executors are those of ``concurrent.futures``, Ray and Dask.
+A unit of work is a pure function of its description, so whoever runs it, and however often, the row is the same. Owns
+no queue, scheduler or protocol: the executors are those of ``concurrent.futures``, Ray and Dask.
 """
 
 from __future__ import annotations
@@ -59,23 +60,24 @@ def sweep(
     """Runs the program once for each set of parameters; a pyarrow table with a row for each, in their order.
 
     program: a text or the path of a file. The parameters are globals that it finds set.
-    parameters: a grid, ``{"speed": [0.1, 0.2], "force": [5, 10]}`` (every combination, the last name changes fastest), or
-        samples: dicts, all with the same names, from a list or any iterator. A parameter called ``seed`` is the seed of its
-        row and no global.
+    parameters: a grid, ``{"speed": [0.1, 0.2], "force": [5, 10]}`` (every combination, the last name changes fastest),
+        or samples: dicts, all with the same names, from a list or any iterator. A parameter called ``seed`` is the seed
+        of its row and no global.
     executor: "threads", "processes", "ray" or "dask". The rows do not depend on it.
     workers: how many at once; default: the cores (Ray, Dask: those of the cluster).
     options: options of ``Controller`` for all, or a function of the parameters that gives them.
     seed: the seed of every row, unless there is a parameter of that name.
     timeout, wall_timeout: as in ``Controller``.
-    folder: a folder, or an address that fsspec knows (``s3://...``, ``memory://...``), for ``rows/``, ``recordings/`` and
-        ``table.parquet``. Rows that are there already, of the same program, options and parameters, are not run again.
+    folder: a folder, or an address that fsspec knows (``s3://...``, ``memory://...``), for ``rows/``, ``recordings/``
+        and ``table.parquet``. Rows that are there already, of the same program, options and parameters,
+        are not run again.
     record: "none", "failed" or "all": whose recordings are kept in the folder.
     progress: a line on standard error; default: when that is a terminal.
     on_row: is called with each row, a dict, as it is finished, in the order of their ends.
 
     Columns: the parameters, ``seed, outcome, error, line, time, peak_tcp_speed, peak_tcp_force, peak_joint_speed,
-    command``. The command repeats the row. A unit that fails for another reason than its program, or whose worker dies, is
-    repeated once; then its row says so (outcome "failed").
+    command``. The command repeats the row. A unit that fails for another reason than its program, or whose worker dies,
+    is repeated once; then its row says so (outcome "failed").
     """
     pyarrow = _pyarrow()
     if executor not in EXECUTORS:
@@ -87,7 +89,9 @@ def sweep(
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 4096):
         raise ValueError(f"workers must be a whole number from 1 to 4096, got {workers!r}")
     store = None if folder is None else Store(os.fspath(folder))
-    maker = _Maker(program, options, seed, duration("timeout", timeout), duration("wall_timeout", wall_timeout), record, store)
+    maker = _Maker(
+        program, options, seed, duration("timeout", timeout), duration("wall_timeout", wall_timeout), record, store
+    )
     sets, total = _sets(parameters)
     meter = _Meter(total, sys.stderr.isatty() if progress is None else progress)
     rows: Dict[int, Row] = {}

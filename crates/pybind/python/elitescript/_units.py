@@ -1,6 +1,7 @@
 """The units of a sweep: what one is, how it becomes a row, and where rows and recordings are kept.
 
-A unit is plain values only, because it travels to other processes and machines. The same unit gives the same row on each.
+A unit is plain values only, because it travels to other processes and machines.
+The same unit gives the same row on each.
 """
 
 from __future__ import annotations
@@ -125,7 +126,7 @@ class Store:
             try:
                 fsspec = importlib.import_module("fsspec.core")
             except ImportError:
-                raise ImportError(f"{address} needs fsspec: pip install \"elitescript[sweep]\"") from None
+                raise ImportError(f'{address} needs fsspec: pip install "elitescript[sweep]"') from None
             self._fs, self._root = fsspec.url_to_fs(address)
         else:
             self.local = Path(address).absolute()

@@ -4,8 +4,8 @@
 >>> env = gymnasium.make("EliteReach-v0")
 >>> observation, info = env.reset(seed=1)
 
-``make_vec(n)`` steps n arms on every core, in Rust, without Python in between. The same seed and the same actions give the
-same observations, one by one or vectorised.
+``make_vec(n)`` steps n arms on every core, in Rust, without Python in between. The same seed and the same actions give
+the same observations, one by one or vectorised.
 
 EliteReach-v0: bring the TCP to a point.
     Action (6,), -1 to 1: joint speeds, in parts of 1 rad/s.
@@ -16,25 +16,26 @@ EliteReach-v0: bring the TCP to a point.
 
 EliteContact-v0: press on a plate of unknown stiffness, 2 to 50 N/mm, with 20 N.
     Action (3,), -1 to 1: TCP velocity along the base axes, in parts of 50 mm/s.
-    Observation (10,): TCP position relative to the start, m; TCP velocity, m/s; force on the tool along the base axes, N / 20;
-    how long the force has been within 2 N, in parts of 0.4 s.
+    Observation (10,): TCP position relative to the start, m; TCP velocity, m/s; force on the tool along the base axes,
+    N / 20; how long the force has been within 2 N, in parts of 0.4 s.
     Reward: minus the distance of the pressing force from 20 N in parts of 20 N, at most 2, minus 0.01 times the squared
     length of the action; +1 for ending well. More than 100 N, or a protective stop, costs 5.
-    Ends when the force was within 2 N for 0.4 s (terminated), above 100 N or at a protective stop (terminated), after 250
-    steps of 40 ms (truncated).
+    Ends when the force was within 2 N for 0.4 s (terminated), above 100 N or at a protective stop (terminated), after
+    250 steps of 40 ms (truncated).
 
 ElitePick-v0: pick a box from a table with a suction cup and lift it by 100 mm.
-    The box has sides of 60 to 100 mm, a height of 30 to 80 mm and a mass of 0.1 to 0.5 kg; it stands up to 100 mm aside and
-    100 to 200 mm below the cup, turned by any angle. The cup has a radius of 15 mm and 60 kPa; it seals where its whole rim lies
-    on the top of the box, and loses a box that is accelerated or pushed too hard.
-    Action (4,), -1 to 1: TCP velocity along the base axes, in parts of 250 mm/s; vacuum, on above 0. The cup keeps looking down.
+    The box has sides of 60 to 100 mm, a height of 30 to 80 mm and a mass of 0.1 to 0.5 kg; it stands up to 100 mm aside
+    and 100 to 200 mm below the cup, turned by any angle. The cup has a radius of 15 mm and 60 kPa; it seals where its
+    whole rim lies on the top of the box, and loses a box that is accelerated or pushed too hard.
+    Action (4,), -1 to 1: TCP velocity along the base axes, in parts of 250 mm/s; vacuum, on above 0.
+    The cup keeps looking down.
     Observation (9,): from the cup to the middle of the box's top, m; TCP velocity, m/s; how far the box was lifted, m;
     pressure in parts of 60 kPa, 0 where the cup does not seal; 1 where the box is held.
-    Reward: minus the distance of the cup from the middle of the top, at most 1 m, minus what is left of the 0.1 m to be lifted,
-    minus 0.01 times the squared length of the action; +1 for ending well. A box that falls from the table, or a protective stop
-    (the cup was driven into something), costs 5.
-    Ends when the box is held and was lifted by 100 mm (terminated), when it falls from the table or at a protective stop
-    (terminated), after 250 steps of 40 ms (truncated).
+    Reward: minus the distance of the cup from the middle of the top, at most 1 m, minus what is left of the 0.1 m to be
+    lifted, minus 0.01 times the squared length of the action; +1 for ending well. A box that falls from the table, or a
+    protective stop (the cup was driven into something), costs 5.
+    Ends when the box is held and was lifted by 100 mm (terminated), when it falls from the table or at a protective
+    stop (terminated), after 250 steps of 40 ms (truncated).
 """
 
 from __future__ import annotations
@@ -397,9 +398,7 @@ class EliteEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._arms.begin([0], [self.np_random])
         return self._arms.task.observe(self._arms.rows())[0], {}
 
-    def step(
-        self, action: NDArray[np.float32]
-    ) -> Tuple[NDArray[np.float32], float, bool, bool, Dict[str, Any]]:
+    def step(self, action: NDArray[np.float32]) -> Tuple[NDArray[np.float32], float, bool, bool, Dict[str, Any]]:
         actions = _clipped(action, self.action_space.shape)[None]  # type: ignore[arg-type]
         rows = self._arms.step(actions)
         reward, ended, well = self._arms.task.judge(actions, rows)
@@ -475,7 +474,8 @@ def make_vec(
 ) -> EliteVectorEnv:
     """n arms that are stepped together on every core (or ``threads``); the i-th has the seed ``seed + i``.
 
-    options: those of ``Controller`` for the arm: model, plant, tcp, payload, calibration; ElitePick-v0 has a TCP of its own.
+    options: those of ``Controller`` for the arm: model, plant, tcp, payload, calibration;
+    ElitePick-v0 has a TCP of its own.
     """
     return EliteVectorEnv(n, env, seed, threads, options)
 

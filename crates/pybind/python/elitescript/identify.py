@@ -1,8 +1,9 @@
-"""Payload, friction, tool, frame and force sensor of an arm, from what was recorded: ``eliteserver identify`` in Python.
+"""Payload, friction, tool, frame and force sensor of an arm, from what was recorded:
+``eliteserver identify`` in Python.
 
-Every function takes a trace: the path of a recording or an open ``Recording``, a list of these, or the rows of ``/cycle``
-(``Controller.trace``), which do not say which arm they are of and so need ``robot``. What the data cannot tell raises
-``ValueError`` with the sentence that names what is missing. Sigmas are one standard deviation.
+Every function takes a trace: the path of a recording or an open ``Recording``, a list of these, or the rows of
+``/cycle`` (``Controller.trace``), which do not say which arm they are of and so need ``robot``. What the data cannot
+tell raises ``ValueError`` with the sentence that names what is missing. Sigmas are one standard deviation.
 """
 
 from __future__ import annotations
@@ -157,7 +158,8 @@ def payload(
 ) -> Payload:
     """Mass, centre of gravity and, where the motion tells it, inertia of what hangs on the flange.
 
-    From the force reading, or with ``from_torques`` from the torques of the joints. ``start`` and ``end`` are times in s.
+    From the force reading, or with ``from_torques`` from the torques of the joints.
+    ``start`` and ``end`` are times in s.
     """
     found = _answer("payload", trace, robot, start, end, from_torques=_switch("from_torques", from_torques))
     return Payload(**{**found, "sigma": PayloadSigma(**found["sigma"])})
@@ -182,7 +184,8 @@ def tool(
 ) -> Tool:
     """The TCP, from four or more rests of its tip at one point: every rest, or those at the times ``at``.
 
-    With ``orientation`` the last three rests are the point, the tip moved along tool +x, the tip moved into +y of its xy plane.
+    With ``orientation`` the last three rests are the point, the tip moved along tool +x,
+    the tip moved into +y of its xy plane.
     """
     found = _answer("tool", trace, robot, start, end, at=at, orientation=_switch("orientation", orientation))
     return Tool(**{**found, "sigma": ToolSigma(**found["sigma"])})

@@ -36,7 +36,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line("markers", "controller(**options): options of the fixture `controller`, as elitescript.Controller")
+    config.addinivalue_line(
+        "markers", "controller(**options): options of the fixture `controller`, as elitescript.Controller"
+    )
 
 
 def _folder(config: pytest.Config) -> Optional[Path]:

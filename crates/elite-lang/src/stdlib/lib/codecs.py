@@ -132,7 +132,8 @@ def _from_base64(data):
         else:
             out.append(bits & 255)
     if count % 4 == 1:
-        raise ValueError("Invalid base64-encoded string: number of data characters cannot be 1 more than a multiple of 4")
+        raise ValueError("Invalid base64-encoded string: number of data characters cannot be 1 more than a multiple "
+                         "of 4")
     return bytes(out)
 
 

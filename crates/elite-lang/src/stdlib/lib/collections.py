@@ -1,9 +1,10 @@
-"""Containers beyond the builtin ones. Those that hold values are native (`_collections`); here are the ones that stand before
-other containers: each says in a table which operations it hands on, to what, and what becomes of the result."""
+"""Containers beyond the builtin ones. Those that hold values are native (`_collections`); here are the ones that stand
+before other containers: each says in a table which operations it hands on, to what, and what becomes of the result."""
 from _collections import Counter, OrderedDict, defaultdict, deque, namedtuple
 import collections.abc as abc
 
-__all__ = ["ChainMap", "Counter", "OrderedDict", "UserDict", "UserList", "UserString", "defaultdict", "deque", "namedtuple"]
+__all__ = ["ChainMap", "Counter", "OrderedDict", "UserDict", "UserList", "UserString", "defaultdict", "deque",
+           "namedtuple"]
 
 abc.MutableSequence.register(deque)
 
@@ -133,8 +134,8 @@ _ORDER = {
 def _handing_on(builtin, kept, wrapped=(), into=()):
     """A decorator that gives a wrapper of `builtin` values methods of it, which it calls with `self.data`.
 
-    Results of those in `wrapped` are put into a wrapper of the same class. Those in `into` change `self.data` and return
-    the wrapper.
+    Results of those in `wrapped` are put into a wrapper of the same class. Those in `into` change `self.data` and
+    return the wrapper.
     """
     def method(name, finish):
         own = _ORDER.get(name) or getattr(builtin, name)
@@ -166,7 +167,8 @@ def _handing_on(builtin, kept, wrapped=(), into=()):
 
 @_handing_on(dict, "__len__ __iter__ __delitem__ __repr__")
 class UserDict(abc.MutableMapping):
-    """A dictionary to derive from: every way to it leads through the methods of the subclass, and `data` has the entries."""
+    """A dictionary to derive from: every way to it leads through the methods of the subclass,
+    and `data` has the entries."""
 
     def __init__(self, dict=None, /, **named):
         self.data = {}
@@ -263,9 +265,9 @@ class UserList(abc.MutableSequence):
     __copy__ = copy
 
 
-@_handing_on(str, "__eq__ __lt__ __le__ __gt__ __ge__ __contains__ __len__ count encode endswith find format format_map index "
-             "isalnum isalpha isascii isdecimal isdigit isidentifier islower isnumeric isprintable isspace istitle isupper join partition rfind rindex "
-             "rpartition rsplit split splitlines startswith",
+@_handing_on(str, "__eq__ __lt__ __le__ __gt__ __ge__ __contains__ __len__ count encode endswith find format "
+             "format_map index isalnum isalpha isascii isdecimal isdigit isidentifier islower isnumeric isprintable "
+             "isspace istitle isupper join partition rfind rindex rpartition rsplit split splitlines startswith",
              "__getitem__ __mod__ capitalize casefold center expandtabs ljust lower lstrip removeprefix "
              "removesuffix replace rjust rstrip strip swapcase title translate upper zfill")
 class UserString(abc.Sequence):

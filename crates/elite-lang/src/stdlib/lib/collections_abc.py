@@ -1,7 +1,7 @@
 """What containers can do, as classes to ask for (`isinstance(x, Sequence)`) and to derive from.
 
-A class says with `_needs` which methods make another class one of its kind, whether that derives from it or not. Those with
-more to give than they need are derived from with the needed methods only.
+A class says with `_needs` which methods make another class one of its kind, whether that derives from it or not. Those
+with more to give than they need are derived from with the needed methods only.
 """
 from abc import ABCMeta, _has_method as _has, abstractmethod
 from itertools import count as _count
@@ -34,7 +34,8 @@ def _ability(name, *needs, bases=(), **methods):
         return True if cls is made and all(_has(other, need) for need in known_by) else NotImplemented
 
     made = _Kind(name, bases, {"_needs": needs, "_known_by": known_by, "__module__": "collections.abc", "__slots__": (),
-                               "__class_getitem__": lambda cls, parameters: cls, "__subclasshook__": recognise, **methods})
+                               "__class_getitem__": lambda cls, parameters: cls, "__subclasshook__": recognise,
+                               **methods})
     return made
 
 
@@ -376,6 +377,7 @@ ValuesView = _view("ValuesView", (MappingView, Collection), lambda mapping, key:
 # What is taken from views together is no view of anything.
 KeysView._from_iterable = ItemsView._from_iterable = classmethod(lambda cls, items: set(items))
 
-__all__ = ["Awaitable", "Coroutine", "AsyncIterable", "AsyncIterator", "AsyncGenerator", "Hashable", "Iterable", "Iterator",
-           "Generator", "Reversible", "Sized", "Container", "Callable", "Collection", "Set", "MutableSet", "Mapping",
-           "MutableMapping", "MappingView", "KeysView", "ItemsView", "ValuesView", "Sequence", "MutableSequence", "ByteString"]
+__all__ = ["Awaitable", "Coroutine", "AsyncIterable", "AsyncIterator", "AsyncGenerator", "Hashable", "Iterable",
+           "Iterator", "Generator", "Reversible", "Sized", "Container", "Callable", "Collection", "Set", "MutableSet",
+           "Mapping", "MutableMapping", "MappingView", "KeysView", "ItemsView", "ValuesView", "Sequence",
+           "MutableSequence", "ByteString"]

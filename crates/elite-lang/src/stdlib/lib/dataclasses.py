@@ -74,7 +74,8 @@ class Field:
         self._field_type = None
 
     def __repr__(self):
-        return (f"Field(name={self.name!r},type={self.type!r},default={self.default!r},default_factory={self.default_factory!r},"
+        return (f"Field(name={self.name!r},type={self.type!r},default={self.default!r},"
+                f"default_factory={self.default_factory!r},"
                 f"init={self.init!r},repr={self.repr!r},hash={self.hash!r},compare={self.compare!r},"
                 f"metadata=mappingproxy({self.metadata!r}),kw_only={self.kw_only!r},_field_type={self._field_type})")
 
@@ -286,7 +287,6 @@ def _process(cls, init, repr, eq, order, unsafe_hash, frozen, match_args, kw_onl
                 return values(self) == values(other)
             return NotImplemented
 
-        had_hash = "__hash__" in cls.__dict__
         _set(cls, "__eq__", __eq__)
     if order:
         def __lt__(self, other):
@@ -374,7 +374,8 @@ def _add_slots(cls, fields, weakref_slot):
     for base in cls.__mro__[1:-1]:
         slots = base.__dict__.get("__slots__", ())
         inherited.update((slots,) if isinstance(slots, str) else slots)
-    space["__slots__"] = tuple(name for name in names if name not in inherited) + (("__weakref__",) if weakref_slot else ())
+    own = tuple(name for name in names if name not in inherited)
+    space["__slots__"] = own + (("__weakref__",) if weakref_slot else ())
     for name in names:
         space.pop(name, None)
     space.pop("__dict__", None)

@@ -810,7 +810,8 @@ class datetime(date):
         _check_date(*numbers[:3])
         _check_time(*numbers[3:])
         _check_zone(tzinfo)
-        self._year, self._month, self._day, self._hour, self._minute, self._second, self._microsecond, self._fold = numbers
+        self._year, self._month, self._day = numbers[:3]
+        self._hour, self._minute, self._second, self._microsecond, self._fold = numbers[3:]
         self._tzinfo = tzinfo
 
     hour = property(lambda self: self._hour)
@@ -1159,4 +1160,5 @@ def _strptime(cls, text, format):
     zone = None
     if "z" in parts:
         zone = timezone(_zone_of(parts["z"]), *([parts["Z"]] if "Z" in parts else []))
-    return cls(year, month, day, hour, int(parts.get("M", 0)), int(parts.get("S", 0)), int((parts.get("f", "") + "000000")[:6]), zone)
+    microsecond = int((parts.get("f", "") + "000000")[:6])
+    return cls(year, month, day, hour, int(parts.get("M", 0)), int(parts.get("S", 0)), microsecond, zone)

@@ -1,14 +1,14 @@
 """Enumerations.
 
-The body of a class is taken apart as it runs (`_Body`): every name has a role, and those of members are kept with their values.
-The class is made of the rest; then each member is made (`_Members`), entered under its name and value, and, among flags, its
-bits are added to the mask. Members of flags that nobody named are made when they are met first.
+The body of a class is taken apart as it runs (`_Body`): every name has a role, and those of members are kept with their
+values. The class is made of the rest; then each member is made (`_Members`), entered under its name and value, and,
+among flags, its bits are added to the mask. Members of flags that nobody named are made when they are met first.
 """
 
 __all__ = ["EnumType", "EnumMeta", "Enum", "IntEnum", "StrEnum", "Flag", "IntFlag", "ReprEnum", "auto", "unique",
            "property", "verify", "member", "nonmember", "FlagBoundary", "STRICT", "CONFORM", "EJECT", "KEEP",
-           "global_flag_repr", "global_enum_repr", "global_str", "global_enum", "EnumCheck", "CONTINUOUS", "NAMED_FLAGS",
-           "UNIQUE"]
+           "global_flag_repr", "global_enum_repr", "global_str", "global_enum", "EnumCheck", "CONTINUOUS",
+           "NAMED_FLAGS", "UNIQUE"]
 
 _attribute = property
 _kind_of = type
@@ -295,7 +295,8 @@ class EnumType(type):
                 if isinstance(ancestor, EnumType) and len(ancestor):
                     raise TypeError(f"<enum {name!r}> cannot extend {ancestor!r}")
         if bases and not isinstance(bases[-1], EnumType):
-            raise TypeError("new enumerations should be created as `EnumName([mixin_type, ...] [data_type,] enum_type)`")
+            raise TypeError("new enumerations should be created as "
+                            "`EnumName([mixin_type, ...] [data_type,] enum_type)`")
         return _Body(name, bases[-1]._generate_next_value_ if bases else None)
 
     def __new__(metacls, name, bases, body, *, boundary=None, **options):
@@ -336,7 +337,8 @@ class EnumType(type):
             return
         by_data = {}
         if ReprEnum in cls.__bases__:
-            by_data = {"__str__": data.__str__ if issubclass(data, str) else data.__repr__, "__format__": data.__format__}
+            by_data = {"__str__": data.__str__ if issubclass(data, str) else data.__repr__,
+                       "__format__": data.__format__}
         for name in ("__repr__", "__str__", "__format__"):
             if name in own:
                 continue
@@ -427,8 +429,8 @@ class EnumType(type):
         return f"<{'flag' if is_flag else 'enum'} {cls.__name__!r}>"
 
     def __dir__(cls):
-        return sorted(["__class__", "__contains__", "__doc__", "__getitem__", "__init_subclass__", "__iter__", "__len__",
-                       "__members__", "__module__", "__name__", "__qualname__", *cls._member_names_])
+        return sorted(["__class__", "__contains__", "__doc__", "__getitem__", "__init_subclass__", "__iter__",
+                       "__len__", "__members__", "__module__", "__name__", "__qualname__", *cls._member_names_])
 
 
 EnumMeta = EnumType
@@ -515,7 +517,8 @@ class Enum(metaclass=EnumType):
     def __dir__(self):
         cls = type(self)
         places = [self.__dict__, *(home.__dict__ for home in cls.__mro__)]
-        found = {name for place in places for name in place if not name.startswith("_") and name not in cls._member_map_}
+        found = {name for place in places for name in place
+                 if not name.startswith("_") and name not in cls._member_map_}
         return sorted(found | {"__class__", "__doc__", "__eq__", "__hash__", "__module__"})
 
     def __copy__(self):
@@ -717,7 +720,8 @@ def _aliases(enumeration):
 
 def _refuse_aliases(enumeration, word):
     if aliases := _aliases(enumeration):
-        raise ValueError(f"{word} found in {enumeration!r}: " + ", ".join(f"{alias} -> {name}" for alias, name in aliases))
+        shown = ", ".join(f"{alias} -> {name}" for alias, name in aliases)
+        raise ValueError(f"{word} found in {enumeration!r}: {shown}")
 
 
 def unique(enumeration):

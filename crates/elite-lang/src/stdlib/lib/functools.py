@@ -124,7 +124,8 @@ def _cached(function, maxsize, typed):
         if kwargs:
             key += (_mark,) + tuple(kwargs.items())
         if typed:
-            key = args + tuple(kwargs.items()) + tuple(type(value) for value in args) + tuple(type(value) for value in kwargs.values())
+            types = tuple(type(value) for value in args) + tuple(type(value) for value in kwargs.values())
+            key = args + tuple(kwargs.items()) + types
         found = results.get(key, _missing)
         if found is not _missing:
             hits += 1

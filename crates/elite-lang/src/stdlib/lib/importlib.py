@@ -1,4 +1,5 @@
-"""Importing by name. There are no finders and loaders: modules are those of the controller, and what is in sys.modules."""
+"""Importing by name. There are no finders and loaders: modules are those of the controller, and what is in
+sys.modules."""
 
 import sys as _sys
 

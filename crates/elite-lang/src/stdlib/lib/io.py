@@ -306,8 +306,8 @@ class TextIOWrapper(_SystemFile, TextIOBase):
 
 
 class _EncodedText(TextIOWrapper):
-    """Text in an encoding whose characters or lines are not to be found in the bytes: it is read as a whole, from where the
-    file stands when it is first read; so places in it are those of the text."""
+    """Text in an encoding whose characters or lines are not to be found in the bytes: it is read as a whole, from where
+    the file stands when it is first read; so places in it are those of the text."""
 
     def __init__(self, file, name, mode, reads, writes, encoding, errors, newline, by_line):
         from codecs import lookup

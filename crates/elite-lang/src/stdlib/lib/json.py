@@ -19,7 +19,8 @@ class JSONDecodeError(ValueError):
 class JSONDecoder:
     def __init__(self, *, object_hook=None, parse_float=None, parse_int=None, parse_constant=None, strict=True,
                  object_pairs_hook=None):
-        self._options = (object_hook, parse_float, parse_int, object_pairs_hook, strict, parse_constant, JSONDecodeError)
+        self._options = (object_hook, parse_float, parse_int, object_pairs_hook, strict, parse_constant,
+                         JSONDecodeError)
 
     def decode(self, s):
         return _read(s, self._options)

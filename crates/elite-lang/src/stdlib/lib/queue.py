@@ -1,4 +1,5 @@
-"""Queues between threads. `Queue` can be subclassed in Python's way: `_init`, `_qsize`, `_put`, `_get`, `mutex`, `queue`."""
+"""Queues between threads. `Queue` can be subclassed in Python's way: `_init`, `_qsize`, `_put`, `_get`, `mutex`,
+`queue`."""
 from collections import deque
 from heapq import heappush as _push, heappop as _pop
 from threading import Condition as _Condition, Lock as _Lock
@@ -78,8 +79,8 @@ class Queue:
     # What is left to do.
 
     def task_done(self):
-        self._done_when(lambda: self.unfinished_tasks > 0, None, ValueError("task_done() called too many times"), False, None,
-                        self._count_down)
+        self._done_when(lambda: self.unfinished_tasks > 0, None, ValueError("task_done() called too many times"), False,
+                        None, self._count_down)
 
     def _count_down(self):
         self.unfinished_tasks -= 1

@@ -3,8 +3,9 @@ from _random import Random as _Generator, _fresh_seed, _text_key, _spread
 from _random import NV_MAGICCONST, LOG4, SG_MAGICCONST, TWOPI, BPF, RECIP_BPF
 
 _FUNCTIONS = (
-    "seed random getstate setstate getrandbits randbytes randrange randint choice choices sample shuffle uniform triangular"
-    " gauss normalvariate lognormvariate expovariate vonmisesvariate gammavariate betavariate paretovariate weibullvariate"
+    "seed random getstate setstate getrandbits randbytes randrange randint choice choices sample shuffle uniform"
+    " triangular gauss normalvariate lognormvariate expovariate vonmisesvariate gammavariate betavariate paretovariate"
+    " weibullvariate"
 )
 
 

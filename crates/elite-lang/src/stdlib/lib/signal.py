@@ -116,7 +116,8 @@ def raise_signal(signalnum, /):
     if not callable(handler) or isinstance(handler, int):
         if handler == SIG_IGN or number in _IGNORED:
             return
-        raise PermissionError(1, f"the default of {_NAMES.get(number, number)} would end the controller; set a handler first")
+        shown = _NAMES.get(number, number)
+        raise PermissionError(1, f"the default of {shown} would end the controller; set a handler first")
     if _process.is_main():
         handler(number, None)
     else:

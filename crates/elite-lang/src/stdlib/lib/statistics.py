@@ -38,7 +38,8 @@ def _ratio(x):
 
 
 def _taken(data):
-    """The items as a list, which asks for no length; where they are made one by one, none behind one that is no number."""
+    """The items as a list, which asks for no length; where they are made one by one,
+    none behind one that is no number."""
     if type(data) in (list, tuple, range):
         return list(data)
     items = []
@@ -69,7 +70,8 @@ def _joined(ratios):
 
 
 def _exact(data):
-    """The type of the sum of numbers, and the sum as a fraction, exact; for what is not finite the denominator is None."""
+    """The type of the sum of numbers, and the sum as a fraction, exact;
+    for what is not finite the denominator is None."""
     types = set(map(type, data))
     if types <= {int, bool}:
         return int, (sum(data), 1)
@@ -91,7 +93,10 @@ def _squares(data):
     kind, (total, below) = _exact(data)
     if below is None:
         return kind, (total, None)
-    _, (squares, square) = _exact([x * x for x in data]) if kind is int else (kind, _joined([(n * n, d * d) for n, d in map(_ratio, data)] or [(0, 1)]))
+    if kind is int:
+        _, (squares, square) = _exact([x * x for x in data])
+    else:
+        squares, square = _joined([(n * n, d * d) for n, d in map(_ratio, data)] or [(0, 1)])
     count = len(data) or 1
     return kind, _joined([(squares, square), (-total * total, below * below * count)])
 

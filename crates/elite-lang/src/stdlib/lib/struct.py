@@ -7,7 +7,8 @@ def pack_into(format, buffer, offset, *values):
     if offset < 0:
         offset += len(buffer)
     if offset < 0 or len(buffer) - offset < len(data):
-        raise error(f"pack_into requires a buffer of at least {offset + len(data)} bytes for packing {len(data)} bytes at offset {offset} (actual buffer size is {len(buffer)})")
+        raise error(f"pack_into requires a buffer of at least {offset + len(data)} bytes for packing {len(data)} bytes "
+                    f"at offset {offset} (actual buffer size is {len(buffer)})")
     buffer[offset:offset + len(data)] = data
 
 

@@ -261,7 +261,8 @@ class Popen:
             if start == len(data) and all(reader._ended for reader in readers) and self.poll() is not None:
                 break
             if deadline is not None and _now() >= deadline:
-                raise TimeoutExpired(self.args, timeout, *[self._collected(reader, True) for reader in (self.stdout, self.stderr)])
+                so_far = [self._collected(reader, True) for reader in (self.stdout, self.stderr)]
+                raise TimeoutExpired(self.args, timeout, *so_far)
             if not moved:
                 self._process.wait(seen, deadline)
         return self._collected(self.stdout), self._collected(self.stderr)

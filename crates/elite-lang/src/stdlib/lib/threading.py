@@ -1,5 +1,5 @@
-"""Threads of a task. What they wait for each other with is native (`_thread`); here it is opened for attributes, and here is
-the list of the threads."""
+"""Threads of a task. What they wait for each other with is native (`_thread`); here it is opened for attributes, and
+here is the list of the threads."""
 import _thread
 from _thread import get_ident, lock as Lock
 from itertools import count as _count

@@ -11,7 +11,7 @@ class struct_time(tuple):
     def __new__(cls, sequence):
         sequence = tuple(sequence)
         if len(sequence) < 9:
-            raise TypeError("time.struct_time() takes an at least 9-sequence (" + str(len(sequence)) + "-sequence given)")
+            raise TypeError(f"time.struct_time() takes an at least 9-sequence ({len(sequence)}-sequence given)")
         return tuple.__new__(cls, sequence[:9])
 
     tm_year = property(lambda self: self[0])

@@ -160,7 +160,8 @@ class _NamedTupleMeta(type):
             if field in namespace:
                 defaults.append(namespace[field])
             elif defaults:
-                raise TypeError(f"Non-default namedtuple field {field} cannot follow default field{'s' if len(defaults) > 1 else ''} "
+                raise TypeError(f"Non-default namedtuple field {field} cannot follow default field"
+                                f"{'s' if len(defaults) > 1 else ''} "
                                 f"{', '.join(other for other in annotations if other in namespace)}")
         made = _namedtuple(name, list(annotations), defaults=defaults)
         for key, value in namespace.items():
