@@ -8,7 +8,17 @@ import path from "node:path";
 const here = path.dirname(new URL(import.meta.url).pathname);
 const out = mkdtempSync(path.join(tmpdir(), "unit-"));
 const entryPoints = readdirSync(path.join(here, "unit")).map((name) => path.join(here, "unit", name));
-await build({ entryPoints, bundle: true, platform: "node", format: "esm", outdir: out, outExtension: { ".js": ".mjs" }, logLevel: "error", loader: { ".css": "empty" }, banner: { js: `const PAGE = ${JSON.stringify(path.join(here, "src"))};` } });
+await build({
+  entryPoints,
+  bundle: true,
+  platform: "node",
+  format: "esm",
+  outdir: out,
+  outExtension: { ".js": ".mjs" },
+  logLevel: "error",
+  loader: { ".css": "empty" },
+  banner: { js: `const PAGE = ${JSON.stringify(path.join(here, "src"))};` },
+});
 const files = readdirSync(out).map((name) => path.join(out, name));
 const ran = spawnSync(process.execPath, ["--test", ...files], { stdio: "inherit" });
 rmSync(out, { recursive: true });

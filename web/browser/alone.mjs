@@ -17,7 +17,18 @@ async function record() {
   const folder = mkdtempSync(path.join(tmpdir(), "page-"));
   process.once("exit", () => rmSync(folder, { recursive: true, force: true }));
   const [script, file] = [path.join(folder, "r.script"), path.join(folder, "r.mcap")];
-  writeFileSync(script, "def r():\n  movej([0.5, -1.2, 1.4, -1.77, -1.57, 0], a=2, v=1)\n  global n\n  n = 7\n  textmsg('half way')\n  set_standard_digital_out(2, True)\n  movej([-0.5, -1.2, 1.4, -1.77, -1.57, 0], a=2, v=1)\n  x = 1 / 0\nend\n");
+  writeFileSync(
+    script,
+    "def r():\n" +
+      "  movej([0.5, -1.2, 1.4, -1.77, -1.57, 0], a=2, v=1)\n" +
+      "  global n\n" +
+      "  n = 7\n" +
+      "  textmsg('half way')\n" +
+      "  set_standard_digital_out(2, True)\n" +
+      "  movej([-0.5, -1.2, 1.4, -1.77, -1.57, 0], a=2, v=1)\n" +
+      "  x = 1 / 0\n" +
+      "end\n",
+  );
   // The last line is an error on purpose.
   await promisify(execFile)(BINARY, ["run", script, "--record", file]).catch(() => undefined);
   return file;
@@ -54,9 +65,14 @@ export const scenarios = {
     const [server, other] = await Promise.all([Server.start(), Server.start()]);
     const page = await open(browser, other);
     const found = await page.evaluate(async (base) => {
-      const token = await fetch(`${base}/api/v1/session`).then((answer) => answer.text(), () => "unreadable");
+      const token = await fetch(`${base}/api/v1/session`).then(
+        (answer) => answer.text(),
+        () => "unreadable",
+      );
       const socket = new WebSocket(`${base.replace("http", "ws")}/api/v1/live`);
-      const live = await new Promise((done) => ((socket.onopen = () => done("open")), (socket.onerror = () => done("refused"))));
+      const live = await new Promise(
+        (done) => ((socket.onopen = () => done("open")), (socket.onerror = () => done("refused"))),
+      );
       return { token, live };
     }, server.base);
     check(found.token === "unreadable" && found.live === "refused", JSON.stringify(found));
@@ -93,7 +109,11 @@ export const scenarios = {
     await until(async () => (await page.text("find-result")).startsWith("1 times"), "one stretch of time");
     await until(async () => (await page.id("running-line").innerText()).includes("movej([-0.5"), "the line there");
     const body = JSON.stringify({ condition: "actual_qd[0] < -0.9" });
-    const answer = await fetch(`${server.base}/api/v1/find`, { method: "POST", headers: { "content-type": "application/json" }, body });
+    const answer = await fetch(`${server.base}/api/v1/find`, {
+      method: "POST",
+      headers: { "content-type": "application/json" },
+      body,
+    });
     const there = (await answer.json()).stretches[0].from;
     await until(async () => Math.abs(Number(await page.text("time")) - there) < 0.01, "the time of the first one");
     await page.id("timeline").fill("0.1");
@@ -118,7 +138,10 @@ export const scenarios = {
       await page.id("event-after").click();
       // What is shown follows the click a little later; the next click goes on from where this one led.
       const before = at;
-      at = await until(async () => Number(await page.text("time")) > before && Number(await page.text("time")), "the next event");
+      at = await until(
+        async () => Number(await page.text("time")) > before && Number(await page.text("time")),
+        "the next event",
+      );
     }
     check(at > 0.5, "no later event");
     await page.id("event-before").click();

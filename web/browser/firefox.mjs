@@ -1,4 +1,5 @@
-// The page in Firefox, over WebDriver BiDi: it loads, draws, shows the arm, jogs, and complains of nothing. `node browser/firefox.mjs`.
+// The page in Firefox, over WebDriver BiDi: it loads, draws, shows the arm, jogs, and complains of nothing.
+// `node browser/firefox.mjs`.
 import { existsSync } from "node:fs";
 import puppeteer from "puppeteer-core";
 import { Server, check, sleep, until } from "./harness.mjs";
@@ -9,7 +10,13 @@ if (!FIREFOX) {
   process.exit(0);
 }
 const server = await Server.start();
-const browser = await puppeteer.launch({ browser: "firefox", executablePath: FIREFOX, headless: true, protocolTimeout: 120000, extraPrefsFirefox: { "webgl.force-enabled": true } });
+const browser = await puppeteer.launch({
+  browser: "firefox",
+  executablePath: FIREFOX,
+  headless: true,
+  protocolTimeout: 120000,
+  extraPrefsFirefox: { "webgl.force-enabled": true },
+});
 try {
   const page = await browser.newPage();
   await page.setViewport({ width: 1280, height: 720 });
@@ -20,10 +27,14 @@ try {
     if (message.type() === "error" && !/WebGL|WebSocket/.test(message.text())) complaints.push(message.text());
   });
   await page.goto(server.base);
-  const value = (id, name) => page.$eval(`[data-testid=${id}]`, (element, key) => element.dataset[key] ?? element.value, name);
+  const value = (id, name) =>
+    page.$eval(`[data-testid=${id}]`, (element, key) => element.dataset[key] ?? element.value, name);
   await until(async () => (await value("connection", "value")) === "connected", "the connection");
   await until(async () => (await value("robot-mode", "value")) === "RUNNING", "the state");
-  const isDrawn = await until(() => page.evaluate(() => globalThis.eliteserver.drawn() > 0 || !document.getElementById("no-webgl").hidden), "the 3D view");
+  const isDrawn = await until(
+    () => page.evaluate(() => globalThis.eliteserver.drawn() > 0 || !document.getElementById("no-webgl").hidden),
+    "the 3D view",
+  );
   check(isDrawn, "no 3D view and no word about it");
   await page.click("[data-testid=take-control]");
   await page.waitForSelector("[data-testid=jog-j1-plus]:not([disabled])");
@@ -44,11 +55,19 @@ try {
   await page.keyboard.press("Enter");
   await page.keyboard.type("(0.5)");
   await page.click("[data-testid=run]");
-  await until(() => page.$eval("[data-testid=variables]", (element) => element.textContent.includes("42")), "the variable");
-  await page.$eval("[data-testid=timeline]", (element) => ((element.value = String(Number(element.min))), element.dispatchEvent(new Event("input"))));
+  await until(
+    () => page.$eval("[data-testid=variables]", (element) => element.textContent.includes("42")),
+    "the variable",
+  );
+  await page.$eval(
+    "[data-testid=timeline]",
+    (element) => ((element.value = String(Number(element.min))), element.dispatchEvent(new Event("input"))),
+  );
   await until(() => page.evaluate(() => document.body.classList.contains("past")), "the past");
   await page.click("[data-testid=live]");
-  const drawn = await page.evaluate(() => (document.getElementById("no-webgl").hidden ? "drawn in 3D" : "without WebGL"));
+  const drawn = await page.evaluate(() =>
+    document.getElementById("no-webgl").hidden ? "drawn in 3D" : "without WebGL",
+  );
   if (process.argv[2]) await page.screenshot({ path: process.argv[2] });
   await sleep(200);
   check(complaints.length === 0, `Firefox complains: ${complaints.join("; ")}`);

@@ -9,7 +9,9 @@ import { chromium } from "playwright-core";
 
 const here = path.dirname(new URL(import.meta.url).pathname);
 export const BINARY = process.env.ELITESERVER ?? path.join(here, "../../target/debug/eliteserver");
-export const CHROMIUM = process.env.CHROMIUM ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((file) => existsSync(file));
+export const CHROMIUM =
+  process.env.CHROMIUM ??
+  ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((file) => existsSync(file));
 const PATIENCE = Number(process.env.PATIENCE_MS ?? 30000);
 
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
@@ -25,7 +27,10 @@ export async function until(look, what, patience = PATIENCE) {
     } catch (error) {
       last = error;
     }
-    if (Date.now() > end) throw new Error(`${what} did not come (last: ${last instanceof Error ? last.message.slice(0, 200) : JSON.stringify(last)})`);
+    if (Date.now() > end)
+      throw new Error(
+        `${what} did not come (last: ${last instanceof Error ? last.message.slice(0, 200) : JSON.stringify(last)})`,
+      );
     await sleep(25);
   }
 }
@@ -39,13 +44,21 @@ export function near(a, b, tolerance, what) {
 }
 
 /** A program that moves without end. */
-export const MOVES = "def p():\n  while True:\n    movej([0.3, -1.4, 1.5, -1.6, -1.57, 0], a=2, v=1)\n    movej([-0.3, -1.4, 1.5, -1.6, -1.57, 0], a=2, v=1)\n  end\nend\n";
+export const MOVES =
+  "def p():\n" +
+  "  while True:\n" +
+  "    movej([0.3, -1.4, 1.5, -1.6, -1.57, 0], a=2, v=1)\n" +
+  "    movej([-0.3, -1.4, 1.5, -1.6, -1.57, 0], a=2, v=1)\n" +
+  "  end\n" +
+  "end\n";
 /** The largest difference of two rows of numbers. */
 export const moved = (a, b) => Math.max(...a.map((x, k) => Math.abs(x - b[k])));
 export const attribute = (page, id, name) => page.id(id).first().getAttribute(name);
 /** Waits until a sign on the page has a value. */
-export const mode = (page, id, value) => until(async () => (await attribute(page, id, "data-value")) === value, `${id} ${value}`);
-export const stands = async (server) => until(async () => moved((await server.state()).actual_qd, [0, 0, 0, 0, 0, 0]) < 1e-3, "the arm to stand");
+export const mode = (page, id, value) =>
+  until(async () => (await attribute(page, id, "data-value")) === value, `${id} ${value}`);
+export const stands = async (server) =>
+  until(async () => moved((await server.state()).actual_qd, [0, 0, 0, 0, 0, 0]) < 1e-3, "the arm to stand");
 
 const owner = new AsyncLocalStorage();
 /** What `act` starts and opens ends with it. */
@@ -72,7 +85,10 @@ export class Server {
   }
 
   static async start(options = [], folder) {
-    const services = ["primary", "interpreter", "rtsi", "dashboard", "modbus"].flatMap((name) => [`--${name}-port`, "0"]);
+    const services = ["primary", "interpreter", "rtsi", "dashboard", "modbus"].flatMap((name) => [
+      `--${name}-port`,
+      "0",
+    ]);
     const server = new Server("serve", [...services, "--task-dir", "tasks", "--record", "off", ...options], folder);
     await server.begin("0");
     return server;
@@ -88,7 +104,10 @@ export class Server {
     const ready = path.join(this.folder, "ready.json");
     rmSync(ready, { force: true });
     this.stderr = "";
-    this.process = spawn(BINARY, [this.command, ...this.options, "--http-port", port, "--ready-file", ready], { cwd: this.folder, stdio: ["ignore", "ignore", "pipe"] });
+    this.process = spawn(BINARY, [this.command, ...this.options, "--http-port", port, "--ready-file", ready], {
+      cwd: this.folder,
+      stdio: ["ignore", "ignore", "pipe"],
+    });
     this.process.stderr.on("data", (bytes) => (this.stderr += bytes));
     await until(() => existsSync(ready), `the ready file of ${this.command} (${this.stderr})`);
     this.ports = JSON.parse(readFileSync(ready)).ports;
@@ -105,7 +124,11 @@ export class Server {
   }
 
   async order(order) {
-    const answer = await fetch(`${this.base}/api/v1/orders`, { method: "POST", headers: { "content-type": "application/json", authorization: `Bearer ${this.token}` }, body: JSON.stringify(order) });
+    const answer = await fetch(`${this.base}/api/v1/orders`, {
+      method: "POST",
+      headers: { "content-type": "application/json", authorization: `Bearer ${this.token}` },
+      body: JSON.stringify(order),
+    });
     return { status: answer.status, ...(await answer.json()) };
   }
 
@@ -136,7 +159,8 @@ export async function launch({ flat = false } = {}) {
 
 /** A page that is connected; what it complains of is kept. */
 export async function open(browser, server, options = {}) {
-  // What a browser keeps it keeps by server, and each has a port of its own: pages without wishes share one process that shows them.
+  // What a browser keeps it keeps by server, and each has a port of its own: pages without wishes share one process
+  // that shows them.
   const isPlain = Object.keys(options).length === 0;
   const made = () => browser.newContext({ viewport: { width: 1280, height: 720 }, locale: "en-US", ...options });
   const context = await (isPlain ? (browser.plain ??= made()) : made());
@@ -149,30 +173,46 @@ export async function open(browser, server, options = {}) {
   page.on("pageerror", (error) => page.complaints.push(error.message));
   page.on("console", (message) => {
     // Chromium itself styles what `fill` puts into an editor, and refuses that to itself.
-    if (message.type() === "error" && !/WebSocket|Failed to load resource|Applying inline style/.test(message.text())) page.complaints.push(`${message.text().slice(0, 300)} ${message.location().url}:${message.location().columnNumber}`);
+    if (message.type() === "error" && !/WebSocket|Failed to load resource|Applying inline style/.test(message.text()))
+      page.complaints.push(
+        `${message.text().slice(0, 300)} ${message.location().url}:${message.location().columnNumber}`,
+      );
   });
   page.on("request", (request) => page.requests.push(request.url()));
   page.on("dialog", (dialog) => page.complaints.push(`dialog: ${dialog.message()}`));
   page.id = (name) => page.getByTestId(name);
   page.text = async (name) => (await page.getByTestId(name).first().innerText()).trim();
   page.value = async (name) => Number(await page.getByTestId(name).inputValue());
-  page.connected = () => until(async () => (await page.id("connection").getAttribute("data-value")) === "connected", "the connection");
+  page.connected = () =>
+    until(async () => (await page.id("connection").getAttribute("data-value")) === "connected", "the connection");
   // A bundle of `node bundle.mjs dist` is tried without building the program anew.
   const bundle = process.env.PAGE_BUNDLE;
   if (bundle) {
     await page.route(server.base + "/", async (route) => {
       const response = await route.fetch();
       const nonce = /name="style-nonce" content="([^"]*)"/.exec(await response.text())?.[1] ?? "";
-      await route.fulfill({ response, body: readFileSync(path.join(bundle, "index.html"), "utf8").replaceAll("__NONCE__", nonce) });
+      await route.fulfill({
+        response,
+        body: readFileSync(path.join(bundle, "index.html"), "utf8").replaceAll("__NONCE__", nonce),
+      });
     });
-    for (const [name, contentType] of [["app.js", "text/javascript"], ["view.js", "text/javascript"], ["app.css", "text/css"]]) {
-      await page.route(`**/${name}`, (route) => route.fulfill({ contentType, body: gunzipSync(readFileSync(path.join(bundle, `${name}.gz`))) }));
+    for (const [name, contentType] of [
+      ["app.js", "text/javascript"],
+      ["view.js", "text/javascript"],
+      ["app.css", "text/css"],
+    ]) {
+      await page.route(`**/${name}`, (route) =>
+        route.fulfill({ contentType, body: gunzipSync(readFileSync(path.join(bundle, `${name}.gz`))) }),
+      );
     }
   }
   await page.goto(server.base);
   if (!options.stranger) {
     await page.connected();
-    await until(() => page.evaluate(() => document.querySelector("[data-testid=robot-mode]").dataset.value), "the first frame");
+    await until(
+      () => page.evaluate(() => document.querySelector("[data-testid=robot-mode]").dataset.value),
+      "the first frame",
+    );
   }
   return page;
 }
@@ -182,13 +222,16 @@ export async function take(page) {
   await until(async () => (await page.id("take-control").getAttribute("aria-pressed")) === "true", "control");
 }
 
-/** The arm stops where a busy machine has kept the page silent for 150 ms; whoever holds the button sees it and presses again. */
+/**
+ * The arm stops where a busy machine has kept the page silent for 150 ms; whoever holds the button sees it and presses
+ * again.
+ */
 const HELD_MS = 5000;
 
 /** Presses a button, by the mouse or by a key, until something is so; it is held then. */
 export async function press(page, name, look, what, key) {
   await until(() => page.id(name).isEnabled(), `${name} to be enabled`);
-  for (const end = Date.now() + PATIENCE; ; ) {
+  for (const end = Date.now() + PATIENCE; ;) {
     await (key ? page.id(name).focus() : page.id(name).hover());
     await (key ? page.keyboard.down(key) : page.mouse.down());
     try {
@@ -206,7 +249,10 @@ export async function hold(page, name, look) {
   await page.mouse.up();
 }
 
-/** Holds answers of the server back: `held.asked()` waits for a question, `held.answer()` answers all and waits until the page has it. */
+/**
+ * Holds answers of the server back: `held.asked()` waits for a question, `held.answer()` answers all and waits until
+ * the page has it.
+ */
 export async function holdBack(page, url) {
   const waiting = [];
   await page.route(url, (route) => new Promise((go) => waiting.push(go)).then(() => route.continue()));

@@ -1,6 +1,6 @@
-// Figures of docs/BENCHMARKS.md: bytes, time to the first frame (a first and a later visit), how late frames come with eight pages,
-// the control cycle with and without them, how long a jog takes to stop. Says the load of the machine and which build was measured:
-// `ELITESERVER=target/release/eliteserver node browser/measure.mjs`.
+// Figures of docs/BENCHMARKS.md: bytes, time to the first frame (a first and a later visit), how late frames come with
+// eight pages, the control cycle with and without them, how long a jog takes to stop. Says the load of the machine and
+// which build was measured: `ELITESERVER=target/release/eliteserver node browser/measure.mjs`.
 import { cpus, loadavg } from "node:os";
 import { BINARY, MOVES, Server, launch, open, stands, take, until } from "./harness.mjs";
 
@@ -10,12 +10,18 @@ const STOPS = 12;
 /** Bytes of a frame. */
 const FRAME = 392;
 
-const quantile = (values, q) => [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(values.length * q))];
+const quantile = (values, q) =>
+  [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(values.length * q))];
 const ms = (value) => `${value.toFixed(1)} ms`;
 const say = (what, value, bound = "") => console.log(`${what.padEnd(52)} ${value}${bound && `   (bound ${bound})`}`);
 
 say("build", BINARY);
-say("processors; load of 1, 5, 15 minutes", `${cpus().length}; ${loadavg().map((load) => load.toFixed(1)).join(", ")}`);
+say(
+  "processors; load of 1, 5, 15 minutes",
+  `${cpus().length}; ${loadavg()
+    .map((load) => load.toFixed(1))
+    .join(", ")}`,
+);
 const server = await Server.start();
 // The 3D view is left out: in software it would be measured instead of what is asked for.
 const flat = await launch({ flat: true });
@@ -25,7 +31,13 @@ async function visit(context) {
   const files = new Map();
   page.on("response", async (response) => {
     const name = new URL(response.url()).pathname;
-    const bytes = await response.request().sizes().then((sizes) => sizes.responseBodySize, () => 0);
+    const bytes = await response
+      .request()
+      .sizes()
+      .then(
+        (sizes) => sizes.responseBodySize,
+        () => 0,
+      );
     if (!name.startsWith("/api")) files.set(name, bytes);
   });
   await page.goto(server.base);
@@ -50,16 +62,27 @@ const metrics = async () => (await fetch(`${server.base}/metrics`)).text();
 const figure = (text, name) => Number(new RegExp(`^${name}(?:\\{[^}]*\\})? (\\S+)`, "m").exec(text)?.[1]);
 /** Seconds below which so many of the cycles lay between two looks at the histogram, as far as its buckets tell. */
 function cycleQuantile(before, after, q) {
-  const buckets = (text) => [...text.matchAll(/^elite_cycle_duration_seconds_bucket\{[^}]*le="([^"]+)"[^}]*\} (\S+)/gm)].map(([, le, count]) => [Number(le.replace("+Inf", "Infinity")), Number(count)]);
+  const buckets = (text) =>
+    [...text.matchAll(/^elite_cycle_duration_seconds_bucket\{[^}]*le="([^"]+)"[^}]*\} (\S+)/gm)].map(
+      ([, le, count]) => [Number(le.replace("+Inf", "Infinity")), Number(count)],
+    );
   const [old, now] = [buckets(before), buckets(after)];
   const counts = now.map(([le, count], k) => [le, count - (old[k]?.[1] ?? 0)]);
   const all = counts.at(-1)?.[1] ?? 0;
   return counts.find(([, count]) => count >= all * q)?.[0];
 }
-/** Durations of cycles, ms, of the frames that the server keeps of a span of time: 20 a second, and 60 while a page looks. */
+/**
+ * Durations of cycles, ms, of the frames that the server keeps of a span of time: 20 a second, and 60 while a page
+ * looks.
+ */
 async function sampledCycles(from, to) {
-  const frames = new DataView(await (await fetch(`${server.base}/api/v1/history?from=${from}&to=${to}&points=4000`)).arrayBuffer());
-  return Array.from({ length: Math.floor(frames.byteLength / FRAME) }, (_, k) => frames.getFloat32(k * FRAME + 388, true) / 1000);
+  const frames = new DataView(
+    await (await fetch(`${server.base}/api/v1/history?from=${from}&to=${to}&points=4000`)).arrayBuffer(),
+  );
+  return Array.from(
+    { length: Math.floor(frames.byteLength / FRAME) },
+    (_, k) => frames.getFloat32(k * FRAME + 388, true) / 1000,
+  );
 }
 /** The cycles while something is done. */
 async function cyclesWhile(what, act) {
@@ -71,7 +94,11 @@ async function cyclesWhile(what, act) {
   say(`cycles ${what}: p50; p90; p99`, `${fine(0.5)}; ${fine(0.9)}; ${fine(0.99)}   of ${sampled.length} sampled`);
   say(`99 % of the cycles ${what} within`, ms(1000 * cycleQuantile(before, after, 0.99)));
   const grown = (name) => figure(after, name) - figure(before, name);
-  say(`overruns; missed cycles ${what}`, `${grown("elite_cycle_overruns_total")}; ${grown("elite_cycles_missed_total")}`, "0; 0");
+  say(
+    `overruns; missed cycles ${what}`,
+    `${grown("elite_cycle_overruns_total")}; ${grown("elite_cycles_missed_total")}`,
+    "0; 0",
+  );
   return value;
 }
 
@@ -82,22 +109,28 @@ const pages = await cyclesWhile(`while ${PAGES} pages are opened`, async () => {
   for (let k = 0; k < PAGES; k++) opened.push(await open(flat, server));
   return opened;
 });
-const watched = (milliseconds) => pages.map((page) => page.evaluate(async (end) => {
-  const found = [];
-  let last = 0;
-  end += performance.now();
-  while (performance.now() < end) {
-    const frame = globalThis.eliteserver.latest();
-    if (frame && frame.sequence !== last) {
-      last = frame.sequence;
-      found.push(performance.timeOrigin + performance.now() - frame.wallMs);
-    }
-    await new Promise((done) => setTimeout(done, 2));
-  }
-  return found;
-}, milliseconds));
+const watched = (milliseconds) =>
+  pages.map((page) =>
+    page.evaluate(async (end) => {
+      const found = [];
+      let last = 0;
+      end += performance.now();
+      while (performance.now() < end) {
+        const frame = globalThis.eliteserver.latest();
+        if (frame && frame.sequence !== last) {
+          last = frame.sequence;
+          found.push(performance.timeOrigin + performance.now() - frame.wallMs);
+        }
+        await new Promise((done) => setTimeout(done, 2));
+      }
+      return found;
+    }, milliseconds),
+  );
 const late = (await cyclesWhile(`with ${PAGES} pages`, () => Promise.all(watched(WATCHED_MS)))).flat();
-say(`a pose is seen by one of ${PAGES} pages after: p50; p99`, `${ms(quantile(late, 0.5))}; ${ms(quantile(late, 0.99))}   of ${late.length} frames`);
+say(
+  `a pose is seen by one of ${PAGES} pages after: p50; p99`,
+  `${ms(quantile(late, 0.5))}; ${ms(quantile(late, 0.99))}   of ${late.length} frames`,
+);
 
 await server.order({ do: "stop" });
 await stands(server);
@@ -118,6 +151,10 @@ for (let k = 0; k < STOPS; k++) {
   stops.push(performance.now() - begin);
   await released;
 }
-say(`arm at rest after a full jog is let go, ${STOPS} times: p50; most`, `${ms(quantile(stops, 0.5))}; ${ms(Math.max(...stops))}`, "150 ms");
+say(
+  `arm at rest after a full jog is let go, ${STOPS} times: p50; most`,
+  `${ms(quantile(stops, 0.5))}; ${ms(Math.max(...stops))}`,
+  "150 ms",
+);
 await flat.close();
 await server.end();

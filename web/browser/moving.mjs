@@ -1,7 +1,27 @@
 // At a glance, power, moving by hand: each with a page of its own on a server where nothing runs.
-import { attribute, check, edit, hold, holdBack, mode, moved, MOVES, near, press, sleep, stands, take, until } from "./harness.mjs";
+import {
+  attribute,
+  check,
+  edit,
+  hold,
+  holdBack,
+  mode,
+  moved,
+  MOVES,
+  near,
+  press,
+  sleep,
+  stands,
+  take,
+  until,
+} from "./harness.mjs";
 
-const NAMES = ["connection", "robot-mode", "safety-mode", "program-state", "speed", "power-on", "brake-release", "unlock", "play", "pause", "stop", "step", "open", "save", "editor", "run", "problems", "take-control", "jog-frame", "move-to", "io", "variables", "log", "timeline", "time", "language", "view-3d"];
+// prettier-ignore
+const NAMES = [
+  "connection", "robot-mode", "safety-mode", "program-state", "speed", "power-on", "brake-release", "unlock", "play",
+  "pause", "stop", "step", "open", "save", "editor", "run", "problems", "take-control", "jog-frame", "move-to", "io",
+  "variables", "log", "timeline", "time", "language", "view-3d",
+];
 
 /** A move to another place, confirmed and under way. */
 async function setOff(page, server) {
@@ -12,9 +32,14 @@ async function setOff(page, server) {
   await until(async () => Math.abs((await server.state()).actual_qd[0]) > 0.05, "the motion");
 }
 
-/** Confirms a move and waits for its end. A machine with other work may keep a page silent, which stops the arm and is said: it is sent again. */
+/**
+ * Confirms a move and waits for its end. A machine with other work may keep a page silent, which stops the arm and is
+ * said: it is sent again.
+ */
 async function sendThere(page, isThere) {
-  const isOver = async () => !(await page.text("move-to")).includes("Moving") && (await page.locator(".toast.error", { hasText: "no sign of life" }).count()) > 0;
+  const isOver = async () =>
+    !(await page.text("move-to")).includes("Moving") &&
+    (await page.locator(".toast.error", { hasText: "no sign of life" }).count()) > 0;
   for (let tries = 0; tries < 4; tries++) {
     await page.id("move-to").click();
     await until(async () => (await page.text("move-to")).includes("Confirm"), "the question");
@@ -43,8 +68,13 @@ export const scenarios = {
     check((await page.text("program-state")) === "stopped", await page.text("program-state"));
   },
   async "everything that has a name for tests is there"({ page }) {
-    const jogs = ["j1", "j2", "j3", "j4", "j5", "j6", "x", "y", "z", "rx", "ry", "rz"].flatMap((axis) => [`jog-${axis}-plus`, `jog-${axis}-minus`]);
-    const fields = [1, 2, 3, 4, 5, 6].map((n) => `q-${n}`).concat(["x", "y", "z", "rx", "ry", "rz"].map((axis) => `tcp-${axis}`));
+    const jogs = ["j1", "j2", "j3", "j4", "j5", "j6", "x", "y", "z", "rx", "ry", "rz"].flatMap((axis) => [
+      `jog-${axis}-plus`,
+      `jog-${axis}-minus`,
+    ]);
+    const fields = [1, 2, 3, 4, 5, 6]
+      .map((n) => `q-${n}`)
+      .concat(["x", "y", "z", "rx", "ry", "rz"].map((axis) => `tcp-${axis}`));
     for (const name of [...NAMES, ...jogs, ...fields]) check((await page.id(name).count()) === 1, name);
   },
   async "joints and pose are those of the arm"({ page, server }) {
@@ -54,7 +84,18 @@ export const scenarios = {
     for (let k = 0; k < 3; k++) near(await page.value(`tcp-${axes[k]}`), state.actual_tcp_pose[k], 2e-3, axes[k]);
   },
   async "without control nothing can be ordered but to stop"({ page }) {
-    for (const name of ["jog-j1-plus", "jog-x-minus", "move-to", "run", "play", "power-off", "freedrive", "speed", "standard_digital_in[0]"]) check(await page.id(name).isDisabled(), name);
+    for (const name of [
+      "jog-j1-plus",
+      "jog-x-minus",
+      "move-to",
+      "run",
+      "play",
+      "power-off",
+      "freedrive",
+      "speed",
+      "standard_digital_in[0]",
+    ])
+      check(await page.id(name).isDisabled(), name);
     check(await page.id("stop").isEnabled(), "stop");
   },
   async "control is taken and given up"({ page, server }) {
@@ -83,7 +124,9 @@ export const scenarios = {
     });
     await page.id("power-off").click();
     await mode(page, "robot-mode", "POWER_OFF");
-    await hold(page, "jog-j1-plus", async () => (await page.locator(".toast.error").allInnerTexts()).join().includes("POWER_OFF"));
+    await hold(page, "jog-j1-plus", async () =>
+      (await page.locator(".toast.error").allInnerTexts()).join().includes("POWER_OFF"),
+    );
   },
   async "the speed slider sets the speed"({ page, server }) {
     await take(page);
@@ -128,7 +171,11 @@ export const scenarios = {
   async "the TCP turns about the base's z"({ page, server }) {
     await take(page);
     const before = (await server.state()).actual_tcp_pose;
-    await hold(page, "jog-rz-plus", async () => moved((await server.state()).actual_tcp_pose.slice(3), before.slice(3)) > 0.02);
+    await hold(
+      page,
+      "jog-rz-plus",
+      async () => moved((await server.state()).actual_tcp_pose.slice(3), before.slice(3)) > 0.02,
+    );
     await stands(server);
     const after = (await server.state()).actual_tcp_pose;
     near(after[0], before[0], 2e-3, "x");
@@ -136,7 +183,13 @@ export const scenarios = {
   async "a jog by the keyboard"({ page, server }) {
     await take(page);
     const before = (await server.state()).actual_q[1];
-    await press(page, "jog-j2-minus", async () => (await server.state()).actual_q[1] < before - 0.02, "the jog", "Space");
+    await press(
+      page,
+      "jog-j2-minus",
+      async () => (await server.state()).actual_q[1] < before - 0.02,
+      "the jog",
+      "Space",
+    );
     await page.keyboard.up("Space");
     await stands(server);
   },
@@ -157,14 +210,22 @@ export const scenarios = {
   async "a page that falls silent while it jogs stops the arm"({ page, server }) {
     await take(page);
     const before = (await server.state()).actual_q[0];
-    await press(page, "jog-j1-plus", async () => Math.abs((await server.state()).actual_q[0] - before) > 0.01, "the jog");
+    await press(
+      page,
+      "jog-j1-plus",
+      async () => Math.abs((await server.state()).actual_q[0] - before) > 0.01,
+      "the jog",
+    );
     await page.evaluate(() => {
       const end = performance.now() + 700;
       while (performance.now() < end);
     });
     near((await server.state()).actual_qd[0], 0, 1e-3, "the speed of joint 1");
     await page.mouse.up();
-    await until(async () => (await page.locator(".toast.error").allInnerTexts()).join().includes("no sign of life"), "the reason");
+    await until(
+      async () => (await page.locator(".toast.error").allInnerTexts()).join().includes("no sign of life"),
+      "the reason",
+    );
   },
   async "while a program runs nothing is jogged"({ page, server }) {
     await take(page);
@@ -242,7 +303,13 @@ export const scenarios = {
   async "in freedrive the arm follows a push"({ page, server }) {
     await take(page);
     const before = (await server.state()).actual_q;
-    await press(page, "freedrive", async () => (await server.state()).motion_mode === "freedrive", "freedrive", "Space");
+    await press(
+      page,
+      "freedrive",
+      async () => (await server.state()).motion_mode === "freedrive",
+      "freedrive",
+      "Space",
+    );
     await page.evaluate(() => document.querySelector("[data-testid=push]").click());
     await until(async () => moved((await server.state()).actual_q, before) > 0.01, "the arm to give way");
     await page.keyboard.up("Space");

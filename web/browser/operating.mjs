@@ -4,24 +4,56 @@ import { execFile } from "node:child_process";
 import { tmpdir } from "node:os";
 import path from "node:path";
 import { promisify } from "node:util";
-import { attribute, BINARY, check, edit, hold, mode, MOVES, near, open, Server, sleep, stands, take, until } from "./harness.mjs";
+import {
+  attribute,
+  BINARY,
+  check,
+  edit,
+  hold,
+  mode,
+  MOVES,
+  near,
+  open,
+  Server,
+  sleep,
+  stands,
+  take,
+  until,
+} from "./harness.mjs";
 
 /** The two sizes that are promised, and the tablet the other way. */
-const SCREENS = [{ width: 1280, height: 720 }, { width: 820, height: 1180 }, { width: 1180, height: 820 }];
+const SCREENS = [
+  { width: 1280, height: 720 },
+  { width: 820, height: 1180 },
+  { width: 1180, height: 820 },
+];
 const FENCE = path.join(path.dirname(new URL(import.meta.url).pathname), "fence.toml");
 /** Runs into the table. */
-const CRASH = "def p():\n  movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n  while True:\n    speedl([0, 0, -0.2, 0, 0, 0], 1, 0.1)\n  end\nend\n";
+const CRASH =
+  "def p():\n" +
+  "  movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n" +
+  "  while True:\n" +
+  "    speedl([0, 0, -0.2, 0, 0, 0], 1, 0.1)\n" +
+  "  end\n" +
+  "end\n";
 
 const box = (page, name) => page.id(name).first().boundingBox();
 /** Where something is painted: a box that is asked for between a change and its frame is one that nobody sees. */
-const painted = (page, name) => page.id(name).first().evaluate((element) => new Promise((done) => {
-  const observer = new globalThis.IntersectionObserver(([entry]) => {
-    observer.disconnect();
-    const { x, y, width, height } = entry.boundingClientRect;
-    done({ x, y, width, height });
-  });
-  observer.observe(element);
-}));
+const painted = (page, name) =>
+  page
+    .id(name)
+    .first()
+    .evaluate(
+      (element) =>
+        new Promise((done) => {
+          const observer = new globalThis.IntersectionObserver(([entry]) => {
+            observer.disconnect();
+            const { x, y, width, height } = entry.boundingClientRect;
+            done({ x, y, width, height });
+          });
+          observer.observe(element);
+        }),
+    );
 const same = (a, b) => ["x", "y", "width", "height"].every((side) => Math.abs(a[side] - b[side]) < 0.6);
 const lights = (page, name) => page.id(name).evaluate((element) => getComputedStyle(element).color);
 /** What moves the arm by hand. */
@@ -36,14 +68,18 @@ async function places(page) {
 }
 /** Every size in both languages; the page is brought to each by `look`. */
 async function sides(page) {
-  return SCREENS.flatMap((viewport) => ["en", "zh-CN"].map((language) => ({
-    name: `${viewport.width}×${viewport.height}, ${language}`,
-    async look() {
-      await page.setViewportSize(viewport);
-      if ((await page.evaluate(() => document.documentElement.lang)) !== language) await page.id("language").click();
-      await page.evaluate(() => new Promise((done) => globalThis.requestAnimationFrame(() => globalThis.requestAnimationFrame(done))));
-    },
-  })));
+  return SCREENS.flatMap((viewport) =>
+    ["en", "zh-CN"].map((language) => ({
+      name: `${viewport.width}×${viewport.height}, ${language}`,
+      async look() {
+        await page.setViewportSize(viewport);
+        if ((await page.evaluate(() => document.documentElement.lang)) !== language) await page.id("language").click();
+        await page.evaluate(
+          () => new Promise((done) => globalThis.requestAnimationFrame(() => globalThis.requestAnimationFrame(done))),
+        );
+      },
+    })),
+  );
 }
 const tab = (page, id) => page.locator(`#tabs a[href="#${id}"]`).click();
 
@@ -55,9 +91,14 @@ export const scenarios = {
     await edit(page, `def p():\n  global n\n  while True:\n${body}  end\nend\n`);
     await page.id("run").click();
     await mode(page, "program-state", "running");
-    for (const [id, name] of [["logs", "log"], ["ios", "io"], ["move", "move-to"]]) {
+    for (const [id, name] of [
+      ["logs", "log"],
+      ["ios", "io"],
+      ["move", "move-to"],
+    ]) {
       await tab(page, id);
-      // The panel comes to rest first. Less than a pixel is no motion: lines are no whole pixels high, scroll positions are.
+      // The panel comes to rest first. Less than a pixel is no motion: lines are no whole pixels high, scroll positions
+      // are.
       let place = NaN;
       await until(async () => {
         const was = place;
@@ -77,16 +118,30 @@ export const scenarios = {
     }
     // The text itself goes along with the program.
     await tab(page, "code");
-    await until(async () => page.evaluate(() => {
-      const [line, editor] = [document.querySelector("[data-testid=running-line]"), document.querySelector(".cm-scroller")];
-      const [a, b] = [line?.getBoundingClientRect(), editor.getBoundingClientRect()];
-      return a && a.top >= b.top - 1 && a.bottom <= b.bottom + 1;
-    }), "the running line to be seen");
+    await until(
+      async () =>
+        page.evaluate(() => {
+          const [line, editor] = [
+            document.querySelector("[data-testid=running-line]"),
+            document.querySelector(".cm-scroller"),
+          ];
+          const [a, b] = [line?.getBoundingClientRect(), editor.getBoundingClientRect()];
+          return a && a.top >= b.top - 1 && a.bottom <= b.bottom + 1;
+        }),
+      "the running line to be seen",
+    );
     await server.order({ do: "stop" });
   },
   async "an alarm moves nothing that a hand is at, in both languages and sizes"({ page }) {
     await take(page);
-    await edit(page, "def p():\n  sync()\n  raise ValueError('a long reason, which is told with all its words, so that the alarm needs several lines ' * 3)\nend\n");
+    await edit(
+      page,
+      "def p():\n" +
+        "  sync()\n" +
+        "  raise ValueError('a long reason, which is told with all its words, " +
+        "so that the alarm needs several lines ' * 3)\n" +
+        "end\n",
+    );
     for (const where of await sides(page)) {
       await where.look();
       await until(() => page.id("run").isEnabled(), "run");
@@ -95,11 +150,16 @@ export const scenarios = {
       await page.id("alarm").waitFor();
       await mode(page, "program-state", "stopped");
       const after = await places(page);
-      for (const [name, place] of Object.entries(before)) check(same(place, after[name]), `${name} moves, ${where.name}: ${JSON.stringify([place, after[name]])}`);
+      for (const [name, place] of Object.entries(before))
+        check(same(place, after[name]), `${name} moves, ${where.name}: ${JSON.stringify([place, after[name]])}`);
       // Nor does it lie over them.
       const alarm = await box(page, "alarm");
       for (const [name, place] of Object.entries(after)) {
-        const apart = alarm.x >= place.x + place.width || place.x >= alarm.x + alarm.width || alarm.y >= place.y + place.height || place.y >= alarm.y + alarm.height;
+        const apart =
+          alarm.x >= place.x + place.width ||
+          place.x >= alarm.x + alarm.width ||
+          alarm.y >= place.y + place.height ||
+          place.y >= alarm.y + alarm.height;
         check(apart, `the alarm covers ${name}, ${where.name}`);
       }
       await page.id("alarm-dismiss").click();
@@ -112,13 +172,24 @@ export const scenarios = {
         const found = await page.evaluate(() => {
           const header = document.querySelector("header");
           const outer = header.getBoundingClientRect();
-          const shown = [...header.querySelectorAll("button, .chip")].filter((one) => getComputedStyle(one).visibility === "visible");
+          const shown = [...header.querySelectorAll("button, .chip")].filter(
+            (one) => getComputedStyle(one).visibility === "visible",
+          );
           const out = shown.filter((one) => {
             const inner = one.getBoundingClientRect();
-            return inner.top < outer.top - 0.5 || inner.bottom > outer.bottom + 0.5 || inner.right > outer.right + 0.5 || inner.left < outer.left - 0.5;
+            return (
+              inner.top < outer.top - 0.5 ||
+              inner.bottom > outer.bottom + 0.5 ||
+              inner.right > outer.right + 0.5 ||
+              inner.left < outer.left - 0.5
+            );
           });
           const safety = document.querySelector("[data-testid=safety-mode]");
-          return { height: outer.height, out: out.map((one) => one.textContent), isCut: safety.scrollWidth > safety.clientWidth + 1 };
+          return {
+            height: outer.height,
+            out: out.map((one) => one.textContent),
+            isCut: safety.scrollWidth > safety.clientWidth + 1,
+          };
         });
         check(found.height <= 52, `the header is ${found.height} px high: ${what}, ${where.name}`);
         check(found.out.length === 0, `out of the header: ${found.out.join()}: ${what}, ${where.name}`);
@@ -151,7 +222,9 @@ export const scenarios = {
       document.body.append(probe);
       const wanted = getComputedStyle(probe).color;
       probe.remove();
-      return [...document.querySelectorAll("header b")].filter((one) => one.dataset.testid !== "connection" && getComputedStyle(one).color === wanted).map((one) => one.textContent);
+      return [...document.querySelectorAll("header b")]
+        .filter((one) => one.dataset.testid !== "connection" && getComputedStyle(one).color === wanted)
+        .map((one) => one.textContent);
     }, green);
     check(colors.length === 0, `green in a stop: ${colors.join()}`);
     await page.id("language").click();
@@ -182,19 +255,28 @@ export const scenarios = {
     for (const name of ["run", "play", "step"]) check(await page.id(name).isDisabled(), `${name} without a program`);
     await edit(page, MOVES);
     for (const name of ["run", "play", "step"]) await until(() => page.id(name).isEnabled(), name);
-    check(await page.id("brake-release").isDisabled() && await page.id("power-on").isDisabled() && await page.id("unlock").isDisabled(), "what is done already");
+    check(
+      (await page.id("brake-release").isDisabled()) &&
+        (await page.id("power-on").isDisabled()) &&
+        (await page.id("unlock").isDisabled()),
+      "what is done already",
+    );
     await page.id("power-off").click();
     await mode(page, "robot-mode", "POWER_OFF");
-    for (const name of ["run", "play", "step", ...BY_HAND]) await until(() => page.id(name).isDisabled(), `${name} without power to be off`);
+    for (const name of ["run", "play", "step", ...BY_HAND])
+      await until(() => page.id(name).isDisabled(), `${name} without power to be off`);
     await page.id("power-on").click();
     await mode(page, "robot-mode", "IDLE");
-    for (const name of ["run", "play", "step", ...BY_HAND]) check(await page.id(name).isDisabled(), `${name} with engaged brakes`);
+    for (const name of ["run", "play", "step", ...BY_HAND])
+      check(await page.id(name).isDisabled(), `${name} with engaged brakes`);
     await page.id("brake-release").click();
-    for (const name of ["run", "play", "step", ...BY_HAND]) await until(() => page.id(name).isEnabled(), `${name} with released brakes`);
+    for (const name of ["run", "play", "step", ...BY_HAND])
+      await until(() => page.id(name).isEnabled(), `${name} with released brakes`);
     await edit(page, CRASH);
     await page.id("run").click();
     await page.id("alarm-unlock").waitFor();
-    for (const name of ["run", "play", "step", ...BY_HAND]) await until(() => page.id(name).isDisabled(), `${name} in a stop to be off`);
+    for (const name of ["run", "play", "step", ...BY_HAND])
+      await until(() => page.id(name).isDisabled(), `${name} in a stop to be off`);
   },
   async "the plot has data whatever its length becomes, and no time under it is cut off"({ page, server }) {
     await until(async () => (await server.state()).time > 10.5, "more than the plot has from live frames", 20_000);
@@ -203,26 +285,30 @@ export const scenarios = {
       await route.continue();
     });
     await page.id("window").selectOption("60");
-    const found = await page.evaluate(() => new Promise((done) => {
-      const begin = performance.now();
-      const found = { least: Infinity, edge: 0, frames: 0 };
-      const look = () => {
-        const canvas = document.querySelector("#plot canvas");
-        const { width, height } = canvas;
-        const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
-        let coloured = 0;
-        for (let at = 0; at < data.length; at += 4) {
-          const [r, g, b] = data.subarray(at, at + 3);
-          if (data[at + 3] > 100 && Math.max(r, g, b) - Math.min(r, g, b) > 60) coloured += 1;
-        }
-        for (let y = height - Math.round(20 * globalThis.devicePixelRatio); y < height; y += 1) found.edge = Math.max(found.edge, data[(y * width + width - 1) * 4 + 3]);
-        if (performance.now() - begin > 300) found.least = Math.min(found.least, coloured);
-        found.frames += 1;
-        if (performance.now() - begin > 6000) done(found);
-        else setTimeout(look, 40);
-      };
-      look();
-    }));
+    const found = await page.evaluate(
+      () =>
+        new Promise((done) => {
+          const begin = performance.now();
+          const found = { least: Infinity, edge: 0, frames: 0 };
+          const look = () => {
+            const canvas = document.querySelector("#plot canvas");
+            const { width, height } = canvas;
+            const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+            let coloured = 0;
+            for (let at = 0; at < data.length; at += 4) {
+              const [r, g, b] = data.subarray(at, at + 3);
+              if (data[at + 3] > 100 && Math.max(r, g, b) - Math.min(r, g, b) > 60) coloured += 1;
+            }
+            for (let y = height - Math.round(20 * globalThis.devicePixelRatio); y < height; y += 1)
+              found.edge = Math.max(found.edge, data[(y * width + width - 1) * 4 + 3]);
+            if (performance.now() - begin > 300) found.least = Math.min(found.least, coloured);
+            found.frames += 1;
+            if (performance.now() - begin > 6000) done(found);
+            else setTimeout(look, 40);
+          };
+          look();
+        }),
+    );
     check(found.frames > 20, `only ${found.frames} looks`);
     check(found.least > 100, `at a moment the plot had ${found.least} points of colour`);
     check(found.edge === 0, `a time is cut off at the right edge (${found.edge})`);
@@ -231,7 +317,15 @@ export const scenarios = {
     await take(page);
     await edit(page, MOVES);
     check((await page.getByRole("button", { name: /^(▶ )?(Run|Play)$/ }).count()) === 1, "one button");
-    const triangles = await page.evaluate(() => [...document.querySelectorAll("button")].filter((one) => one.checkVisibility({ visibilityProperty: true }) && one.textContent.includes("▶") && !one.textContent.includes("|")).length);
+    const triangles = await page.evaluate(
+      () =>
+        [...document.querySelectorAll("button")].filter(
+          (one) =>
+            one.checkVisibility({ visibilityProperty: true }) &&
+            one.textContent.includes("▶") &&
+            !one.textContent.includes("|"),
+        ).length,
+    );
     check(triangles === 1, `${triangles} triangles`);
     await page.id("run").click();
     await mode(page, "program-state", "running");
@@ -280,17 +374,36 @@ export const scenarios = {
     await until(async () => (await attribute(page, "view-3d", "data-ghost")) === "true", "the ghost");
     check(!(await page.id("q-1").getAttribute("class"))?.includes("wrong"), "it is marked");
     await page.id("q-1").fill("far left");
-    await until(async () => (await page.locator("#target-text").innerText()).includes("“far left” is no angle"), "the words");
+    await until(
+      async () => (await page.locator("#target-text").innerText()).includes("“far left” is no angle"),
+      "the words",
+    );
     check((await page.id("q-1").getAttribute("class")).includes("wrong"), "the mark");
     await page.id("tcp-x").fill("1 furlong");
-    await until(async () => (await page.locator("#target-text").innerText()).includes("“1 furlong” is no length"), "the words");
+    await until(
+      async () => (await page.locator("#target-text").innerText()).includes("“1 furlong” is no length"),
+      "the words",
+    );
     await page.id("language").click();
     await page.id("q-3").fill("999°");
-    await until(async () => (await page.locator("#target-text").innerText()).includes("关节 3"), "the range, in Chinese");
+    await until(
+      async () => (await page.locator("#target-text").innerText()).includes("关节 3"),
+      "the range, in Chinese",
+    );
     await page.id("language").click();
   },
   async "variables of a program without a function around it are shown"({ page, server }) {
-    await server.run("import math\ndef half(x):\n  return x / 2\nend\nparts = 41\nsleep(0.3)\nparts = parts + 1\nrest = half(parts)\nsleep(1)\n");
+    await server.run(
+      "import math\n" +
+        "def half(x):\n" +
+        "  return x / 2\n" +
+        "end\n" +
+        "parts = 41\n" +
+        "sleep(0.3)\n" +
+        "parts = parts + 1\n" +
+        "rest = half(parts)\n" +
+        "sleep(1)\n",
+    );
     const value = (name) => page.id("variables").locator(`tr[data-name=${name}] td`).first().innerText();
     await until(async () => (await value("parts")) === "42", "the variable");
     await until(async () => (await value("rest")) === "21.0", "the other");
@@ -309,14 +422,25 @@ export const scenarios = {
     await page.keyboard.press("ArrowDown");
     await page.id("teach").click();
     const lines = (await page.locator(".cm-line").allInnerTexts()).map((line) => line.slice(0, 11));
-    check(JSON.stringify(lines) === JSON.stringify(["def p():", "  while True", "    movej([", "    sync()", "  end", "end", "movej([0.00"].map((line) => line.slice(0, 11))), JSON.stringify(lines));
+    check(
+      JSON.stringify(lines) ===
+        JSON.stringify(
+          ["def p():", "  while True", "    movej([", "    sync()", "  end", "end", "movej([0.00"].map((line) =>
+            line.slice(0, 11),
+          ),
+        ),
+      JSON.stringify(lines),
+    );
     await until(async () => (await page.text("problems")).includes("No problems"), "a text without findings");
   },
   async "an output is set by hand after one question"({ page, server }) {
     check(await page.id("standard_digital_out[4]").isDisabled(), "without control");
     await take(page);
     await page.id("standard_digital_out[4]").click();
-    await until(async () => (await page.locator("dialog").innerText()).includes("standard_digital_out[4]"), "the question");
+    await until(
+      async () => (await page.locator("dialog").innerText()).includes("standard_digital_out[4]"),
+      "the question",
+    );
     await page.locator("dialog [data-choice='']").click();
     await sleep(200);
     check((await server.get("/api/io")).points["standard_digital_out[4]"] === false, "it is set all the same");
@@ -324,11 +448,23 @@ export const scenarios = {
     await page.locator("dialog [data-choice=ok]").click();
     await until(async () => (await server.get("/api/io")).points["standard_digital_out[4]"] === true, "the output");
     await page.id("standard_digital_out[4]").click();
-    await until(async () => (await server.get("/api/io")).points["standard_digital_out[4]"] === false, "the output, unasked");
+    await until(
+      async () => (await server.get("/api/io")).points["standard_digital_out[4]"] === false,
+      "the output, unasked",
+    );
     await page.id("standard_analog_out[0]").fill("2.5");
     await page.id("standard_analog_out[0]").press("Enter");
-    await until(async () => Math.abs((await server.get("/api/io")).points["standard_analog_out[0]"] - 2.5) < 1e-6, "the analog output");
-    const refused = await (await fetch(`${server.base}/api/v1/orders`, { method: "POST", headers: { "content-type": "application/json", authorization: `Bearer ${server.token}` }, body: '{"do":"outputs","values":{"standard_digital_in[1]":true}}' })).json();
+    await until(
+      async () => Math.abs((await server.get("/api/io")).points["standard_analog_out[0]"] - 2.5) < 1e-6,
+      "the analog output",
+    );
+    const refused = await (
+      await fetch(`${server.base}/api/v1/orders`, {
+        method: "POST",
+        headers: { "content-type": "application/json", authorization: `Bearer ${server.token}` },
+        body: '{"do":"outputs","values":{"standard_digital_in[1]":true}}',
+      })
+    ).json();
     check(/has control|is an input/.test(refused.error), JSON.stringify(refused));
   },
   async "degrees and millimetres go in and out, and stay"({ page, server }) {
@@ -336,7 +472,10 @@ export const scenarios = {
     await page.id("units").click();
     check((await page.text("units")) === "° · mm", await page.text("units"));
     const state = await server.state();
-    await until(async () => Math.abs((await page.value("q-2")) - (state.actual_q[1] * 180) / Math.PI) < 0.02, "degrees");
+    await until(
+      async () => Math.abs((await page.value("q-2")) - (state.actual_q[1] * 180) / Math.PI) < 0.02,
+      "degrees",
+    );
     near(await page.value("tcp-z"), state.actual_tcp_pose[2] * 1000, 0.2, "mm");
     check((await page.locator("#facts").innerText()).includes("mm/s"), "the speed");
     await page.id("q-1").fill("20");
@@ -354,7 +493,9 @@ export const scenarios = {
     await until(async () => Math.abs((await page.value("q-1")) - Math.PI / 9) < 3e-3, "rad again");
   },
   async "TCP and payload are shown, and follow the program"({ page, server }) {
-    await server.run("def p():\n  set_tcp([0, 0, 0.123, 0, 0, 0])\n  set_payload(1.75, [0, 0, 0.05])\n  sleep(0.5)\nend\n");
+    await server.run(
+      "def p():\n  set_tcp([0, 0, 0.123, 0, 0, 0])\n  set_payload(1.75, [0, 0, 0.05])\n  sleep(0.5)\nend\n",
+    );
     await until(async () => {
       const text = await page.locator("#facts").innerText();
       return text.includes("0.1230") && text.includes("1.75 kg") && text.includes("0.0500");
@@ -380,7 +521,10 @@ export const scenarios = {
     await go("home", home);
     await edit(page, "sync()\n");
     await page.id("approach").click();
-    await until(async () => (await page.locator(".toast.error").allInnerTexts()).join().includes("not written in numbers"), "the reason");
+    await until(
+      async () => (await page.locator(".toast.error").allInnerTexts()).join().includes("not written in numbers"),
+      "the reason",
+    );
   },
   async "points have names, are gone to, put into the program, and kept"({ page, server }) {
     await page.evaluate(() => globalThis.localStorage.removeItem("waypoints"));
@@ -414,7 +558,10 @@ export const scenarios = {
   async "what a page that is gone costs is said"({ page }) {
     check((await page.text("gone")).includes("150 ms"), await page.text("gone"));
     await page.id("language").click();
-    check((await page.text("gone")).includes("150 ms") && /[一-鿿]/.test(await page.text("gone")), await page.text("gone"));
+    check(
+      (await page.text("gone")).includes("150 ms") && /[一-鿿]/.test(await page.text("gone")),
+      await page.text("gone"),
+    );
     await page.id("language").click();
   },
   async "at first there is no program"({ page }) {
@@ -428,11 +575,24 @@ export const scenarios = {
     await until(() => page.id("run").isDisabled(), "nothing to run");
   },
   async "the log has columns, and long texts are folded"({ page, server }) {
-    await server.run(`def p():\n  textmsg('short')\n  textmsg('${"long words and more of them ".repeat(20)}')\n  textmsg('end')\nend\n`);
+    await server.run(
+      "def p():\n" +
+        "  textmsg('short')\n" +
+        `  textmsg('${"long words and more of them ".repeat(20)}')\n` +
+        "  textmsg('end')\n" +
+        "end\n",
+    );
     await until(async () => (await page.text("log")).includes("end"), "the log");
     await tab(page, "logs");
-    const lefts = await page.evaluate(() => [...document.querySelectorAll("#log .line")].map((line) => [...line.querySelectorAll("time, b, .said")].map((part) => Math.round(part.getBoundingClientRect().left))));
-    check(lefts.every((row) => row.join() === lefts[0].join()), `columns: ${JSON.stringify(lefts)}`);
+    const lefts = await page.evaluate(() =>
+      [...document.querySelectorAll("#log .line")].map((line) =>
+        [...line.querySelectorAll("time, b, .said")].map((part) => Math.round(part.getBoundingClientRect().left)),
+      ),
+    );
+    check(
+      lefts.every((row) => row.join() === lefts[0].join()),
+      `columns: ${JSON.stringify(lefts)}`,
+    );
     const line = page.locator("#log .line", { hasText: "long words" });
     const folded = (await line.boundingBox()).height;
     await line.getByTestId("unfold").click();
@@ -442,15 +602,26 @@ export const scenarios = {
     for (const viewport of SCREENS) {
       const page = await open(browser, server, { viewport });
       await take(page);
-      await edit(page, "def p():\n  $ LINE: (1, \"Approach\")\n  movejj(1)\nend\n");
+      await edit(page, 'def p():\n  $ LINE: (1, "Approach")\n  movejj(1)\nend\n');
       await until(async () => (await page.text("problems")).includes("movejj"), "a finding");
       await page.id("waypoint-save").click();
       const found = await page.evaluate(() => {
-        const isSeen = (one) => one.checkVisibility({ visibilityProperty: true }) && one.getClientRects().length > 0 && !one.closest(".sr, .cm-editor");
-        const texts = [...document.querySelectorAll("body *")].filter((one) => isSeen(one) && [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim() !== ""));
-        const small = texts.filter((one) => parseFloat(getComputedStyle(one).fontSize) < 12).map((one) => `${one.tagName}.${one.className} ${one.textContent.slice(0, 20)}`);
+        const isSeen = (one) =>
+          one.checkVisibility({ visibilityProperty: true }) &&
+          one.getClientRects().length > 0 &&
+          !one.closest(".sr, .cm-editor");
+        const texts = [...document.querySelectorAll("body *")].filter(
+          (one) =>
+            isSeen(one) && [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim() !== ""),
+        );
+        const small = texts
+          .filter((one) => parseFloat(getComputedStyle(one).fontSize) < 12)
+          .map((one) => `${one.tagName}.${one.className} ${one.textContent.slice(0, 20)}`);
         const targets = [...document.querySelectorAll("button, select, input, summary, nav a")].filter(isSeen);
-        const low = targets.filter((one) => one.getBoundingClientRect().height < 35.5 || one.getBoundingClientRect().width < 35.5).map((one) => `${one.dataset.testid ?? one.textContent} ${Math.round(one.getBoundingClientRect().width)}×${Math.round(one.getBoundingClientRect().height)}`);
+        const low = targets
+          .map((one) => ({ name: one.dataset.testid ?? one.textContent, size: one.getBoundingClientRect() }))
+          .filter(({ size }) => size.height < 35.5 || size.width < 35.5)
+          .map(({ name, size }) => `${name} ${Math.round(size.width)}×${Math.round(size.height)}`);
         return { small, low, wide: document.documentElement.scrollWidth - innerWidth };
       });
       check(found.small.length === 0, `small at ${viewport.width}: ${found.small.join("; ")}`);
@@ -465,7 +636,10 @@ export const scenarios = {
     await page.id("plot-size").click();
     const after = await box(page, "plot");
     check(after.height > before.height * 2, `${before.height} to ${after.height}`);
-    await until(async () => (await page.locator("#plot canvas").boundingBox()).height > before.height * 1.8, "the drawing");
+    await until(
+      async () => (await page.locator("#plot canvas").boundingBox()).height > before.height * 1.8,
+      "the drawing",
+    );
     const [legend, stop] = [await box(page, "plot-legend"), await box(page, "stop")];
     check(legend.y + legend.height <= after.y + 1, "the legend covers the plot");
     check(stop.y > 0 && stop.y + stop.height < 720, "stop is seen");
@@ -482,12 +656,21 @@ export const scenarios = {
     const first = async (n) => page.locator(".cm-tooltip-autocomplete li .cm-completionLabel").nth(n).innerText();
     await until(async () => (await first(0)) === "movej" && (await first(1)) === "movel", "the order");
     await sleep(900);
-    const [list, editor] = [await page.locator(".cm-tooltip-autocomplete").boundingBox(), await page.locator(".cm-editor").boundingBox()];
-    check(list.y >= editor.y - 1 && list.y + list.height <= editor.y + editor.height + 1, `the list leaves the editor: ${JSON.stringify([list, editor])}`);
+    const [list, editor] = [
+      await page.locator(".cm-tooltip-autocomplete").boundingBox(),
+      await page.locator(".cm-editor").boundingBox(),
+    ];
+    check(
+      list.y >= editor.y - 1 && list.y + list.height <= editor.y + editor.height + 1,
+      `the list leaves the editor: ${JSON.stringify([list, editor])}`,
+    );
     const info = page.locator(".cm-completionInfo");
     if ((await info.count()) > 0) {
       const about = await info.boundingBox();
-      check(about.y >= editor.y - 1 && about.y + about.height <= editor.y + editor.height + 1, `the text about it leaves the editor: ${JSON.stringify([about, editor])}`);
+      check(
+        about.y >= editor.y - 1 && about.y + about.height <= editor.y + editor.height + 1,
+        `the text about it leaves the editor: ${JSON.stringify([about, editor])}`,
+      );
     }
   },
   async "at the end of a long text completion stays in the editor, too"({ page }) {
@@ -497,13 +680,18 @@ export const scenarios = {
     await page.keyboard.type("mov", { delay: 5 });
     const info = page.locator(".cm-completionInfo");
     await info.waitFor();
-    // A list whose line is not measured yet waits above the window, at -10000: it is placed as soon as the editor has scrolled.
-    for (const shown of [page.locator(".cm-tooltip-autocomplete"), info]) await until(async () => (await shown.boundingBox()).y > -5000, "the list in its place");
+    // A list whose line is not measured yet waits above the window, at -10000: it is placed as soon as the editor has
+    // scrolled.
+    for (const shown of [page.locator(".cm-tooltip-autocomplete"), info])
+      await until(async () => (await shown.boundingBox()).y > -5000, "the list in its place");
     await sleep(300);
     const editor = await page.locator(".cm-editor").boundingBox();
     for (const shown of [page.locator(".cm-tooltip-autocomplete"), info]) {
       const place = await shown.boundingBox();
-      check(place.y >= editor.y - 1 && place.y + place.height <= editor.y + editor.height + 1, `it leaves the editor: ${JSON.stringify([place, editor])}`);
+      check(
+        place.y >= editor.y - 1 && place.y + place.height <= editor.y + editor.height + 1,
+        `it leaves the editor: ${JSON.stringify([place, editor])}`,
+      );
     }
   },
   async "an alarm is told in the language of the page"({ page }) {
@@ -526,7 +714,8 @@ export const special = {
     await until(async () => (await attribute(page, "standard_digital_out[1]", "title")).includes("vacuum"), "the name");
     check((await page.text("standard_digital_out[1]")).includes("vacuum"), "the name on the button");
     const names = await page.text("io-names");
-    for (const words of ["vacuum → part held", "part held ← vacuum", "reduced mode"]) check(names.includes(words), names);
+    for (const words of ["vacuum → part held", "part held ← vacuum", "reduced mode"])
+      check(names.includes(words), names);
     await take(page);
     await page.id("standard_digital_out[1]").click();
     await until(async () => (await page.locator("dialog").innerText()).includes("vacuum"), "the question, by its name");
@@ -537,7 +726,7 @@ export const special = {
     const server = await Server.start(["--cell", FENCE]);
     const page = await open(browser, server);
     await take(page);
-    await edit(page, "def p():\n  movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n  while True:\n    speedl([0, 0, -0.2, 0, 0, 0], 1, 0.1)\n  end\nend\n");
+    await edit(page, CRASH);
     await page.id("run").click();
     await mode(page, "safety-mode", "PROTECTIVE_STOP");
     await until(async () => (await page.text("alarm")).includes('safety plane "fence"'), "the name");
@@ -557,8 +746,15 @@ export const special = {
   async "the first step leads through control, power and brakes"({ browser }) {
     const server = await Server.start(["--powered-off"]);
     const page = await open(browser, server);
-    for (const [words, step] of [["Take control", "take_control"], ["Power on", "power_on"], ["Release brakes", "brake_release"]]) {
-      await until(async () => (await page.text("first-step-go")) === words && (await page.id("first-step-go").isEnabled()), step);
+    for (const [words, step] of [
+      ["Take control", "take_control"],
+      ["Power on", "power_on"],
+      ["Release brakes", "brake_release"],
+    ]) {
+      await until(
+        async () => (await page.text("first-step-go")) === words && (await page.id("first-step-go").isEnabled()),
+        step,
+      );
       await page.id("first-step-go").click();
     }
     await mode(page, "robot-mode", "RUNNING");
@@ -571,7 +767,19 @@ export const special = {
     const server = await Server.replay(path.join(folder, "r.mcap"));
     const page = await open(browser, server);
     await until(async () => (await page.text("editor")).includes("parts = 3"), "the program");
-    for (const name of ["teach", "new", "open", "save", "run", "step", "home", "approach", "standard_digital_out[0]", "standard_digital_in[0]"]) check(await page.id(name).isDisabled(), name);
+    for (const name of [
+      "teach",
+      "new",
+      "open",
+      "save",
+      "run",
+      "step",
+      "home",
+      "approach",
+      "standard_digital_out[0]",
+      "standard_digital_in[0]",
+    ])
+      check(await page.id(name).isDisabled(), name);
     await until(async () => (await page.locator("#facts").innerText()).includes("kg"), "the payload");
     rmSync(folder, { recursive: true, force: true });
   },
@@ -585,7 +793,12 @@ export const special = {
       await until(async () => (await page.locator("#labels .label", { hasText: "fence" }).count()) === 1, "the plane");
       const contrast = await label.evaluate((element) => {
         const light = (color) => {
-          const [r, g, b] = /(\d+), (\d+), (\d+)/.exec(color).slice(1).map((x) => ((Number(x) / 255) <= 0.03928 ? Number(x) / 255 / 12.92 : ((Number(x) / 255 + 0.055) / 1.055) ** 2.4));
+          const [r, g, b] = /(\d+), (\d+), (\d+)/
+            .exec(color)
+            .slice(1)
+            .map((x) =>
+              Number(x) / 255 <= 0.03928 ? Number(x) / 255 / 12.92 : ((Number(x) / 255 + 0.055) / 1.055) ** 2.4,
+            );
           return 0.2126 * r + 0.7152 * g + 0.0722 * b;
         };
         const { color, backgroundColor } = getComputedStyle(element);
@@ -610,11 +823,16 @@ export const special = {
     // Written in docs/pendant.md as a task. Everything is done by the pointer: no key is pressed, no text typed.
     const server = await Server.start(["--powered-off", "--cell", path.join(path.dirname(FENCE), "cell.toml")]);
     const page = await open(browser, server);
-    const key = (name) => { throw new Error(`${name} is no pointer`); };
+    const key = (name) => {
+      throw new Error(`${name} is no pointer`);
+    };
     page.keyboard.press = page.keyboard.type = page.keyboard.down = () => key("the keyboard");
     // 1. What the page offers first: control, power, brakes.
     for (const words of ["Take control", "Power on", "Release brakes"]) {
-      await until(async () => (await page.text("first-step-go")) === words && (await page.id("first-step-go").isEnabled()), words);
+      await until(
+        async () => (await page.text("first-step-go")) === words && (await page.id("first-step-go").isEnabled()),
+        words,
+      );
       await page.id("first-step-go").click();
     }
     await mode(page, "robot-mode", "RUNNING");

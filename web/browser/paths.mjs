@@ -1,4 +1,5 @@
-// The paths of the TCP in the 3D view: what was driven, what the program in the editor would drive, and how near it comes to something.
+// The paths of the TCP in the 3D view: what was driven, what the program in the editor would drive, and how near it
+// comes to something.
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -6,15 +7,25 @@ import path from "node:path";
 import { attribute, BINARY, check, edit, mode, near, open, Server, sleep, stands, take, until } from "./harness.mjs";
 
 const POST = path.join(path.dirname(new URL(import.meta.url).pathname), "post.toml");
-const SCREENS = [{ width: 1280, height: 720 }, { width: 820, height: 1180 }];
+const SCREENS = [
+  { width: 1280, height: 720 },
+  { width: 820, height: 1180 },
+];
 /** Away from the post, and through it. */
-const BESIDE = "def p():\n  movej([0.7, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n  movej([0.3, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\nend\n";
+const BESIDE =
+  "def p():\n" +
+  "  movej([0.7, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n" +
+  "  movej([0.3, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n" +
+  "end\n";
 const THROUGH = BESIDE.replace("0.3, -1.57", "-0.9, -1.57");
 
 const figures = (page) => page.evaluate(() => globalThis.eliteserver.paths());
 /** The answer of the server to a program that is written into the editor. */
 async function planned(page, act) {
-  const [answer] = await Promise.all([page.waitForResponse((response) => response.url().endsWith("/api/v1/path") && response.ok()), act()]);
+  const [answer] = await Promise.all([
+    page.waitForResponse((response) => response.url().endsWith("/api/v1/path") && response.ok()),
+    act(),
+  ]);
   const found = await answer.json();
   await until(async () => (await page.id("path-note").isHidden()) || found.end !== "finished", "the page to have it");
   return found;
@@ -39,12 +50,17 @@ export const scenarios = {
     await page.connected();
     await until(() => figures(page), "the view");
     await sleep(500);
-    check((await drawn()) === 0 && (await attribute(page, "path-driven", "aria-pressed")) === "false", "the choice is forgotten");
+    check(
+      (await drawn()) === 0 && (await attribute(page, "path-driven", "aria-pressed")) === "false",
+      "the choice is forgotten",
+    );
     await page.id("path-driven").click();
     await page.id("window").selectOption("60");
     await until(async () => (await drawn()) > 30, "what was driven before the page was opened");
   },
-  async "the path of the program in the editor is drawn before it moves, and what it runs into is told, at both sizes and in both languages"({ drawing }) {
+  async "the planned path is drawn before anything moves, with what it runs into, at both sizes and in both languages"({
+    drawing,
+  }) {
     const server = await Server.start(["--cell", POST]);
     for (const viewport of SCREENS) {
       const page = await open(await drawing(), server, { viewport });
@@ -54,36 +70,70 @@ export const scenarios = {
       const before = (await server.state()).actual_q;
       const beside = await planned(page, () => edit(page, BESIDE));
       await until(async () => (await figures(page)).planned > 5, "the path");
-      check(beside.end === "finished" && beside.places.length === 1 && beside.places[0].distance > 0, JSON.stringify(beside.places));
-      await until(async () => /^0\.\d{4} m from .* to post, line \d$|^Nothing is nearer than 0\.\d{4} m$/.test(await page.text("path-place")), "the distance, in words");
+      check(
+        beside.end === "finished" && beside.places.length === 1 && beside.places[0].distance > 0,
+        JSON.stringify(beside.places),
+      );
+      await until(
+        async () =>
+          /^0\.\d{4} m from .* to post, line \d$|^Nothing is nearer than 0\.\d{4} m$/.test(
+            await page.text("path-place"),
+          ),
+        "the distance, in words",
+      );
       const through = await planned(page, () => edit(page, THROUGH));
       const { distance, a, b, line } = through.places[0];
       check(distance < 0 && b === "post" && line === 3, JSON.stringify(through.places));
       await until(async () => (await page.text("path-place")).includes("deep in post, line 3"), "the post");
-      check((await page.id("path-mark").first().innerText()).includes("deep in post") && (await figures(page)).marks > 0, "the text at its place");
+      check(
+        (await page.id("path-mark").first().innerText()).includes("deep in post") && (await figures(page)).marks > 0,
+        "the text at its place",
+      );
       await page.id("units").click();
-      await until(async () => (await page.text("path-place")).includes(`${(-distance * 1000).toFixed(1)} mm deep`), "millimetres");
+      await until(
+        async () => (await page.text("path-place")).includes(`${(-distance * 1000).toFixed(1)} mm deep`),
+        "millimetres",
+      );
       await page.id("units").click();
       await page.id("language").click();
       await until(async () => /^\S.* 进入 post 0\.\d{4} m, 第 3 行$/.test(await page.text("path-place")), "Chinese");
       check(!/[a-z]/i.test((await page.text("path-place")).replace("post", "").replace(" m", "")), `a mixture: ${a}`);
-      check((await page.text("path-planned")) === "规划路径" && (await page.text("path-driven")) === "实际路径", "the legend");
+      check(
+        (await page.text("path-planned")) === "规划路径" && (await page.text("path-driven")) === "实际路径",
+        "the legend",
+      );
       await page.id("language").click();
       // What is pressed is large enough, lies in the picture, and covers neither figures nor the other button.
-      const boxes = await page.evaluate(() => ["#view", "#facts", "#reset-view", "#path-driven", "#path-planned", "#path-place"].map((name) => {
-        const { left, right, top, bottom } = document.querySelector(name).getBoundingClientRect();
-        return { name, left, right, top, bottom };
-      }));
+      const boxes = await page.evaluate(() =>
+        ["#view", "#facts", "#reset-view", "#path-driven", "#path-planned", "#path-place"].map((name) => {
+          const { left, right, top, bottom } = document.querySelector(name).getBoundingClientRect();
+          return { name, left, right, top, bottom };
+        }),
+      );
       const [view, ...things] = boxes;
       for (const [k, one] of things.entries()) {
-        check(one.left >= view.left && one.right <= view.right && one.top >= view.top && one.bottom <= view.bottom, `${one.name} leaves the picture: ${JSON.stringify(boxes)}`);
-        if (one.name !== "#facts") check(one.bottom - one.top > 35.5 && one.right - one.left > 35.5, `${one.name} is small: ${JSON.stringify(one)}`);
-        for (const other of things.slice(k + 1)) check(one.right <= other.left || other.right <= one.left || one.bottom <= other.top || other.bottom <= one.top, `${one.name} covers ${other.name}: ${JSON.stringify([one, other])}`);
+        check(
+          one.left >= view.left && one.right <= view.right && one.top >= view.top && one.bottom <= view.bottom,
+          `${one.name} leaves the picture: ${JSON.stringify(boxes)}`,
+        );
+        if (one.name !== "#facts")
+          check(
+            one.bottom - one.top > 35.5 && one.right - one.left > 35.5,
+            `${one.name} is small: ${JSON.stringify(one)}`,
+          );
+        for (const other of things.slice(k + 1))
+          check(
+            one.right <= other.left || other.right <= one.left || one.bottom <= other.top || other.bottom <= one.top,
+            `${one.name} covers ${other.name}: ${JSON.stringify([one, other])}`,
+          );
       }
       await page.id("path-place").click();
       await until(async () => (await page.locator(".cm-activeLine").innerText()).includes("-0.9"), "the line");
       const after = await server.state();
-      check(after.actual_q.every((q, k) => Math.abs(q - before[k]) < 1e-4) && after.panel.program === 0, "looking at a path moves nothing");
+      check(
+        after.actual_q.every((q, k) => Math.abs(q - before[k]) < 1e-4) && after.panel.program === 0,
+        "looking at a path moves nothing",
+      );
       await page.context().close();
     }
   },
@@ -103,27 +153,46 @@ export const scenarios = {
     const { actual_tcp_pose: end } = await server.state();
     for (let k = 0; k < 3; k++) near(last(found)[k], end[k], 2e-3, "where the path ends");
     // It stays beside what was driven: the arm was moved by its program. A hand that moves it asks for another one.
-    const frames = await page.evaluate(async () => [...new Uint8Array(await (await fetch("/api/v1/history?points=4000")).arrayBuffer())]);
+    const frames = await page.evaluate(async () => [
+      ...new Uint8Array(await (await fetch("/api/v1/history?points=4000")).arrayBuffer()),
+    ]);
     const bytes = new DataView(Uint8Array.from(frames).buffer);
-    const off = (x, y, z) => Math.min(...found.pieces.flatMap((piece) => piece.slice(1).map((to, k) => {
-      const from = piece[k];
-      const line = to.map((value, n) => value - from[n]);
-      const out = [x, y, z].map((value, n) => value - from[n]);
-      const square = line.reduce((sum, value) => sum + value * value, 0);
-      const part = square > 0 ? Math.min(1, Math.max(0, line.reduce((sum, value, n) => sum + value * out[n], 0) / square)) : 0;
-      return Math.hypot(...out.map((value, n) => value - part * line[n]));
-    })));
+    const off = (x, y, z) =>
+      Math.min(
+        ...found.pieces.flatMap((piece) =>
+          piece.slice(1).map((to, k) => {
+            const from = piece[k];
+            const line = to.map((value, n) => value - from[n]);
+            const out = [x, y, z].map((value, n) => value - from[n]);
+            const square = line.reduce((sum, value) => sum + value * value, 0);
+            const part =
+              square > 0
+                ? Math.min(1, Math.max(0, line.reduce((sum, value, n) => sum + value * out[n], 0) / square))
+                : 0;
+            return Math.hypot(...out.map((value, n) => value - part * line[n]));
+          }),
+        ),
+      );
     let most = 0;
-    for (let at = 0; at < bytes.byteLength; at += 392) most = Math.max(most, off(...[0, 4, 8].map((n) => bytes.getFloat32(at + 264 + n, true))));
+    for (let at = 0; at < bytes.byteLength; at += 392)
+      most = Math.max(most, off(...[0, 4, 8].map((n) => bytes.getFloat32(at + 264 + n, true))));
     check(most < 5e-3, `the arm was ${most} m beside the planned path`);
     check((await figures(page)).planned > 5, "the path is gone after the run");
     const again = await planned(page, async () => {
       await page.id("jog-j1-plus").hover();
       await page.mouse.down();
-      await until(async () => (await server.state()).actual_tcp_pose[1] < end[1] - 0.02 || Math.abs((await server.state()).actual_q[0] - 0.35) < 0.03, "the jog");
+      await until(
+        async () =>
+          (await server.state()).actual_tcp_pose[1] < end[1] - 0.02 ||
+          Math.abs((await server.state()).actual_q[0] - 0.35) < 0.03,
+        "the jog",
+      );
       await page.mouse.up();
     });
-    check(Math.hypot(...again.pieces[0][0].map((value, k) => value - last(found)[k])) > 5e-3, "the path begins where the arm was");
+    check(
+      Math.hypot(...again.pieces[0][0].map((value, k) => value - last(found)[k])) > 5e-3,
+      "the path begins where the arm was",
+    );
   },
   async "a path is planned as far as the program can be followed, and says so"({ drawing }) {
     const server = await Server.start();
@@ -131,7 +200,15 @@ export const scenarios = {
     await until(() => figures(page), "the view");
     await page.id("path-planned").click();
     const note = (text) => until(async () => new RegExp(text).test(await page.text("path-note")), text);
-    await edit(page, "def p():\n  movej([0.7, -1.57, 1.57, -1.57, -1.57, 0])\n  while not get_standard_digital_in(0):\n    sync()\n  end\nend\n");
+    await edit(
+      page,
+      "def p():\n" +
+        "  movej([0.7, -1.57, 1.57, -1.57, -1.57, 0])\n" +
+        "  while not get_standard_digital_in(0):\n" +
+        "    sync()\n" +
+        "  end\n" +
+        "end\n",
+    );
     // A machine with much to do is at its bound before the program has stood still for long enough.
     await note("line [34], where the program waits|goes on; its path is planned for");
     check((await figures(page)).planned > 2, "the path up to there");
@@ -141,7 +218,12 @@ export const scenarios = {
     await note("error in line 1");
     check((await figures(page)).planned === 0, "a path of a program that is none");
     // Nothing outside is reached: what a program sends or writes it does when it runs.
-    await edit(page, "movej([0.7, -1.57, 1.57, -1.57, -1.57, 0])\nopen('written.txt', 'w').write('x')\nmovej([0.2, -1.57, 1.57, -1.57, -1.57, 0])\n");
+    await edit(
+      page,
+      "movej([0.7, -1.57, 1.57, -1.57, -1.57, 0])\n" +
+        "open('written.txt', 'w').write('x')\n" +
+        "movej([0.2, -1.57, 1.57, -1.57, -1.57, 0])\n",
+    );
     await note("as far as the program runs; then it fails|line 2, where the program fails");
     await page.id("path-planned").click();
     check(await page.id("path-note").isHidden(), "a note about a path that is not shown");
@@ -150,11 +232,19 @@ export const scenarios = {
     const server = await Server.start();
     const page = await open(browser, server);
     check(await page.id("paths").isHidden(), "a legend without the 3D view");
-    const ask = (headers, body) => fetch(`${server.base}/api/v1/path`, { method: "POST", headers: { "content-type": "application/json", ...headers }, body: JSON.stringify(body) });
+    const ask = (headers, body) =>
+      fetch(`${server.base}/api/v1/path`, {
+        method: "POST",
+        headers: { "content-type": "application/json", ...headers },
+        body: JSON.stringify(body),
+      });
     check((await ask({}, { text: BESIDE })).status === 401, "no token");
     const answer = await ask({ authorization: `Bearer ${server.token}` }, { text: BESIDE, start: [9, 0, 0, 0, 0, 0] });
     check(answer.status === 422, `a start out of reach: ${answer.status}`);
-    check((await ask({ authorization: `Bearer ${server.token}` }, { text: BESIDE, begin: 1 })).status === 422, "an unknown field");
+    check(
+      (await ask({ authorization: `Bearer ${server.token}` }, { text: BESIDE, begin: 1 })).status === 422,
+      "an unknown field",
+    );
   },
   async "a recording shows the path that was driven, and its targets"({ drawing }) {
     const folder = mkdtempSync(path.join(tmpdir(), "page-"));

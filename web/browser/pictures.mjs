@@ -67,7 +67,8 @@ async function shot(page, name) {
   await page.screenshot({ path: path.join(out, `${name}.png`) });
   console.log(name);
 }
-const panel = (page, id) => page.evaluate((name) => document.getElementById(name).scrollIntoView({ block: "start" }), id);
+const panel = (page, id) =>
+  page.evaluate((name) => document.getElementById(name).scrollIntoView({ block: "start" }), id);
 /** What was made in a folder of tests is not in pictures. */
 const views = {
   async running(server) {
@@ -182,7 +183,9 @@ const views = {
     await page.id("program-name").fill("palletise.script");
     await edit(page, PICK);
     await panel(page, "code");
-    await page.locator(`.cm-lineNumbers .cm-gutterElement`, { hasText: new RegExp(`^${lineOf("sleep(0.2)")}$`) }).scrollIntoViewIfNeeded();
+    await page
+      .locator(`.cm-lineNumbers .cm-gutterElement`, { hasText: new RegExp(`^${lineOf("sleep(0.2)")}$`) })
+      .scrollIntoViewIfNeeded();
     await breakpoint(page, lineOf("sleep(0.2)"));
     await page.id("run").click();
     await page.locator("[data-held]").waitFor();
@@ -217,7 +220,15 @@ const views = {
     const page = await open(browser, server, { colorScheme: "dark" });
     await take(page);
     await page.id("program-name").fill("weld.script");
-    await edit(page, "def weld():\n  count = 3\n  seam = [0.2, 0.4]\n  textmsg('seam ', count)\n  movel(seam[count], a=1.2, v=0.25)\nend\n");
+    await edit(
+      page,
+      "def weld():\n" +
+        "  count = 3\n" +
+        "  seam = [0.2, 0.4]\n" +
+        "  textmsg('seam ', count)\n" +
+        "  movel(seam[count], a=1.2, v=0.25)\n" +
+        "end\n",
+    );
     await page.id("run").click();
     await page.id("alarm").waitFor();
     await panel(page, "code");
@@ -225,13 +236,22 @@ const views = {
     return page;
   },
   async tablet(server) {
-    const page = await open(browser, server, { colorScheme: "light", viewport: { width: 820, height: 1180 }, hasTouch: true });
+    const page = await open(browser, server, {
+      colorScheme: "light",
+      viewport: { width: 820, height: 1180 },
+      hasTouch: true,
+    });
     await take(page);
     await shot(page, "tablet");
     return page;
   },
   async landscape(server) {
-    const page = await open(browser, server, { colorScheme: "dark", viewport: { width: 1180, height: 820 }, hasTouch: true, locale: "zh-CN" });
+    const page = await open(browser, server, {
+      colorScheme: "dark",
+      viewport: { width: 1180, height: 820 },
+      hasTouch: true,
+      locale: "zh-CN",
+    });
     await take(page);
     await shot(page, "landscape");
     return page;
@@ -269,7 +289,10 @@ const views = {
   /** Both sizes, colours and languages, in a stop: what every one of them has to have room for. */
   async sides(server) {
     let page;
-    for (const viewport of [{ width: 1280, height: 720 }, { width: 820, height: 1180 }]) {
+    for (const viewport of [
+      { width: 1280, height: 720 },
+      { width: 820, height: 1180 },
+    ]) {
       for (const colorScheme of ["dark", "light"]) {
         for (const locale of ["en-US", "zh-CN"]) {
           await page?.context().close();
@@ -298,7 +321,10 @@ const views = {
     const folder = mkdtempSync(path.join(tmpdir(), "page-"));
     writeFileSync(path.join(folder, "palletise.script"), PICK.replace("while True:", "while placed < 3:"));
     const recording = path.join(folder, "palletise.mcap");
-    execFileSync(BINARY, ["run", "palletise.script", "--cell", path.join(here, "table.toml"), "--record", recording], { cwd: folder, stdio: "ignore" });
+    execFileSync(BINARY, ["run", "palletise.script", "--cell", path.join(here, "table.toml"), "--record", recording], {
+      cwd: folder,
+      stdio: "ignore",
+    });
     const server = await Server.replay(recording);
     const page = await open(browser, server, { colorScheme: "light", locale: "zh-CN" });
     await until(async () => Number(await page.id("timeline").getAttribute("max")) > 10, "the time line");
@@ -328,7 +354,9 @@ async function breakpoint(page, line) {
 
 for (const [name, view] of Object.entries(views)) {
   if (!new RegExp(wanted).test(name)) continue;
-  const server = ["recording", "cell", "paths"].includes(name) ? null : await Server.start(["--cell", path.join(here, "table.toml")]);
+  const server = ["recording", "cell", "paths"].includes(name)
+    ? null
+    : await Server.start(["--cell", path.join(here, "table.toml")]);
   try {
     const page = await view(server);
     for (const complaint of page?.complaints ?? []) console.log(`      ${name}: ${complaint}`);

@@ -1,6 +1,7 @@
 // Runs every scenario; `node browser/run.mjs PATTERN` those whose name has the pattern.
 //
-// Each has a server and a context of the browser to itself, so that none knows of another; LANES of them go on side by side.
+// Each has a server and a context of the browser to itself, so that none knows of another; LANES of them go on side by
+// side.
 import { existsSync } from "node:fs";
 import path from "node:path";
 import { scenarios as withServers } from "./alone.mjs";
@@ -13,7 +14,11 @@ import { scenarios as running } from "./running.mjs";
 import { scenarios as working } from "./working.mjs";
 
 if (!CHROMIUM || !existsSync(BINARY)) {
-  console.error(CHROMIUM ? `there is no ${BINARY}; build it or set ELITESERVER` : "there is no Chromium; install it or set CHROMIUM");
+  console.error(
+    CHROMIUM
+      ? `there is no ${BINARY}; build it or set ELITESERVER`
+      : "there is no Chromium; install it or set CHROMIUM",
+  );
   process.exit(2);
 }
 /** A table that can be run into, soft enough to be felt. */
@@ -24,7 +29,9 @@ const wanted = new RegExp(process.argv[2] ?? "");
 const begin = Date.now();
 
 // Those that take long come first, so that no lane ends alone.
-const queue = [...Object.entries(alone), ...Object.entries({ ...operating, ...working, ...running, ...moving })].filter(([name]) => wanted.test(name));
+const queue = [...Object.entries(alone), ...Object.entries({ ...operating, ...working, ...running, ...moving })].filter(
+  ([name]) => wanted.test(name),
+);
 const browser = await launch({ flat: true });
 let drawn;
 /** Drawing in software takes most of a small machine: only what is about the 3D view is tried with it. */

@@ -3,7 +3,6 @@ import { writeFileSync } from "node:fs";
 import path from "node:path";
 import { attribute, check, edit, mode, MOVES, open, stands, take, until } from "./harness.mjs";
 
-
 export const scenarios = {
   async "an input is set and seen on another page"({ page, server, browser }) {
     await take(page);
@@ -18,7 +17,10 @@ export const scenarios = {
     await take(page);
     await page.id("standard_analog_in[0]").fill("2.5");
     await page.id("standard_analog_in[0]").press("Enter");
-    await until(async () => Math.abs((await server.get("/api/io")).points["standard_analog_in[0]"] - 2.5) < 1e-6, "the input");
+    await until(
+      async () => Math.abs((await server.get("/api/io")).points["standard_analog_in[0]"] - 2.5) < 1e-6,
+      "the input",
+    );
   },
   async "a register is set and shown"({ page, server }) {
     await take(page);
@@ -30,7 +32,9 @@ export const scenarios = {
     await until(async () => (await page.text("input-integer")).includes("[7] -42"), "the text");
   },
   async "an output that a program sets is seen"({ page, server }) {
-    await server.run("def p():\n  set_standard_digital_out(5, True)\n  sleep(2)\n  set_standard_digital_out(5, False)\nend\n");
+    await server.run(
+      "def p():\n  set_standard_digital_out(5, True)\n  sleep(2)\n  set_standard_digital_out(5, False)\nend\n",
+    );
     await until(async () => (await attribute(page, "standard_digital_out[5]", "data-value")) === "1", "the output");
   },
   async "a popup is answered and the program goes on"({ page, server }) {
@@ -52,11 +56,17 @@ export const scenarios = {
     check(!(await page.text("log")).includes("must not come"), "it went on");
   },
   async "popups are texts, whatever they say"({ page, server }) {
-    await server.run("def p():\n  popup('<img src=x onerror=alert(1)><b>bold</b>', '<script>alert(2)</script>')\nend\n");
+    await server.run(
+      "def p():\n  popup('<img src=x onerror=alert(1)><b>bold</b>', '<script>alert(2)</script>')\nend\n",
+    );
     await until(async () => (await page.text("popup")).includes("<img src=x onerror=alert(1)>"), "the popup");
     check((await page.id("popup").locator("img, b, script").count()) === 0, "markup");
     check(page.complaints.length === 0, page.complaints.join());
-    await server.get("/api/v1/state").then((state) => Promise.all(state.panel.popups.map((popup) => server.order({ do: "close_popup", popup: popup.id }))));
+    await server
+      .get("/api/v1/state")
+      .then((state) =>
+        Promise.all(state.panel.popups.map((popup) => server.order({ do: "close_popup", popup: popup.id }))),
+      );
   },
   async "an error of a program is an alarm with its place"({ page }) {
     await take(page);
@@ -78,7 +88,10 @@ export const scenarios = {
   },
   async "alarms, logs, variables and names are texts"({ page, server }) {
     const evil = "<img src=x onerror=alert(1)>";
-    await server.run(`def p():\n  global v\n  v = '${evil}'\n  textmsg('${evil}')\n  sleep(0.3)\n  raise ValueError('${evil}')\nend\n`, "<b>x</b>.script");
+    await server.run(
+      `def p():\n  global v\n  v = '${evil}'\n  textmsg('${evil}')\n  sleep(0.3)\n  raise ValueError('${evil}')\nend\n`,
+      "<b>x</b>.script",
+    );
     await until(async () => (await page.text("alarm")).includes(evil), "the alarm");
     await until(async () => (await page.text("log")).includes(evil), "the log");
     await until(async () => (await page.text("variables")).includes("onerror"), "the variable");
@@ -88,7 +101,10 @@ export const scenarios = {
   async "a program's file name is a text"({ page, server }) {
     writeFileSync(path.join(server.folder, "tasks", "<img src=x onerror=alert(9)>.script"), "sync()\n");
     await page.id("open").click();
-    await until(async () => (await page.locator(".file").allInnerTexts()).some((name) => name.startsWith("<img")), "the name");
+    await until(
+      async () => (await page.locator(".file").allInnerTexts()).some((name) => name.startsWith("<img")),
+      "the name",
+    );
     check((await page.locator("dialog img").count()) === 0, "markup");
     await page.locator(".file", { hasText: "<img" }).click();
     await until(async () => (await page.id("program-name").inputValue()).startsWith("<img"), "the program");
@@ -107,7 +123,14 @@ export const scenarios = {
     await until(() => page.id("alarm").isHidden(), "the alarm to go");
   },
   async "a protective stop, and unlock"({ page, server }) {
-    await server.run("def p():\n  movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n  while True:\n    speedl([0, 0, -0.2, 0, 0, 0], 1, 0.1)\n  end\nend\n");
+    await server.run(
+      "def p():\n" +
+        "  movej([0, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\n" +
+        "  while True:\n" +
+        "    speedl([0, 0, -0.2, 0, 0, 0], 1, 0.1)\n" +
+        "  end\n" +
+        "end\n",
+    );
     await mode(page, "safety-mode", "PROTECTIVE_STOP");
     await until(async () => (await page.text("alarm")).includes("protective stop"), "the alarm");
     check((await page.text("alarm")).includes("press Unlock"), "what to do");
@@ -188,11 +211,17 @@ export const scenarios = {
     if (!(await hasDebugger(server))) return;
     await take(page);
     await page.id("program-name").fill("held.script");
-    await edit(page, "def p():\n  n = 1\n  while n < 100:\n    n = n + 1\n    sleep(0.02)\n  end\n  textmsg('n is ', n)\nend\n");
+    await edit(
+      page,
+      "def p():\n  n = 1\n  while n < 100:\n    n = n + 1\n    sleep(0.02)\n  end\n  textmsg('n is ', n)\nend\n",
+    );
     await breakpointAt(page, 5);
     await until(() => page.id("debugger").isVisible(), "the debugger");
     await page.id("run").click();
-    await until(async () => (await page.locator("[data-held]").innerText()).includes("sleep(0.02)"), "the line at which it is held");
+    await until(
+      async () => (await page.locator("[data-held]").innerText()).includes("sleep(0.02)"),
+      "the line at which it is held",
+    );
     const value = page.id("scopes").locator("[data-variable=n]");
     await until(async () => (await value.innerText()) === "2", "the variable");
     check((await page.text("stack")).includes("p"), "the stack");
@@ -206,13 +235,28 @@ export const scenarios = {
     await page.id("new-value").press("Enter");
     await until(async () => (await value.innerText()) === "99", "the new value");
     await breakpointAt(page, 5);
-    await until(async () => (await page.text("log")).includes("n is 100"), "the program to go on, without its breakpoint");
+    await until(
+      async () => (await page.text("log")).includes("n is 100"),
+      "the program to go on, without its breakpoint",
+    );
     await until(() => page.id("debugger").isHidden(), "the debugger to leave");
   },
   async "a breakpoint with a condition, and steps"({ page, server }) {
     if (!(await hasDebugger(server))) return;
     await take(page);
-    await edit(page, "def p():\n  def twice(x):\n    y = 2 * x\n    return y\n  end\n  for k in range(10):\n    z = twice(k)\n    sleep(0.01)\n  end\nend\n");
+    await edit(
+      page,
+      "def p():\n" +
+        "  def twice(x):\n" +
+        "    y = 2 * x\n" +
+        "    return y\n" +
+        "  end\n" +
+        "  for k in range(10):\n" +
+        "    z = twice(k)\n" +
+        "    sleep(0.01)\n" +
+        "  end\n" +
+        "end\n",
+    );
     await page.id("editor").focus();
     await gutter(page, 7, { button: "right" });
     await page.id("bp-condition").fill("k == 4");
@@ -232,7 +276,9 @@ export const scenarios = {
   },
 };
 
-/** Servers that were built without the debugger's channel have no breakpoints, and their pages show no gutter for them. */
+/**
+ * Servers that were built without the debugger's channel have no breakpoints, and their pages show no gutter for them.
+ */
 async function hasDebugger(server) {
   const { ok } = await fetch(`${server.base}/api/v1/debug`);
   if (!ok) console.log("      skipped: this server has no debugger's channel");

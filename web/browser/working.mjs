@@ -2,8 +2,22 @@
 import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
-import { attribute, check, edit, hold, holdBack, mode, MOVES, near, open, press, sleep, stands, take, until } from "./harness.mjs";
-
+import {
+  attribute,
+  check,
+  edit,
+  hold,
+  holdBack,
+  mode,
+  MOVES,
+  near,
+  open,
+  press,
+  sleep,
+  stands,
+  take,
+  until,
+} from "./harness.mjs";
 
 export const scenarios = {
   async "another page looks on"({ page, server, browser }) {
@@ -18,7 +32,10 @@ export const scenarios = {
     await take(page);
     const other = await open(browser, server);
     await take(other);
-    await until(async () => (await attribute(page, "take-control", "aria-pressed")) === "false", "the first to lose it");
+    await until(
+      async () => (await attribute(page, "take-control", "aria-pressed")) === "false",
+      "the first to lose it",
+    );
     check(await page.id("jog-j1-plus").isDisabled(), "it may jog");
     check((await attribute(page, "take-control", "title")).includes("has control"), "who has it");
     await other.close();
@@ -93,7 +110,10 @@ export const scenarios = {
     await edit(page, "");
     await page.id("editor").focus();
     await page.keyboard.type("get_inverse_k", { delay: 5 });
-    await until(async () => (await page.locator(".cm-tooltip-autocomplete").innerText()).includes("get_inverse_kin"), "the offer");
+    await until(
+      async () => (await page.locator(".cm-tooltip-autocomplete").innerText()).includes("get_inverse_kin"),
+      "the offer",
+    );
     await sleep(120);
     await page.keyboard.press("Enter");
     await until(async () => (await page.text("editor")).startsWith("get_inverse_kin"), "the text");
@@ -103,7 +123,10 @@ export const scenarios = {
     await page.id("editor").focus();
     await page.keyboard.press("Control+End");
     await page.keyboard.type("e");
-    await until(async () => (await page.locator(".cm-tooltip-autocomplete").innerText()).includes("append"), "the method");
+    await until(
+      async () => (await page.locator(".cm-tooltip-autocomplete").innerText()).includes("append"),
+      "the method",
+    );
   },
   async "a call that is being written is explained, and Escape takes it away"({ page }) {
     await edit(page, "");
@@ -155,20 +178,32 @@ export const scenarios = {
     await edit(page, "movej([0, 0, 0, 0, 0, 0])\n");
     await until(async () => {
       // Somebody who points at a word does not hold quite still.
-      for (const x of [12, 24]) await page.locator(".cm-line").first().hover({ position: { x, y: 8 } });
+      for (const x of [12, 24])
+        await page
+          .locator(".cm-line")
+          .first()
+          .hover({ position: { x, y: 8 } });
       await sleep(500);
-      return (await page.locator(".hover").count()) > 0 && (await page.locator(".hover").innerText()).includes("movej(");
+      return (
+        (await page.locator(".hover").count()) > 0 && (await page.locator(".hover").innerText()).includes("movej(")
+      );
     }, "the signature");
   },
   async "a point is taught into the program"({ page, server }) {
     await edit(page, "");
     await page.id("teach").click();
     const q = (await server.state()).actual_q;
-    await until(async () => (await page.text("editor")).includes(`movej([${q[0].toFixed(2) === "-0.00" ? "0.0" : q[0].toFixed(2).slice(0, 3)}`), "the point");
+    await until(
+      async () =>
+        (await page.text("editor")).includes(
+          `movej([${q[0].toFixed(2) === "-0.00" ? "0.0" : q[0].toFixed(2).slice(0, 3)}`,
+        ),
+      "the point",
+    );
   },
   async "nodes of a task are an outline, and the node is marked"({ page }) {
     await take(page);
-    await edit(page, "def p():\n  $ LINE: (1, \"Approach\")\n  sleep(3)\n  $ LINE: (2, \"Grip <b>\")\n  sleep(3)\nend\n");
+    await edit(page, 'def p():\n  $ LINE: (1, "Approach")\n  sleep(3)\n  $ LINE: (2, "Grip <b>")\n  sleep(3)\nend\n');
     await until(async () => (await page.text("nodes")).length > 0, "the outline");
     check((await page.text("nodes")).includes("Grip <b>"), await page.text("nodes"));
     await page.id("run").click();
@@ -177,14 +212,21 @@ export const scenarios = {
   },
   async "variables of the program are shown"({ page, server }) {
     await server.run("def p():\n  global parts\n  parts = 41\n  sleep(0.3)\n  parts = parts + 1\n  sleep(0.3)\nend\n");
-    await until(async () => (await page.text("variables")).includes("parts") && (await page.text("variables")).includes("42"), "the variable");
+    await until(
+      async () => (await page.text("variables")).includes("parts") && (await page.text("variables")).includes("42"),
+      "the variable",
+    );
   },
   async "Chinese, remembered"({ page }) {
     await page.id("language").click();
     check((await page.text("connection")) === "已连接", await page.text("connection"));
     check((await page.text("take-control")) === "获取控制权", await page.text("take-control"));
     check((await page.text("robot-mode")) === "正常运行", await page.text("robot-mode"));
-    const left = await page.evaluate(() => [...document.querySelectorAll("[data-t]")].filter((e) => e.textContent && /^[A-Za-z ]{4,}$/.test(e.textContent) && e.dataset.t !== "language").map((e) => e.dataset.t));
+    const left = await page.evaluate(() =>
+      [...document.querySelectorAll("[data-t]")]
+        .filter((e) => e.textContent && /^[A-Za-z ]{4,}$/.test(e.textContent) && e.dataset.t !== "language")
+        .map((e) => e.dataset.t),
+    );
     check(left.length === 0, left.join());
     await page.reload();
     await page.connected();
@@ -204,7 +246,10 @@ export const scenarios = {
     await hold(page, "jog-j1-plus", async () => (await server.state()).actual_q[0] > first + 0.05);
     await stands(server);
     const now = (await server.state()).actual_q[0];
-    await until(async () => Math.abs((await page.value("q-1")) - now) < 1e-3, "the page to have seen the end of the jog");
+    await until(
+      async () => Math.abs((await page.value("q-1")) - now) < 1e-3,
+      "the page to have seen the end of the jog",
+    );
     await page.id("timeline").fill(String(Math.max(0, before - 0.05)));
     await until(async () => Math.abs((await page.value("q-1")) - now) > 0.01, "the earlier moment");
     check(await page.id("jog-j1-plus").isDisabled(), "the past is jogged");
@@ -261,7 +306,13 @@ export const scenarios = {
   },
   async "every button can be reached and has a name"({ page }) {
     await take(page);
-    const nameless = await page.evaluate(() => [...document.querySelectorAll("button, input, select")].filter((e) => !(e.textContent?.trim() || e.getAttribute("aria-label") || e.closest("label")?.textContent?.trim())).map((e) => e.outerHTML.slice(0, 80)));
+    const nameless = await page.evaluate(() =>
+      [...document.querySelectorAll("button, input, select")]
+        .filter(
+          (e) => !(e.textContent?.trim() || e.getAttribute("aria-label") || e.closest("label")?.textContent?.trim()),
+        )
+        .map((e) => e.outerHTML.slice(0, 80)),
+    );
     check(nameless.length === 0, nameless.join());
     const seen = new Set();
     for (let k = 0; k < 46; k++) {
@@ -279,18 +330,32 @@ export const scenarios = {
       // Something of everything: findings, an alarm, a popup.
       await edit(page, "x = undefined_name\n");
       await until(async () => (await page.text("problems")).includes("undefined_name"), "the finding");
-      await server.order({ do: "run", name: "a.script", text: "popup('ready?', 'Question')\n1 / 0\n" }).catch(() => undefined);
+      await server
+        .order({ do: "run", name: "a.script", text: "popup('ready?', 'Question')\n1 / 0\n" })
+        .catch(() => undefined);
       await page.id("run").click();
       await page.id("alarm").waitFor();
       await page.evaluate(axe);
-      const { violations } = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21aa", "best-practice"] }));
-      const told = violations.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => `${node.target.join(" ")} ${(node.any[0] ?? node.all[0] ?? node.none[0])?.message ?? ""}`).join(" | ")}`);
+      const { violations } = await page.evaluate(() =>
+        globalThis.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21aa", "best-practice"] }),
+      );
+      const told = violations.map(
+        (one) =>
+          `${one.id}: ${one.nodes
+            .slice(0, 3)
+            .map((node) => `${node.target.join(" ")} ${(node.any[0] ?? node.all[0] ?? node.none[0])?.message ?? ""}`)
+            .join(" | ")}`,
+      );
       check(told.length === 0, `${colorScheme}: ${told.join("; ")}`);
       await page.context().close();
     }
   },
   async "nothing is cut off on a tablet"({ browser, server }) {
-    for (const viewport of [{ width: 820, height: 1180 }, { width: 1024, height: 768 }, { width: 820, height: 600 }]) {
+    for (const viewport of [
+      { width: 820, height: 1180 },
+      { width: 1024, height: 768 },
+      { width: 820, height: 600 },
+    ]) {
       const page = await open(browser, server, { viewport });
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       check(wide <= 0, `${wide} px too wide at ${viewport.width}`);
@@ -307,7 +372,8 @@ export const scenarios = {
     const said = await page.evaluate(async (base) => {
       const socket = new WebSocket(`${base.replace("http", "ws")}/api/v1/live`);
       const answers = [];
-      socket.onmessage = (message) => typeof message.data === "string" && message.data.includes("answer") && answers.push(JSON.parse(message.data));
+      socket.onmessage = (message) =>
+        typeof message.data === "string" && message.data.includes("answer") && answers.push(JSON.parse(message.data));
       await new Promise((done) => (socket.onopen = done));
       socket.send("{");
       socket.send(JSON.stringify({ id: 4, order: { do: "dance" } }));
@@ -322,7 +388,11 @@ export const scenarios = {
     check((await server.state()).robot_mode === "RUNNING", "it was done");
   },
   async "a program's order needs the token and a free desk"({ page, server }) {
-    const bare = await fetch(`${server.base}/api/v1/orders`, { method: "POST", headers: { "content-type": "application/json" }, body: '{"do":"power_off"}' });
+    const bare = await fetch(`${server.base}/api/v1/orders`, {
+      method: "POST",
+      headers: { "content-type": "application/json" },
+      body: '{"do":"power_off"}',
+    });
     check(bare.status === 401, `${bare.status}`);
     await take(page);
     const busy = await server.order({ do: "speed", fraction: 0.5 });

@@ -7,21 +7,38 @@ import { revealLine } from "./editor";
 import { t } from "./words";
 
 class Mark extends GutterMarker {
-  constructor(readonly spec: Omit<Breakpoint, "line">, readonly verified: boolean | null, readonly message: string) {
+  constructor(
+    readonly spec: Omit<Breakpoint, "line">,
+    readonly verified: boolean | null,
+    readonly message: string,
+  ) {
     super();
   }
 
   override eq(other: GutterMarker): boolean {
-    return other instanceof Mark && this.verified === other.verified && this.message === other.message && JSON.stringify(this.spec) === JSON.stringify(other.spec);
+    return (
+      other instanceof Mark &&
+      this.verified === other.verified &&
+      this.message === other.message &&
+      JSON.stringify(this.spec) === JSON.stringify(other.spec)
+    );
   }
 
   override toDOM(): HTMLElement {
     const element = document.createElement("div");
     const { condition, hitCondition, logMessage } = this.spec;
-    const kind = logMessage !== undefined ? "logs" : condition !== undefined || hitCondition !== undefined ? "conditional" : "plain";
+    const kind =
+      logMessage !== undefined
+        ? "logs"
+        : condition !== undefined || hitCondition !== undefined
+          ? "conditional"
+          : "plain";
     element.className = `cm-breakpoint ${kind}${this.verified === false ? " unverified" : ""}`;
     element.dataset["testid"] = "breakpoint";
-    element.title = [condition, hitCondition, logMessage, this.message].filter((part) => part !== undefined && part !== "").join(" · ") || t("breakpoint");
+    element.title =
+      [condition, hitCondition, logMessage, this.message]
+        .filter((part) => part !== undefined && part !== "")
+        .join(" · ") || t("breakpoint");
     return element;
   }
 }
@@ -48,7 +65,9 @@ const points = StateField.define<RangeSet<Mark>>({
       const { doc } = transaction.state;
       const ranges = effect.value
         .filter(({ point }) => point.line >= 1 && point.line <= doc.lines)
-        .map(({ point: { line, ...rest }, verified, message }) => new Mark(rest, verified, message).range(doc.line(line).from));
+        .map(({ point: { line, ...rest }, verified, message }) =>
+          new Mark(rest, verified, message).range(doc.line(line).from),
+        );
       shown = RangeSet.of(ranges, true);
     }
     return shown;
@@ -58,8 +77,12 @@ const points = StateField.define<RangeSet<Mark>>({
 /** Lines that were joined leave one mark; a mark stays at the beginning of its line. */
 function atLineStarts(marks: RangeSet<Mark>, state: EditorState): RangeSet<Mark> {
   const found = new Map<number, Mark>();
-  for (const cursor = marks.iter(); cursor.value; cursor.next()) found.set(state.doc.lineAt(cursor.from).from, cursor.value);
-  return RangeSet.of([...found].map(([from, mark]) => mark.range(from)), true);
+  for (const cursor = marks.iter(); cursor.value; cursor.next())
+    found.set(state.doc.lineAt(cursor.from).from, cursor.value);
+  return RangeSet.of(
+    [...found].map(([from, mark]) => mark.range(from)),
+    true,
+  );
 }
 
 // No test id: the line that runs has one, usually of the same line, and a line has one only.
@@ -81,13 +104,22 @@ const held = StateField.define<DecorationSet>({
 /** Breakpoints by line. */
 export function breakpointsOf(state: EditorState): Breakpoint[] {
   const found: Breakpoint[] = [];
-  for (const cursor = state.field(points).iter(); cursor.value; cursor.next()) found.push({ line: state.doc.lineAt(cursor.from).number, ...cursor.value.spec });
+  for (const cursor = state.field(points).iter(); cursor.value; cursor.next())
+    found.push({ line: state.doc.lineAt(cursor.from).number, ...cursor.value.spec });
   return found;
 }
 
 /** Puts breakpoints in place of those of before; `placed` says what has become of them. */
-export function putBreakpoints(view: EditorView, breakpoints: readonly Breakpoint[], placed: readonly Placed[] = []): void {
-  const value = breakpoints.map((point, k) => ({ point, verified: placed[k]?.verified ?? null, message: placed[k]?.message ?? "" }));
+export function putBreakpoints(
+  view: EditorView,
+  breakpoints: readonly Breakpoint[],
+  placed: readonly Placed[] = [],
+): void {
+  const value = breakpoints.map((point, k) => ({
+    point,
+    verified: placed[k]?.verified ?? null,
+    message: placed[k]?.message ?? "",
+  }));
   view.dispatch({ effects: setPoints.of(value) });
 }
 
@@ -97,8 +129,13 @@ export function showHeld(view: EditorView, line: number): void {
   revealLine(view, line, 40);
 }
 
-/** The gutter. `onChange` is called when somebody has changed a breakpoint, `onEdit` when one is to have a condition. */
-export function breakpointGutter(onChange: (view: EditorView) => void, onEdit: (view: EditorView, line: number) => void): Extension {
+/**
+ * The gutter. `onChange` is called when somebody has changed a breakpoint, `onEdit` when one is to have a condition.
+ */
+export function breakpointGutter(
+  onChange: (view: EditorView) => void,
+  onEdit: (view: EditorView, line: number) => void,
+): Extension {
   const toggle = (view: EditorView, line: number): void => {
     const all = breakpointsOf(view.state);
     const left = all.filter((point) => point.line !== line);

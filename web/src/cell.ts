@@ -25,18 +25,32 @@ export class CellPanel {
   private readonly fields: Field[] = [];
   private readonly list = make("ul", { class: "cell-rows", "data-testid": "cell-rows" });
   private readonly select = make("select", { "data-testid": "place-part", "data-label": "place_part" });
-  private readonly button = make("button", { type: "button", class: "primary", "data-testid": "place", "data-t": "place_there", disabled: true });
+  private readonly button = make("button", {
+    type: "button",
+    class: "primary",
+    "data-testid": "place",
+    "data-t": "place_there",
+    disabled: true,
+  });
   private readonly reset = make("button", { type: "button", "data-testid": "place-reset", "data-t": "reset" });
   private readonly form = make("div", { class: "place", "data-testid": "place-form" });
   private names = "";
   private isEdited = false;
   private may = false;
 
-  constructor(private readonly link: Link, private readonly onGhost: (part: string | null, pose: readonly number[]) => void) {
+  constructor(
+    private readonly link: Link,
+    private readonly onGhost: (part: string | null, pose: readonly number[]) => void,
+  ) {
     const values = make("div", { class: "place-values" });
     AXES.forEach((axis, k) => {
       const kind: Kind = k < 3 ? "length" : "angle";
-      const input = make("input", { "data-testid": `place-${axis}`, inputmode: "text", autocomplete: "off", spellcheck: "false" });
+      const input = make("input", {
+        "data-testid": `place-${axis}`,
+        inputmode: "text",
+        autocomplete: "off",
+        spellcheck: "false",
+      });
       const field: Field = { axis, kind, input, exact: null };
       input.addEventListener("input", () => {
         field.exact = null;
@@ -52,7 +66,13 @@ export class CellPanel {
     this.select.addEventListener("change", () => this.choose(this.select.value));
     this.button.addEventListener("click", () => void this.place());
     this.reset.addEventListener("click", () => this.choose(this.select.value));
-    this.form.append(make("h3", { "data-t": "place_part" }), make("p", { class: "hint", "data-t": "place_hint" }), make("div", { class: "row" }, this.select), values, make("div", { class: "actions" }, this.button, this.reset));
+    this.form.append(
+      make("h3", { "data-t": "place_part" }),
+      make("p", { class: "hint", "data-t": "place_hint" }),
+      make("div", { class: "row" }, this.select),
+      values,
+      make("div", { class: "actions" }, this.button, this.reset),
+    );
     byId("cell").append(make("h3", { "data-t": "cell" }), this.list, this.form);
     onLanguage(() => this.show(this.moment, this.flange, true));
     onUnits(() => {
@@ -64,7 +84,8 @@ export class CellPanel {
   }
 
   private nameFields(): void {
-    for (const { axis, kind, input } of this.fields) input.setAttribute("aria-label", `${axis.toUpperCase()} (${unitOf(kind)})`);
+    for (const { axis, kind, input } of this.fields)
+      input.setAttribute("aria-label", `${axis.toUpperCase()} (${unitOf(kind)})`);
   }
 
   setScene(scene: WorldScene | null): void {
@@ -108,12 +129,23 @@ export class CellPanel {
     grippers.forEach(({ name, kind }, k) => {
       const now = moment?.grippers[k];
       const width = kind === "fingers" && now ? ` · ${numberText("length", now.width)} ${unitOf("length")}` : "";
-      const sealed = kind === "vacuum" && now && now.sealed.length > 1 ? ` · ${now.sealed.filter(Boolean).length}/${now.sealed.length}` : "";
-      this.row(`gripper-${name}`, name, now?.holding ? t("gripper_holds", { part: now.holding }) + width + sealed : t("gripper_empty") + width);
+      const sealed =
+        kind === "vacuum" && now && now.sealed.length > 1
+          ? ` · ${now.sealed.filter(Boolean).length}/${now.sealed.length}`
+          : "";
+      this.row(
+        `gripper-${name}`,
+        name,
+        now?.holding ? t("gripper_holds", { part: now.holding }) + width + sealed : t("gripper_empty") + width,
+      );
     });
     sinks.forEach(({ name }, k) => this.row(`sink-${name}`, name, t("sink_count", { n: moment?.counts[k] ?? 0 })));
-    conveyors.forEach(({ name, kind }, k) => this.row(`conveyor-${name}`, name, speedText(moment?.conveyors[k] ?? 0, kind === "belt")));
-    detectors.forEach(({ name }, k) => this.row(`detector-${name}`, name, moment?.detectors[k] ? t("detector_sees") : t("detector_free")));
+    conveyors.forEach(({ name, kind }, k) =>
+      this.row(`conveyor-${name}`, name, speedText(moment?.conveyors[k] ?? 0, kind === "belt")),
+    );
+    detectors.forEach(({ name }, k) =>
+      this.row(`detector-${name}`, name, moment?.detectors[k] ? t("detector_sees") : t("detector_free")),
+    );
     this.showParts(moment);
   }
 
@@ -128,12 +160,17 @@ export class CellPanel {
   }
 
   private showParts(moment: WorldMoment | null): void {
-    const names = (moment?.parts ?? []).map((part) => part.name).sort((a, b) => a.localeCompare(b, "en", { numeric: true }));
+    const names = (moment?.parts ?? [])
+      .map((part) => part.name)
+      .sort((a, b) => a.localeCompare(b, "en", { numeric: true }));
     const key = names.join("\n") + t("choose_part");
     if (key !== this.names) {
       this.names = key;
       const before = this.select.value;
-      this.select.replaceChildren(make("option", { value: "" }, t("choose_part")), ...names.map((name) => make("option", { value: name }, name)));
+      this.select.replaceChildren(
+        make("option", { value: "" }, t("choose_part")),
+        ...names.map((name) => make("option", { value: name }, name)),
+      );
       this.select.value = names.includes(before) ? before : "";
       if (this.select.value !== before) this.choose(this.select.value);
     }

@@ -1,11 +1,24 @@
-// What lives in the cell, drawn: parts, cups and fingers, belts, detectors, sinks. The view owns camera, arm and obstacles.
+// What lives in the cell, drawn: parts, cups and fingers, belts, detectors, sinks. The view owns camera, arm and
+// obstacles.
 
+// prettier-ignore
 import {
-  BoxGeometry, type BufferGeometry, type Camera, CylinderGeometry, DoubleSide, EdgesGeometry, Group, LineBasicMaterial, LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, Plane, Quaternion, Raycaster, Shape, ShapeGeometry, Vector2, Vector3,
+  BoxGeometry, type BufferGeometry, type Camera, CylinderGeometry, DoubleSide, EdgesGeometry, Group, LineBasicMaterial,
+  LineSegments, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, Plane, Quaternion,
+  Raycaster, Shape, ShapeGeometry, Vector2, Vector3,
 } from "three";
 import { fromPose, type Matrix } from "./kinematics";
 import { bodyOf, type MeshStore, shapeOf, type Solid, solidOf } from "./shapes";
-import { type ConveyorTable, type DetectorTable, type GripperTable, partMatrix, type PartTable, tableOf, type WorldMoment, type WorldScene } from "./world";
+import {
+  type ConveyorTable,
+  type DetectorTable,
+  type GripperTable,
+  partMatrix,
+  type PartTable,
+  tableOf,
+  type WorldMoment,
+  type WorldScene,
+} from "./world";
 
 /** A part whose table gives no colour. */
 const PART = "#7fa7d1";
@@ -91,7 +104,11 @@ export class CellView {
   private moment: WorldMoment | null = null;
   private frame: Matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
 
-  constructor(private readonly scene: WorldScene, private readonly theme: CellTheme, private readonly meshes: MeshStore) {
+  constructor(
+    private readonly scene: WorldScene,
+    private readonly theme: CellTheme,
+    private readonly meshes: MeshStore,
+  ) {
     this.edges = new LineBasicMaterial({ color: theme.outline, transparent: true, opacity: 0.7 });
     this.root.add(this.flange);
     // Parts that a source makes later have their shape at once.
@@ -111,7 +128,9 @@ export class CellView {
   private conveyor(one: ConveyorTable): void {
     const group = new Group();
     const isBelt = one.kind === "belt";
-    const solid = isBelt ? shapeOf("box", one.size) : shapeOf("cylinder", [one.radius, TURNTABLE_HEIGHT]).translate(0, 0, -TURNTABLE_HEIGHT / 2);
+    const solid = isBelt
+      ? shapeOf("box", one.size)
+      : shapeOf("cylinder", [one.radius, TURNTABLE_HEIGHT]).translate(0, 0, -TURNTABLE_HEIGHT / 2);
     const mesh = new Mesh(solid, new MeshStandardMaterial({ color: BELT, roughness: 0.9 }));
     this.named(mesh, one.name);
     group.add(mesh, new LineSegments(new EdgesGeometry(solid, 30), this.edges));
@@ -162,8 +181,10 @@ export class CellView {
     }
     const group = new Group();
     if (one.kind === "distance") place(group, one.pose);
-    const vector = (point: readonly number[]): Vector3 => new Vector3(...(point as [number, number, number])).applyMatrix4(group.matrix);
-    const [from, until] = one.kind === "beam" ? [vector(one.from), vector(one.until)] : [vector([0, 0, 0]), vector([0, 0, one.range])];
+    const vector = (point: readonly number[]): Vector3 =>
+      new Vector3(...(point as [number, number, number])).applyMatrix4(group.matrix);
+    const [from, until] =
+      one.kind === "beam" ? [vector(one.from), vector(one.until)] : [vector([0, 0, 0]), vector([0, 0, one.range])];
     const housing = new MeshStandardMaterial({ color: BELT, roughness: 0.6 });
     for (const end of one.kind === "beam" ? [from, until] : [from]) {
       const eye = new Mesh(new BoxGeometry(0.02, 0.02, 0.02), housing);
@@ -180,8 +201,14 @@ export class CellView {
 
   private sink(one: WorldScene["sinks"][number]): void {
     const solid = shapeOf("box", one.size);
-    const mesh = new Mesh(solid, new MeshBasicMaterial({ color: SINK, transparent: true, opacity: 0.1, depthWrite: false, side: DoubleSide }));
-    const edges = new LineSegments(new EdgesGeometry(solid), new LineBasicMaterial({ color: SINK, transparent: true, opacity: 0.7 }));
+    const mesh = new Mesh(
+      solid,
+      new MeshBasicMaterial({ color: SINK, transparent: true, opacity: 0.1, depthWrite: false, side: DoubleSide }),
+    );
+    const edges = new LineSegments(
+      new EdgesGeometry(solid),
+      new LineBasicMaterial({ color: SINK, transparent: true, opacity: 0.7 }),
+    );
     place(mesh, one.pose);
     place(edges, one.pose);
     this.named(mesh, one.name, true);
@@ -223,7 +250,10 @@ export class CellView {
     let made = this.shapes.get(table);
     if (!made) {
       const shape = solidOf(table, this.meshes);
-      made = { ...shape, material: new MeshStandardMaterial({ color: table.color ?? PART, roughness: 0.75, flatShading: shape.isMesh }) };
+      made = {
+        ...shape,
+        material: new MeshStandardMaterial({ color: table.color ?? PART, roughness: 0.75, flatShading: shape.isMesh }),
+      };
       this.shapes.set(table, made);
     }
     return made;
@@ -275,7 +305,9 @@ export class CellView {
       light.material.opacity = isCut ? light.bright : light.dim;
       for (const one of light.rods) one.scale.set(isCut ? 2.2 : 1, 1, isCut ? 2.2 : 1);
     });
-    this.cups.forEach((cups, k) => cups.forEach((material, n) => material.color.set(moment?.grippers[k]?.sealed[n] ? CUP_SEALED : CUP)));
+    this.cups.forEach((cups, k) =>
+      cups.forEach((material, n) => material.color.set(moment?.grippers[k]?.sealed[n] ? CUP_SEALED : CUP)),
+    );
     for (const { gripper, axis, meshes } of this.fingers) {
       const table = this.scene.grippers[gripper];
       if (table?.kind !== "fingers") continue;
@@ -288,7 +320,8 @@ export class CellView {
       closed.decompose(position, turn, new Vector3());
       meshes[0].position.copy(position).addScaledVector(axis, half);
       meshes[0].quaternion.copy(turn);
-      // The other finger is the mirror image: turned by half a turn about the axis, and mirrored at its origin where that shows.
+      // The other finger is the mirror image: turned by half a turn about the axis, and mirrored at its origin where
+      // that shows.
       const across = position.dot(axis);
       meshes[1].position.copy(position).addScaledVector(axis, -2 * across - half);
       meshes[1].quaternion.copy(mirrored(turn, axis));
@@ -308,7 +341,18 @@ export class CellView {
       if (!table) return;
       const shape = this.shapesOf(table);
       const group = new Group();
-      group.add(bodyOf(shape, new MeshStandardMaterial({ color: this.theme.ghost, transparent: true, opacity: 0.45, depthWrite: false, flatShading: shape.isMesh })));
+      group.add(
+        bodyOf(
+          shape,
+          new MeshStandardMaterial({
+            color: this.theme.ghost,
+            transparent: true,
+            opacity: 0.45,
+            depthWrite: false,
+            flatShading: shape.isMesh,
+          }),
+        ),
+      );
       group.add(new LineSegments(shape.edges, new LineBasicMaterial({ color: this.theme.ghost })));
       this.root.add(group);
       this.ghost = { name, group };
@@ -344,12 +388,18 @@ export class CellView {
   }
 
   figures(): CellFigures {
-    const of = <T, V>(rows: readonly T[], named: readonly { name: string }[], value: (row: T) => V): Record<string, V> => Object.fromEntries(rows.map((row, k) => [named[k]?.name ?? String(k), value(row)]));
+    const of = <T, V>(
+      rows: readonly T[],
+      named: readonly { name: string }[],
+      value: (row: T) => V,
+    ): Record<string, V> => Object.fromEntries(rows.map((row, k) => [named[k]?.name ?? String(k), value(row)]));
     return {
       parts: Object.fromEntries([...this.parts].map(([name, part]) => [name, part.base])),
       lit: of(this.lights, this.scene.detectors, (light) => light.material.opacity === light.bright),
       running: of(this.arrows, this.scene.conveyors, (material) => material.opacity > 0.5),
-      sealed: of(this.cups, this.scene.grippers, (cups) => cups.map((material) => material.color.getHex() === CUP_SEALED)),
+      sealed: of(this.cups, this.scene.grippers, (cups) =>
+        cups.map((material) => material.color.getHex() === CUP_SEALED),
+      ),
       width: of(this.moment?.grippers ?? [], this.scene.grippers, (gripper) => gripper.width),
       ghost: this.ghost?.name ?? null,
     };

@@ -1,5 +1,5 @@
-// The debugger's side of the page: breakpoints are set, a held program is looked at and led on. Speaks the Debug Adapter Protocol
-// over `/api/v1/debug`. Knows no elements; what it finds is told to whoever shows it.
+// The debugger's side of the page: breakpoints are set, a held program is looked at and led on. Speaks the Debug
+// Adapter Protocol over `/api/v1/debug`. Knows no elements; what it finds is told to whoever shows it.
 
 export interface Breakpoint {
   line: number;
@@ -103,7 +103,13 @@ export class Debugger {
     channel.onmessage = (message) => this.take(text(message.data));
     channel.onclose = () => this.lost();
     channel.send(JSON.stringify({ token }));
-    await this.request("initialize", { adapterID: "eliteserver", clientID: "page", linesStartAt1: true, columnsStartAt1: true, pathFormat: "path" });
+    await this.request("initialize", {
+      adapterID: "eliteserver",
+      clientID: "page",
+      linesStartAt1: true,
+      columnsStartAt1: true,
+      pathFormat: "path",
+    });
     await this.request("attach", { drive: true });
     await this.sendBreakpoints();
     await this.request("configurationDone");
@@ -145,7 +151,11 @@ export class Debugger {
   private async sendBreakpoints(): Promise<void> {
     const { program, breakpoints } = this.wanted;
     const body = await this.request("setBreakpoints", { source: { name: program, path: program }, breakpoints });
-    const placed = list(body["breakpoints"]).map((one, k) => ({ line: number(one["line"]) || (breakpoints[k]?.line ?? 0), verified: one["verified"] === true, message: text(one["message"]) }));
+    const placed = list(body["breakpoints"]).map((one, k) => ({
+      line: number(one["line"]) || (breakpoints[k]?.line ?? 0),
+      verified: one["verified"] === true,
+      message: text(one["message"]),
+    }));
     this.onPlaced(placed);
   }
 
@@ -170,14 +180,20 @@ export class Debugger {
     if (!this.held) return [];
     const body = await this.request("stackTrace", { threadId: this.held.thread, startFrame: 0, levels: 50 });
     return list(body["stackFrames"]).map((frame) => ({
-      id: number(frame["id"]), name: text(frame["name"]), line: number(frame["line"]), column: number(frame["column"]),
+      id: number(frame["id"]),
+      name: text(frame["name"]),
+      line: number(frame["line"]),
+      column: number(frame["column"]),
       source: text((frame["source"] as Json | undefined)?.["name"]),
     }));
   }
 
   async scopes(frame: number): Promise<Scope[]> {
     const body = await this.request("scopes", { frameId: frame });
-    return list(body["scopes"]).map((scope) => ({ name: text(scope["name"]), reference: number(scope["variablesReference"]) }));
+    return list(body["scopes"]).map((scope) => ({
+      name: text(scope["name"]),
+      reference: number(scope["variablesReference"]),
+    }));
   }
 
   async variables(reference: number): Promise<DebugVariable[]> {
@@ -220,7 +236,8 @@ export class Debugger {
       const reason = text(body["reason"]);
       this.held = { thread: number(body["threadId"]), reason, text: text(body["text"]) || text(body["description"]) };
       this.onChange();
-    } else if (message.event === "continued" || message.event === "terminated" || message.event === "exited") this.release();
+    } else if (message.event === "continued" || message.event === "terminated" || message.event === "exited")
+      this.release();
     else if (message.event === "process") {
       // Another program: the places of breakpoints are looked for anew.
       this.release();
@@ -236,7 +253,12 @@ export class Debugger {
 }
 
 function variableOf(one: Json): DebugVariable {
-  return { name: text(one["name"]), value: text(one["value"]), type: text(one["type"]), reference: number(one["variablesReference"]) };
+  return {
+    name: text(one["name"]),
+    value: text(one["value"]),
+    type: text(one["type"]),
+    reference: number(one["variablesReference"]),
+  };
 }
 
 /** Why a request was refused: the sentence for people, where there is one. */

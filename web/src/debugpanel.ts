@@ -1,4 +1,5 @@
-// What is seen of a program that the debugger holds: why and where, the stack, variables, an expression; and what leads it on.
+// What is seen of a program that the debugger holds: why and where, the stack, variables, an expression; and what leads
+// it on.
 
 import { ask, byId, make, setText, toast } from "./dom";
 import type { Breakpoint, Debugger, DebugVariable, StackFrame } from "./debugger";
@@ -18,7 +19,8 @@ export class DebugPanel {
   onLine: (line: number, source: string) => void = () => undefined;
 
   constructor(private readonly debug: Debugger) {
-    const act = (id: string, what: () => Promise<void>): void => byId(id).addEventListener("click", () => void this.lead(what));
+    const act = (id: string, what: () => Promise<void>): void =>
+      byId(id).addEventListener("click", () => void this.lead(what));
     act("debug-continue", () => debug.resume());
     act("debug-over", () => debug.step("next"));
     act("debug-into", () => debug.step("stepIn"));
@@ -28,7 +30,14 @@ export class DebugPanel {
       void this.evaluate();
     });
     document.addEventListener("keydown", (event) => {
-      const how = event.key === "F8" ? () => debug.resume() : event.key === "F10" ? () => debug.step("next") : event.key === "F11" ? () => debug.step(event.shiftKey ? "stepOut" : "stepIn") : null;
+      const how =
+        event.key === "F8"
+          ? () => debug.resume()
+          : event.key === "F10"
+            ? () => debug.step("next")
+            : event.key === "F11"
+              ? () => debug.step(event.shiftKey ? "stepOut" : "stepIn")
+              : null;
       if (!how || !debug.held) return;
       event.preventDefault();
       void this.lead(how);
@@ -41,7 +50,8 @@ export class DebugPanel {
     const { held } = this.debug;
     byId("debugger").hidden = !this.debug.isAttached;
     byId("debug-held").hidden = held === null;
-    for (const id of ["debug-continue", "debug-over", "debug-into", "debug-out"]) byId<HTMLButtonElement>(id).disabled = held === null;
+    for (const id of ["debug-continue", "debug-over", "debug-into", "debug-out"])
+      byId<HTMLButtonElement>(id).disabled = held === null;
     this.showReason();
     if (held === this.shownFor) return;
     this.shownFor = held;
@@ -81,11 +91,18 @@ export class DebugPanel {
   }
 
   private showStack(): void {
-    byId("stack").replaceChildren(...this.frames.map((frame, k) => {
-      const button = make("button", { type: "button", class: "quiet" }, make("b", {}, frame.name), ` ${frame.source}:${frame.line}`);
-      button.addEventListener("click", () => void this.choose(k));
-      return make("li", {}, button);
-    }));
+    byId("stack").replaceChildren(
+      ...this.frames.map((frame, k) => {
+        const button = make(
+          "button",
+          { type: "button", class: "quiet" },
+          make("b", {}, frame.name),
+          ` ${frame.source}:${frame.line}`,
+        );
+        button.addEventListener("click", () => void this.choose(k));
+        return make("li", {}, button);
+      }),
+    );
   }
 
   private async choose(k: number): Promise<void> {
@@ -100,7 +117,9 @@ export class DebugPanel {
     this.onLine(frame.line, frame.source);
     const held = this.debug.held;
     const scopes = await this.debug.scopes(frame.id);
-    const rows = await Promise.all(scopes.map(async (scope, n) => this.scope(scope.name, scope.reference, this.unfolded.get(scope.name) ?? n === 0)));
+    const rows = await Promise.all(
+      scopes.map(async (scope, n) => this.scope(scope.name, scope.reference, this.unfolded.get(scope.name) ?? n === 0)),
+    );
     if (this.debug.held === held && this.frame === k) byId("scopes").replaceChildren(...rows);
   }
 
@@ -110,7 +129,8 @@ export class DebugPanel {
     const fill = async (): Promise<void> => this.fill(body, reference, name, 0);
     details.addEventListener("toggle", () => {
       this.unfolded.set(name, details.open);
-      if (details.open && body.childElementCount === 0) void fill().catch((error: Error) => toast(error.message, "error"));
+      if (details.open && body.childElementCount === 0)
+        void fill().catch((error: Error) => toast(error.message, "error"));
     });
     if (isOpen) await fill();
     return details;
@@ -118,11 +138,19 @@ export class DebugPanel {
 
   private async fill(host: HTMLElement, reference: number, path: string, depth: number): Promise<void> {
     const variables = await this.debug.variables(reference);
-    host.replaceChildren(...(variables.length === 0 ? [make("p", { class: "hint" }, t("none"))] : variables.map((variable) => this.value(variable, reference, path, depth))));
+    host.replaceChildren(
+      ...(variables.length === 0
+        ? [make("p", { class: "hint" }, t("none"))]
+        : variables.map((variable) => this.value(variable, reference, path, depth))),
+    );
   }
 
   private value(variable: DebugVariable, owner: number, path: string, depth: number): HTMLElement {
-    const shown = make("button", { type: "button", class: "quiet value", title: variable.type, "data-variable": variable.name }, variable.value);
+    const shown = make(
+      "button",
+      { type: "button", class: "quiet value", title: variable.type, "data-variable": variable.name },
+      variable.value,
+    );
     shown.addEventListener("click", () => void this.change(variable, owner, shown));
     const name = make("span", { class: "name" }, variable.name);
     if (variable.reference === 0 || depth >= DEPTH_MAX) return make("div", { class: "entry" }, name, shown);
@@ -131,20 +159,35 @@ export class DebugPanel {
     const details = make("details", {}, make("summary", {}, name, ` ${variable.value}`), body);
     details.addEventListener("toggle", () => {
       this.unfolded.set(key, details.open);
-      if (details.open && body.childElementCount === 0) void this.fill(body, variable.reference, key, depth + 1).catch((error: Error) => toast(error.message, "error"));
+      if (details.open && body.childElementCount === 0)
+        void this.fill(body, variable.reference, key, depth + 1).catch((error: Error) => toast(error.message, "error"));
     });
     if (this.unfolded.get(key)) details.open = true;
     return details;
   }
 
   private async change(variable: DebugVariable, owner: number, shown: HTMLElement): Promise<void> {
-    const input = make("input", { "data-testid": "new-value", "aria-label": t("new_value", { name: variable.name }), value: variable.value, spellcheck: "false", autocomplete: "off", maxlength: "4096" });
+    const input = make("input", {
+      "data-testid": "new-value",
+      "aria-label": t("new_value", { name: variable.name }),
+      value: variable.value,
+      spellcheck: "false",
+      autocomplete: "off",
+      maxlength: "4096",
+    });
     input.addEventListener("keydown", (event) => {
       if (event.key !== "Enter") return;
       event.preventDefault();
       byId<HTMLDialogElement>("dialog").close("set");
     });
-    const answer = await ask([make("p", {}, t("new_value", { name: variable.name })), input], [{ text: t("cancel"), value: "" }, { text: t("set"), value: "set", primary: true }], t("new_value", { name: variable.name }));
+    const answer = await ask(
+      [make("p", {}, t("new_value", { name: variable.name })), input],
+      [
+        { text: t("cancel"), value: "" },
+        { text: t("set"), value: "set", primary: true },
+      ],
+      t("new_value", { name: variable.name }),
+    );
     if (answer !== "set") return;
     await this.lead(async () => {
       setText(shown, await this.debug.assign(owner, variable.name, input.value));
@@ -172,7 +215,14 @@ export class DebugPanel {
 /** Asks for the condition of a breakpoint; null when it stays as it was, "remove" when it goes. */
 export async function askForCondition(point: Breakpoint): Promise<Breakpoint | "remove" | null> {
   const field = (name: "condition" | "hitCondition" | "logMessage", hint: string): [HTMLElement, HTMLInputElement] => {
-    const input = make("input", { value: point[name] ?? "", placeholder: hint, spellcheck: "false", autocomplete: "off", maxlength: "4096", "data-testid": `bp-${name}` });
+    const input = make("input", {
+      value: point[name] ?? "",
+      placeholder: hint,
+      spellcheck: "false",
+      autocomplete: "off",
+      maxlength: "4096",
+      "data-testid": `bp-${name}`,
+    });
     input.addEventListener("keydown", (event) => {
       if (event.key !== "Enter") return;
       event.preventDefault();
@@ -184,7 +234,11 @@ export async function askForCondition(point: Breakpoint): Promise<Breakpoint | "
   const [hitsRow, hits] = field("hitCondition", ">= 4");
   const [logRow, log] = field("logMessage", "n is {n}");
   const title = t("breakpoint_at", { line: point.line });
-  const choices = [{ text: t("remove"), value: "remove" }, { text: t("cancel"), value: "" }, { text: t("set"), value: "set", primary: true }];
+  const choices = [
+    { text: t("remove"), value: "remove" },
+    { text: t("cancel"), value: "" },
+    { text: t("set"), value: "set", primary: true },
+  ];
   const answer = await ask([make("h2", {}, title), conditionRow, hitsRow, logRow], choices, title);
   if (answer === "remove") return "remove";
   if (answer !== "set") return null;

@@ -50,12 +50,19 @@ export function ask(content: (Node | string)[], choices: Choice[], label: string
   let resolve: (value: string) => void = () => undefined;
   const promise = new Promise<string>((done) => (resolve = done));
   const buttons = choices.map((choice) => {
-    const button = make("button", { type: "button", class: choice.primary ? "primary" : null, "data-choice": choice.value }, choice.text);
+    const button = make(
+      "button",
+      { type: "button", class: choice.primary ? "primary" : null, "data-choice": choice.value },
+      choice.text,
+    );
     button.addEventListener("click", () => dialog.close(choice.value));
     return button;
   });
   // The dialog has a stop of its own beneath: everything behind a question is out of reach of pointer and touch.
-  byId("question").replaceChildren(make("div", { class: "body" }, ...content), make("div", { class: "row end" }, ...buttons));
+  byId("question").replaceChildren(
+    make("div", { class: "body" }, ...content),
+    make("div", { class: "row end" }, ...buttons),
+  );
   dialog.setAttribute("aria-label", label);
   dialog.returnValue = "";
   dialog.addEventListener("close", () => resolve(dialog.returnValue), { once: true });

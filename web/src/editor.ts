@@ -1,4 +1,5 @@
-// The editor: CodeMirror with what the server tells about the text, the running line and breakpoints. Knows no files and no arm.
+// The editor: CodeMirror with what the server tells about the text, the running line and breakpoints. Knows no files
+// and no arm.
 
 import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
 import { bracketMatching, HighlightStyle, indentUnit, StreamLanguage, syntaxHighlighting } from "@codemirror/language";
@@ -6,7 +7,18 @@ import { python } from "@codemirror/legacy-modes/mode/python";
 import { type Diagnostic, lintGutter, linter, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
 import { Compartment, EditorState, type Extension, StateEffect, StateField } from "@codemirror/state";
-import { Decoration, type DecorationSet, drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers, placeholder, tooltips } from "@codemirror/view";
+import {
+  Decoration,
+  type DecorationSet,
+  drawSelection,
+  EditorView,
+  highlightActiveLine,
+  highlightActiveLineGutter,
+  keymap,
+  lineNumbers,
+  placeholder,
+  tooltips,
+} from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { unitsBefore } from "./advice";
 
@@ -24,7 +36,10 @@ export interface Finding {
 }
 
 const setRunning = StateEffect.define<number>();
-const runningLine = Decoration.line({ class: "cm-running", attributes: { "aria-current": "step", "data-testid": "running-line" } });
+const runningLine = Decoration.line({
+  class: "cm-running",
+  attributes: { "aria-current": "step", "data-testid": "running-line" },
+});
 const runningField = StateField.define<DecorationSet>({
   create: () => Decoration.none,
   update(lines, transaction) {
@@ -32,7 +47,9 @@ const runningField = StateField.define<DecorationSet>({
     for (const effect of transaction.effects) {
       if (!effect.is(setRunning)) continue;
       const isLine = effect.value >= 1 && effect.value <= transaction.state.doc.lines;
-      shown = isLine ? Decoration.set(runningLine.range(transaction.state.doc.line(effect.value).from)) : Decoration.none;
+      shown = isLine
+        ? Decoration.set(runningLine.range(transaction.state.doc.line(effect.value).from))
+        : Decoration.none;
     }
     return shown;
   },
@@ -67,7 +84,10 @@ const colors = HighlightStyle.define([
 ]);
 
 /** `def … end`: the words of the language that Python does not have. */
-const script = StreamLanguage.define({ ...python, token: (stream, state) => (stream.match(/^(?:end|thread|sec)\b/) ? "keyword" : python.token(stream, state)) });
+const script = StreamLanguage.define({
+  ...python,
+  token: (stream, state) => (stream.match(/^(?:end|thread|sec)\b/) ? "keyword" : python.token(stream, state)),
+});
 
 export interface EditorOptions {
   host: HTMLElement;
@@ -79,7 +99,15 @@ export interface EditorOptions {
   onSave: () => void;
 }
 
-export function makeEditor({ host, label, hint: words, text, extensions, onChange, onSave }: EditorOptions): EditorView {
+export function makeEditor({
+  host,
+  label,
+  hint: words,
+  text,
+  extensions,
+  onChange,
+  onSave,
+}: EditorOptions): EditorView {
   const nonce = document.querySelector<HTMLMetaElement>("meta[name=style-nonce]")?.content ?? "";
   return new EditorView({
     parent: host,
@@ -88,16 +116,32 @@ export function makeEditor({ host, label, hint: words, text, extensions, onChang
       extensions: [
         nonce ? EditorView.cspNonce.of(nonce) : [],
         extensions,
-        lineNumbers(), highlightActiveLine(), highlightActiveLineGutter(), drawSelection(), history(), bracketMatching(), highlightSelectionMatches(),
-        indentUnit.of("  "), EditorState.tabSize.of(8), script, syntaxHighlighting(colors),
+        lineNumbers(),
+        highlightActiveLine(),
+        highlightActiveLineGutter(),
+        drawSelection(),
+        history(),
+        bracketMatching(),
+        highlightSelectionMatches(),
+        indentUnit.of("  "),
+        EditorState.tabSize.of(8),
+        script,
+        syntaxHighlighting(colors),
         // All style sheets at once: one that came later would be refused by the policy of the page.
-        linter(null), lintGutter(), runningField, alarmField, hint.of(placeholder(words)),
+        linter(null),
+        lintGutter(),
+        runningField,
+        alarmField,
+        hint.of(placeholder(words)),
         // What floats over the text stays over it: buttons beside the editor are never covered.
         tooltips({ tooltipSpace: (view) => spaceOf(view) }),
         keymap.of([
           { key: "Mod-s", run: () => (onSave(), true) },
           { key: "Escape", run: (view) => (view.contentDOM.blur(), true) },
-          ...defaultKeymap, ...historyKeymap, ...searchKeymap, indentWithTab,
+          ...defaultKeymap,
+          ...historyKeymap,
+          ...searchKeymap,
+          indentWithTab,
         ]),
         EditorView.contentAttributes.of({ "data-testid": "editor", "aria-label": label }),
         EditorView.updateListener.of((update) => {
@@ -134,13 +178,25 @@ export function markFindings(view: EditorView, findings: readonly Finding[]): vo
 /** Makes a change that does away with a finding; the text must be the one in which it was found. */
 export function applyFix(view: EditorView, fix: Finding["fixes"][number]): void {
   const { doc } = view.state;
-  view.dispatch({ changes: fix.edits.map((edit) => ({ from: unitsBefore(doc, edit.from), to: unitsBefore(doc, edit.to), insert: edit.text })), userEvent: "input.fix" });
+  view.dispatch({
+    changes: fix.edits.map((edit) => ({
+      from: unitsBefore(doc, edit.from),
+      to: unitsBefore(doc, edit.to),
+      insert: edit.text,
+    })),
+    userEvent: "input.fix",
+  });
 }
 
 /** The editor, as far as it is seen. */
 function spaceOf(view: EditorView): { top: number; left: number; bottom: number; right: number } {
   const own = view.dom.getBoundingClientRect();
-  return { top: Math.max(own.top, 0), left: Math.max(own.left, 0), bottom: Math.min(own.bottom, innerHeight), right: Math.min(own.right, innerWidth) };
+  return {
+    top: Math.max(own.top, 0),
+    left: Math.max(own.left, 0),
+    bottom: Math.min(own.bottom, innerHeight),
+    right: Math.min(own.right, innerWidth),
+  };
 }
 
 /** What stands in an empty editor, in the language of the page. */
@@ -149,8 +205,8 @@ export function showHint(view: EditorView, words: string): void {
 }
 
 /**
- * Scrolls the text to a line, and nothing around it: `EditorView.scrollIntoView` would scroll the panel as well, away from what a hand
- * is at.
+ * Scrolls the text to a line, and nothing around it: `EditorView.scrollIntoView` would scroll the panel as well, away
+ * from what a hand is at.
  */
 export function revealLine(view: EditorView, line: number, margin = 20): void {
   if (line < 1 || line > view.state.doc.lines) return;
@@ -160,7 +216,8 @@ export function revealLine(view: EditorView, line: number, margin = 20): void {
       const { scrollDOM } = view;
       const [top, bottom] = [block.top - margin, block.bottom + margin];
       if (top < scrollDOM.scrollTop) scrollDOM.scrollTop = top;
-      else if (bottom > scrollDOM.scrollTop + scrollDOM.clientHeight) scrollDOM.scrollTop = bottom - scrollDOM.clientHeight;
+      else if (bottom > scrollDOM.scrollTop + scrollDOM.clientHeight)
+        scrollDOM.scrollTop = bottom - scrollDOM.clientHeight;
     },
   });
 }

@@ -44,7 +44,8 @@ export function holdable(button: HTMLButtonElement, begin: () => void, end: () =
     button.setPointerCapture(event.pointerId);
     start();
   });
-  for (const name of ["pointerup", "pointercancel", "lostpointercapture", "blur", "contextmenu"]) button.addEventListener(name, stop);
+  for (const name of ["pointerup", "pointercancel", "lostpointercapture", "blur", "contextmenu"])
+    button.addEventListener(name, stop);
   button.addEventListener("keydown", (event) => {
     if (event.key !== " " && event.key !== "Enter") return;
     event.preventDefault();
@@ -76,7 +77,9 @@ export class Jog {
     onTeach: (q: readonly number[]) => void,
   ) {
     JOINTS.forEach((axis, k) => byId("jog-joints").append(this.row(axis, `q-${k + 1}`, this.q, "angle")));
-    AXES.forEach((axis, k) => byId("jog-tcp").append(this.row(axis, `tcp-${axis}`, this.tcp, k < 3 ? "length" : "angle")));
+    AXES.forEach((axis, k) =>
+      byId("jog-tcp").append(this.row(axis, `tcp-${axis}`, this.tcp, k < 3 ? "length" : "angle")),
+    );
     const moveTo = byId<HTMLButtonElement>("move-to");
     moveTo.addEventListener("click", () => this.moveTo());
     byId("move-reset").addEventListener("click", () => this.reset());
@@ -84,7 +87,11 @@ export class Jog {
       if (this.frame) onTeach(this.frame.actualQ);
     });
     const freedrive = byId<HTMLButtonElement>("freedrive");
-    holdable(freedrive, () => this.hold({ do: "freedrive" }), () => this.link.release());
+    holdable(
+      freedrive,
+      () => this.hold({ do: "freedrive" }),
+      () => this.link.release(),
+    );
     byId("push").addEventListener("click", () => this.push());
     const speed = byId<HTMLInputElement>("jog-speed");
     speed.addEventListener("input", () => setText(byId("jog-speed-text"), `${speed.value} %`));
@@ -102,7 +109,8 @@ export class Jog {
   }
 
   private nameFields(): void {
-    for (const field of [...this.q, ...this.tcp]) field.input.setAttribute("aria-label", `${field.axis.toUpperCase()} (${unitOf(field.kind)})`);
+    for (const field of [...this.q, ...this.tcp])
+      field.input.setAttribute("aria-label", `${field.axis.toUpperCase()} (${unitOf(field.kind)})`);
     const button = byId("units");
     setText(button, `${unitOf("angle")} · ${unitOf("length")}`);
     button.setAttribute("aria-pressed", String(currentUnits() === "practical"));
@@ -117,15 +125,32 @@ export class Jog {
   private row(axis: string, testid: string, fields: Field[], kind: Kind): HTMLElement {
     const button = (sign: 1 | -1): HTMLButtonElement => {
       const name = sign > 0 ? "plus" : "minus";
-      const made = make("button", {
-        class: "jog", "data-testid": `jog-${axis}-${name}`, "data-label": name, "data-axis": axis.toUpperCase(), disabled: true, type: "button",
-      }, sign > 0 ? "+" : "−");
-      holdable(made, () => this.jog(axis, sign), () => this.link.release());
+      const made = make(
+        "button",
+        {
+          class: "jog",
+          "data-testid": `jog-${axis}-${name}`,
+          "data-label": name,
+          "data-axis": axis.toUpperCase(),
+          disabled: true,
+          type: "button",
+        },
+        sign > 0 ? "+" : "−",
+      );
+      holdable(
+        made,
+        () => this.jog(axis, sign),
+        () => this.link.release(),
+      );
       this.buttons.push(made);
       return made;
     };
     const input = make("input", {
-      "data-testid": testid, inputmode: "text", autocomplete: "off", spellcheck: "false", value: "0.0000",
+      "data-testid": testid,
+      inputmode: "text",
+      autocomplete: "off",
+      spellcheck: "false",
+      value: "0.0000",
     });
     const other = make("small", { "aria-hidden": "true" });
     const field: Field = { axis, kind, input, other, edited: false, exact: null };
@@ -135,7 +160,14 @@ export class Jog {
       if (event.key === "Enter") this.moveTo();
     });
     fields.push(field);
-    return make("div", { class: "axis" }, make("b", {}, axis.toUpperCase()), button(-1), make("span", { class: "value" }, input, other), button(1));
+    return make(
+      "div",
+      { class: "axis" },
+      make("b", {}, axis.toUpperCase()),
+      button(-1),
+      make("span", { class: "value" }, input, other),
+      button(1),
+    );
   }
 
   private words(): void {
@@ -172,10 +204,17 @@ export class Jog {
 
   /** What keeps the arm from joint positions as far as the page knows, in words of its language and units. */
   private outOfRange(q: readonly number[]): string | null {
-    const k = q.findIndex((value, joint) => value < (this.limits?.min[joint] ?? -Infinity) || value > (this.limits?.max[joint] ?? Infinity));
+    const k = q.findIndex(
+      (value, joint) => value < (this.limits?.min[joint] ?? -Infinity) || value > (this.limits?.max[joint] ?? Infinity),
+    );
     if (k < 0) return null;
     const text = (value: number): string => quantityText("angle", value);
-    return t("joint_range", { joint: k + 1, value: text(q[k] ?? 0), min: text(this.limits?.min[k] ?? 0), max: text(this.limits?.max[k] ?? 0) });
+    return t("joint_range", {
+      joint: k + 1,
+      value: text(q[k] ?? 0),
+      min: text(this.limits?.min[k] ?? 0),
+      max: text(this.limits?.max[k] ?? 0),
+    });
   }
 
   private editedFields(): Field[] | null {
@@ -201,7 +240,13 @@ export class Jog {
     const values: number[] = [];
     for (const field of fields) {
       const value = this.valueOf(field);
-      if (value === null) return this.refuse(t(field.kind === "angle" ? "no_angle" : "no_length", { text: field.input.value.trim().slice(0, 30), axis: field.axis.toUpperCase() }));
+      if (value === null)
+        return this.refuse(
+          t(field.kind === "angle" ? "no_angle" : "no_length", {
+            text: field.input.value.trim().slice(0, 30),
+            axis: field.axis.toUpperCase(),
+          }),
+        );
       values.push(value);
     }
     const reason = fields === this.q ? this.outOfRange(values) : null;
@@ -314,7 +359,9 @@ export class Jog {
     const newtons = Number(byId<HTMLInputElement>("push-force").value) * (text.startsWith("-") ? -1 : 1);
     const wrench = ["x", "y", "z"].map((axis) => (text.endsWith(axis) ? newtons : 0)).concat(0, 0, 0);
     const frame = byId<HTMLSelectElement>("jog-frame").value;
-    this.link.order({ do: "push", wrench, duration: 0.5, frame }).catch((error: Error) => toast(error.message, "error"));
+    this.link
+      .order({ do: "push", wrench, duration: 0.5, frame })
+      .catch((error: Error) => toast(error.message, "error"));
   }
 
   show(frame: Frame): void {

@@ -24,6 +24,7 @@ export function turnZ(angle: number): number[] {
 export function fromPose(pose: readonly number[]): number[] {
   const [x = 0, y = 0, z = 0, rx = 0, ry = 0, rz = 0] = pose;
   const [cx, sx, cy, sy, cz, sz] = [Math.cos(rx), Math.sin(rx), Math.cos(ry), Math.sin(ry), Math.cos(rz), Math.sin(rz)];
+  // prettier-ignore
   return [
     cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx, x,
     sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx, y,
@@ -32,7 +33,12 @@ export function fromPose(pose: readonly number[]): number[] {
 }
 
 /** Frames of the base, the six joints, the flange and the TCP in the base frame. */
-export function forward(joints: readonly Matrix[], flange: Matrix, q: readonly number[], tcp: readonly number[]): number[][] {
+export function forward(
+  joints: readonly Matrix[],
+  flange: Matrix,
+  q: readonly number[],
+  tcp: readonly number[],
+): number[][] {
   const frames: number[][] = [[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]];
   let frame = frames[0] as number[];
   joints.forEach((joint, k) => {

@@ -40,7 +40,9 @@ export class Link {
   private holding = 0;
   private alive: ReturnType<typeof setInterval> | null = null;
   private asking = false;
-  /** The token was shown: what is clicked in the first moments of a connection waits for it instead of being refused. */
+  /**
+   * The token was shown: what is clicked in the first moments of a connection waits for it instead of being refused.
+   */
   private introduced: Promise<void> = Promise.resolve();
   private signedAt = 0;
 
@@ -162,7 +164,13 @@ export class Link {
   }
 
   private take(text: string, finding: Promise<void>): void {
-    const message = JSON.parse(text) as ServerEvent & { answer?: number; ok?: boolean; value?: unknown; error?: string; texts?: Record<string, string> };
+    const message = JSON.parse(text) as ServerEvent & {
+      answer?: number;
+      ok?: boolean;
+      value?: unknown;
+      error?: string;
+      texts?: Record<string, string>;
+    };
     if (typeof message.answer === "number") {
       const waiting = this.waiting.get(message.answer);
       this.waiting.delete(message.answer);
@@ -175,7 +183,10 @@ export class Link {
       this.control = message["control"] as number | null;
       this.readOnly = message["read_only"] as string | null;
       this.pause = 250;
-      this.introduced = finding.then(() => this.introduce(), () => this.socket?.close());
+      this.introduced = finding.then(
+        () => this.introduce(),
+        () => this.socket?.close(),
+      );
       this.change("connected");
     } else if (message.event === "control") {
       this.control = message["page"] as number | null;
@@ -216,7 +227,10 @@ function refusalText(answer: { error?: string; texts?: Record<string, string> })
 }
 
 /** An answer of /api/v1 as JSON; what is refused is an error with the server's sentence. */
-export async function api<T>(path: string, init: { method?: string; body?: unknown; token?: string | null; signal?: AbortSignal } = {}): Promise<T> {
+export async function api<T>(
+  path: string,
+  init: { method?: string; body?: unknown; token?: string | null; signal?: AbortSignal } = {},
+): Promise<T> {
   const headers: Record<string, string> = {};
   if (init.body !== undefined) headers["content-type"] = "application/json";
   if (init.token) headers["authorization"] = `Bearer ${init.token}`;
@@ -228,6 +242,9 @@ export async function api<T>(path: string, init: { method?: string; body?: unkno
     ...(init.body === undefined ? {} : { body: JSON.stringify(init.body) }),
   });
   const value = (await answer.json()) as T & { error?: string; texts?: Record<string, string> };
-  if (!answer.ok) throw Object.assign(new Error(value.error === undefined ? answer.statusText : refusalText(value)), { status: answer.status });
+  if (!answer.ok)
+    throw Object.assign(new Error(value.error === undefined ? answer.statusText : refusalText(value)), {
+      status: answer.status,
+    });
   return value;
 }

@@ -22,14 +22,21 @@ import { Waypoints } from "./waypoints";
 import type { WorldMoment } from "./world";
 import { currentLanguage, isWord, onLanguage, setLanguage, t, translate, type Language, type Word } from "./words";
 
+// prettier-ignore
 const ROBOT: Record<number, string> = {
-  [-1]: "NO_CONTROLLER", 0: "DISCONNECTED", 1: "CONFIRM_SAFETY", 2: "BOOTING", 3: "POWER_OFF", 4: "POWER_ON", 5: "IDLE", 6: "BACKDRIVE", 7: "RUNNING", 8: "UPDATING_FIRMWARE", 9: "WAITING_CALIBRATION",
+  [-1]: "NO_CONTROLLER", 0: "DISCONNECTED", 1: "CONFIRM_SAFETY", 2: "BOOTING", 3: "POWER_OFF", 4: "POWER_ON", 5: "IDLE",
+  6: "BACKDRIVE", 7: "RUNNING", 8: "UPDATING_FIRMWARE", 9: "WAITING_CALIBRATION",
 };
+// prettier-ignore
 const SAFETY: Record<number, string> = {
-  1: "NORMAL", 2: "REDUCED", 3: "PROTECTIVE_STOP", 4: "RECOVERY", 5: "SAFEGUARD_STOP", 6: "SYSTEM_EMERGENCY_STOP", 7: "ROBOT_EMERGENCY_STOP", 8: "VIOLATION", 9: "FAULT", 10: "VALIDATE_JOINT_ID", 11: "UNDEFINED",
+  1: "NORMAL", 2: "REDUCED", 3: "PROTECTIVE_STOP", 4: "RECOVERY", 5: "SAFEGUARD_STOP", 6: "SYSTEM_EMERGENCY_STOP",
+  7: "ROBOT_EMERGENCY_STOP", 8: "VIOLATION", 9: "FAULT", 10: "VALIDATE_JOINT_ID", 11: "UNDEFINED",
 };
+// prettier-ignore
 const MOTION: Record<number, Word> = {
-  0: "m_idle", 1: "m_movej", 2: "m_movel", 3: "m_stopping", 4: "m_paused", 5: "m_protective", 6: "m_off", 7: "m_movec", 8: "m_moveml", 9: "m_movep", 20: "m_servoj", 21: "m_speedj", 22: "m_speedl", 23: "m_freedrive", 24: "m_conveyor", 25: "m_force",
+  0: "m_idle", 1: "m_movej", 2: "m_movel", 3: "m_stopping", 4: "m_paused", 5: "m_protective", 6: "m_off", 7: "m_movec",
+  8: "m_moveml", 9: "m_movep", 20: "m_servoj", 21: "m_speedj", 22: "m_speedl", 23: "m_freedrive", 24: "m_conveyor",
+  25: "m_force",
 };
 /** Safety modes in which the arm may move. */
 const SAFE = new Set(["NORMAL", "REDUCED"]);
@@ -73,7 +80,10 @@ function showMissing(): void {
   const box = byId("mesh-missing");
   const lines = missing.map(({ number, reason }) => {
     const names = scene ? meshUsers(scene, number, t("part_tool")) : [];
-    return t("mesh_missing", { names: names.join(", "), reason: reason instanceof MeshFault ? t(reason.word, reason.values) : String(reason) });
+    return t("mesh_missing", {
+      names: names.join(", "),
+      reason: reason instanceof MeshFault ? t(reason.word, reason.values) : String(reason),
+    });
   });
   box.hidden = lines.length === 0;
   box.replaceChildren(...lines.map((line) => make("p", {}, line)));
@@ -81,23 +91,38 @@ function showMissing(): void {
 onLanguage(showMissing);
 const programs = new Programs(link);
 const paths = new Paths(link, programs);
-const jog = new Jog(link, (q) => {
-  view?.setGhost(q);
-  byId("view").dataset["ghost"] = String(q !== null);
-}, (q) => programs.teach(q));
+const jog = new Jog(
+  link,
+  (q) => {
+    view?.setGhost(q);
+    byId("view").dataset["ghost"] = String(q !== null);
+  },
+  (q) => programs.teach(q),
+);
 const points = new Points(link);
 const cell = new CellPanel(link, (part, pose) => view?.setPartGhost(part, pose));
 const timeline = new TimeLine();
 const names = new Map<number, RunningProgram>();
-const notices = new Notices(link, (number, line) => void goToPlace(number, line), (number) => names.get(number) ?? null, () => programs.markAlarms(notices.places));
+const notices = new Notices(
+  link,
+  (number, line) => void goToPlace(number, line),
+  (number) => names.get(number) ?? null,
+  () => programs.markAlarms(notices.places),
+);
 programs.onText = () => {
   programs.markAlarms(notices.places);
   paths.textChanged();
   enable();
 };
-const waypoints = new Waypoints({ position: () => shown?.actualQ ?? null, go: (q) => void jog.propose(q), insert: (point) => programs.teach(point.q, point.name) });
+const waypoints = new Waypoints({
+  position: () => shown?.actualQ ?? null,
+  go: (q) => void jog.propose(q),
+  insert: (point) => programs.teach(point.q, point.name),
+});
 
-const debug = new Debugger(() => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/v1/debug`) as Channel);
+const debug = new Debugger(
+  () => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/v1/debug`) as Channel,
+);
 const debugPanel = new DebugPanel(debug);
 
 /** Whether this server has a debugger. A recording has none. */
@@ -193,8 +218,22 @@ function show(frame: Frame, jumped: boolean): void {
   const safety = SAFETY[frame.safetyMode] ?? String(frame.safetyMode);
   const task = TASK[frame.task] ?? "stopped";
   const isSafe = SAFE.has(safety);
-  setChip("chip-robot", label("r_", robot), robot === "RUNNING" && isSafe ? "good" : robot === "RUNNING" || robot === "IDLE" || robot === "POWER_ON" ? "warn" : "bad", robot);
-  setChip("chip-safety", label("s_", safety), safety === "NORMAL" ? "good" : safety === "REDUCED" ? "warn" : "bad", safety);
+  setChip(
+    "chip-robot",
+    label("r_", robot),
+    robot === "RUNNING" && isSafe
+      ? "good"
+      : robot === "RUNNING" || robot === "IDLE" || robot === "POWER_ON"
+        ? "warn"
+        : "bad",
+    robot,
+  );
+  setChip(
+    "chip-safety",
+    label("s_", safety),
+    safety === "NORMAL" ? "good" : safety === "REDUCED" ? "warn" : "bad",
+    safety,
+  );
   setChip("chip-program", t(task), task === "running" && isSafe ? "good" : task === "stopped" ? "" : "warn", task);
   showFacts(frame);
 }
@@ -209,15 +248,34 @@ function showWorld(moment: WorldMoment | null): void {
 
 /** What can be read beside the arm, in the units that are chosen. */
 function showFacts(frame: Frame): void {
-  const three = (values: readonly number[]): string => values.slice(0, 3).map((value) => numberText("length", value)).join("  ");
+  const three = (values: readonly number[]): string =>
+    values
+      .slice(0, 3)
+      .map((value) => numberText("length", value))
+      .join("  ");
   const place = (pose: readonly number[]): string => `${three(pose)} ${unitOf("length")}`;
-  const tcp = frame.tcpOffset.slice(3).some((angle) => Math.abs(angle) > 1e-6) ? `${place(frame.tcpOffset)}  ${frame.tcpOffset.slice(3).map((angle) => numberText("angle", angle)).join("  ")} ${unitOf("angle")}` : place(frame.tcpOffset);
+  const tcp = frame.tcpOffset.slice(3).some((angle) => Math.abs(angle) > 1e-6)
+    ? `${place(frame.tcpOffset)}  ${frame.tcpOffset
+        .slice(3)
+        .map((angle) => numberText("angle", angle))
+        .join("  ")} ${unitOf("angle")}`
+    : place(frame.tcpOffset);
   const speed = Math.hypot(frame.tcpSpeed[0] ?? 0, frame.tcpSpeed[1] ?? 0, frame.tcpSpeed[2] ?? 0);
   const force = Math.hypot(frame.tcpForce[0] ?? 0, frame.tcpForce[1] ?? 0, frame.tcpForce[2] ?? 0);
   const motion = t(MOTION[frame.motionMode] ?? "m_unknown");
   const speedText = currentUnits() === "si" ? `${fixed(speed, 3)} m/s` : `${fixed(speed * 1000, 0)} mm/s`;
-  const payload = load ? `${fixed(load.mass, 2)} kg${load.cog.some((x) => x !== 0) ? ` (${place(load.cog)})` : ""}` : "–";
-  facts([[t("doing"), motion], ["X Y Z", place(frame.actualPose)], [t("target"), place(frame.targetPose)], [t("tcp_speed"), speedText], [t("force"), `${fixed(force, 1)} N`], ["TCP", tcp], [t("payload"), payload]]);
+  const payload = load
+    ? `${fixed(load.mass, 2)} kg${load.cog.some((x) => x !== 0) ? ` (${place(load.cog)})` : ""}`
+    : "–";
+  facts([
+    [t("doing"), motion],
+    ["X Y Z", place(frame.actualPose)],
+    [t("target"), place(frame.targetPose)],
+    [t("tcp_speed"), speedText],
+    [t("force"), `${fixed(force, 1)} N`],
+    ["TCP", tcp],
+    [t("payload"), payload],
+  ]);
 }
 onUnits(() => shown && showFacts(shown));
 
@@ -306,19 +364,38 @@ function showFirstStep(robot: string, safety: string): void {
   const now = steps.find((step) => !step.done);
   const isOthers = link.control !== null && !link.hasControl;
   const box = byId("first-step");
-  box.hidden = !now || isOthers || !latest || link.state !== "connected" || link.readOnly !== null || !timeline.isLive || !SAFE.has(safety);
+  box.hidden =
+    !now ||
+    isOthers ||
+    !latest ||
+    link.state !== "connected" ||
+    link.readOnly !== null ||
+    !timeline.isLive ||
+    !SAFE.has(safety);
   if (box.hidden || !now) return;
   const key = `${steps.map((step) => Number(step.done)).join("")}${t(now.word)}`;
   const go = byId<HTMLButtonElement>("first-step-go");
   go.disabled = document.querySelector<HTMLButtonElement>(`[data-testid=${now.button}]`)?.disabled ?? true;
   if (box.dataset["key"] === key) return;
   box.dataset["key"] = key;
-  box.querySelector("ol")?.replaceChildren(...steps.map((step) => make("li", { class: step.done ? "done" : step === now ? "now" : null, "aria-current": step === now ? "step" : null }, t(step.word))));
+  box
+    .querySelector("ol")
+    ?.replaceChildren(
+      ...steps.map((step) =>
+        make(
+          "li",
+          { class: step.done ? "done" : step === now ? "now" : null, "aria-current": step === now ? "step" : null },
+          t(step.word),
+        ),
+      ),
+    );
   setText(go, t(now.word));
   go.dataset["button"] = now.button;
 }
 byId("first-step-go").addEventListener("click", () => {
-  document.querySelector<HTMLButtonElement>(`[data-testid=${byId("first-step-go").dataset["button"] ?? "take-control"}]`)?.click();
+  document
+    .querySelector<HTMLButtonElement>(`[data-testid=${byId("first-step-go").dataset["button"] ?? "take-control"}]`)
+    ?.click();
 });
 
 byId("home").addEventListener("click", () => {
@@ -338,13 +415,19 @@ function showControl(): void {
   button.classList.toggle("primary", !link.hasControl && !button.disabled);
   const text = link.readOnly !== null ? t("read_only") : link.hasControl ? t("give_up") : t("take_control");
   setText(button, text);
-  button.title = link.control === null ? t("nobody_has") : link.hasControl ? t("give_up") : t("other_has", { n: link.control });
+  button.title =
+    link.control === null ? t("nobody_has") : link.hasControl ? t("give_up") : t("other_has", { n: link.control });
   notices.refresh();
 }
 
 function showLink(): void {
   const word: Word = link.state;
-  setChip("chip-connection", t(word), link.state === "connected" ? "good" : link.state === "connecting" ? "warn" : "bad", link.state);
+  setChip(
+    "chip-connection",
+    t(word),
+    link.state === "connected" ? "good" : link.state === "connecting" ? "warn" : "bad",
+    link.state,
+  );
   document.body.classList.toggle("offline", link.state !== "connected");
   showControl();
   enable();
@@ -367,9 +450,12 @@ link.onFrame = (frame) => {
   if (framesSeen === 1) performance.mark("first-frame");
   timeline.push(frame);
   if (link.readOnly === null) paths.take(frame);
-  if (before && frame.program !== before.program) notices.clearAlarms((event) => event["kind"] === "script" && Number(event["program"]) < frame.program);
-  if (before && SAFETY[before.safetyMode] === "PROTECTIVE_STOP" && SAFETY[frame.safetyMode] !== "PROTECTIVE_STOP") notices.clearAlarms((event) => Number(event["code"]) === 100);
-  if (before && (before.safetyMode === 6 || before.safetyMode === 7) && frame.safetyMode === 1) notices.clearAlarms((event) => Number(event["code"]) === 101);
+  if (before && frame.program !== before.program)
+    notices.clearAlarms((event) => event["kind"] === "script" && Number(event["program"]) < frame.program);
+  if (before && SAFETY[before.safetyMode] === "PROTECTIVE_STOP" && SAFETY[frame.safetyMode] !== "PROTECTIVE_STOP")
+    notices.clearAlarms((event) => Number(event["code"]) === 100);
+  if (before && (before.safetyMode === 6 || before.safetyMode === 7) && frame.safetyMode === 1)
+    notices.clearAlarms((event) => Number(event["code"]) === 101);
   if (timeline.isLive && link.readOnly === null) {
     pending = frame;
     showSpeed(frame.speedFraction);
@@ -439,10 +525,16 @@ async function welcome(): Promise<void> {
   programs.setReadOnly(link.readOnly !== null);
   document.body.classList.toggle("read-only", link.readOnly !== null);
   try {
-    const [about, data] = await Promise.all([api<{ robot: string; replay?: string }>("/api/v1"), api<SceneData>("/api/v1/scene")]);
+    const [about, data] = await Promise.all([
+      api<{ robot: string; replay?: string }>("/api/v1"),
+      api<SceneData>("/api/v1/scene"),
+    ]);
     scene = data;
     void findDebugger();
-    setText(byId("robot-name"), about.replay ? `${about.robot} · ${about.replay.split(/[\\/]/).pop() ?? ""}` : about.robot);
+    setText(
+      byId("robot-name"),
+      about.replay ? `${about.robot} · ${about.replay.split(/[\\/]/).pop() ?? ""}` : about.robot,
+    );
     byId("robot-name").title = about.replay ?? "";
     document.title = `${about.robot} – eliteserver`;
     view?.setScene(scene);
@@ -490,14 +582,26 @@ timeline.onLive = () => {
 };
 
 link.onTokenAsked = async () => {
-  const input = make("input", { type: "password", "data-testid": "token", "aria-label": t("token"), autocomplete: "off" });
+  const input = make("input", {
+    type: "password",
+    "data-testid": "token",
+    "aria-label": t("token"),
+    autocomplete: "off",
+  });
   input.addEventListener("keydown", (event) => {
     if (event.key === "Enter") {
       event.preventDefault();
       byId<HTMLDialogElement>("dialog").close("ok");
     }
   });
-  const answer = await ask([make("p", {}, t("token_asked")), input], [{ text: t("cancel"), value: "" }, { text: t("ok"), value: "ok", primary: true }], t("token"));
+  const answer = await ask(
+    [make("p", {}, t("token_asked")), input],
+    [
+      { text: t("cancel"), value: "" },
+      { text: t("ok"), value: "ok", primary: true },
+    ],
+    t("token"),
+  );
   return answer === "ok" ? input.value.trim() : null;
 };
 
@@ -515,7 +619,16 @@ for (const button of document.querySelectorAll<HTMLButtonElement>("[data-order]"
 /** Whether a program may be ended that is under way; nothing is asked while none is. */
 async function endsProgram(question: Word, answer: Word): Promise<boolean> {
   if (!latest || latest.task === 0) return true;
-  return (await ask([make("p", {}, t(question))], [{ text: t("cancel"), value: "" }, { text: t(answer), value: "ok", primary: true }], t(question))) === "ok";
+  return (
+    (await ask(
+      [make("p", {}, t(question))],
+      [
+        { text: t("cancel"), value: "" },
+        { text: t(answer), value: "ok", primary: true },
+      ],
+      t(question),
+    )) === "ok"
+  );
 }
 const led = (what: Promise<void>): void => void what.catch((error: Error) => toast(error.message, "error"));
 byId("run").addEventListener("click", () => {
@@ -583,7 +696,9 @@ for (const anchor of byId("tabs").querySelectorAll<HTMLAnchorElement>("a")) {
     keepPlace();
     section.scrollIntoView({ block: "start" });
     markTab();
-    section.querySelector<HTMLElement>("button:not([disabled]), input:not([disabled]), [tabindex]")?.focus({ preventScroll: true });
+    section
+      .querySelector<HTMLElement>("button:not([disabled]), input:not([disabled]), [tabindex]")
+      ?.focus({ preventScroll: true });
   });
 }
 const panels = byId("panels");
@@ -592,7 +707,7 @@ const sections = [...panels.querySelectorAll<HTMLElement>(":scope > section")];
 let looked: { section: HTMLElement; top: number; scroller: Element; scroll: number } | null = null;
 
 function panelScroller(): Element {
-  return getComputedStyle(panels).overflowY === "visible" ? document.scrollingElement ?? panels : panels;
+  return getComputedStyle(panels).overflowY === "visible" ? (document.scrollingElement ?? panels) : panels;
 }
 
 /** The panel that is looked at is marked among the tabs. */
@@ -621,28 +736,51 @@ function keepPlace(): void {
   markTab();
 }
 // The page itself is what is scrolled on a low and narrow screen.
-document.addEventListener("scroll", (event) => {
-  // Texts and lists that scroll inside a panel are not the panel. What has grown since the last frame is made good here: a scroll
-  // event comes before the layout is observed, and would take the new place for the one that was looked at.
-  if (event.target === panels || event.target === document) keepPlace();
-}, { capture: true, passive: true });
+document.addEventListener(
+  "scroll",
+  (event) => {
+    // Texts and lists that scroll inside a panel are not the panel. What has grown since the last frame is made good
+    // here: a scroll event comes before the layout is observed, and would take the new place for the one that was
+    // looked at.
+    if (event.target === panels || event.target === document) keepPlace();
+  },
+  { capture: true, passive: true },
+);
 const layout = new ResizeObserver(keepPlace);
 for (const one of [panels, ...sections]) layout.observe(one);
 
 setInterval(() => {
   if (!shown) return;
   const [x = 0, y = 0, z = 0] = shown.actualPose;
-  const text = t("view_text", { mode: t(MOTION[shown.motionMode] ?? "m_unknown"), x: fixed(x, 2), y: fixed(y, 2), z: fixed(z, 2) });
+  const text = t("view_text", {
+    mode: t(MOTION[shown.motionMode] ?? "m_unknown"),
+    x: fixed(x, 2),
+    y: fixed(y, 2),
+    z: fixed(z, 2),
+  });
   byId("view").setAttribute("aria-label", text);
 }, 1000);
 
 translate(document.body);
 const language = choiceOf("language");
-setLanguage(language === "zh" || (language === null && navigator.language.toLowerCase().startsWith("zh")) ? "zh" : "en");
+setLanguage(
+  language === "zh" || (language === null && navigator.language.toLowerCase().startsWith("zh")) ? "zh" : "en",
+);
 applyTheme();
 showLink();
 link.start();
 void openView();
 
 // For measurements: how often the page and the arm were drawn, and how late frames came.
-Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest, cell: () => view?.figures() ?? null, paths: () => view?.pathFigures() ?? null, shapes: () => view?.shapeFigures() ?? [], pixelOf: (part: string) => view?.pixelOf(part) ?? null, pixelAt: (point: number[]) => view?.pixelAt(point) ?? null } });
+Object.assign(window, {
+  eliteserver: {
+    frames: () => framesSeen,
+    drawn: () => view?.frames ?? 0,
+    latest: () => latest,
+    cell: () => view?.figures() ?? null,
+    paths: () => view?.pathFigures() ?? null,
+    shapes: () => view?.shapeFigures() ?? [],
+    pixelOf: (part: string) => view?.pixelOf(part) ?? null,
+    pixelAt: (point: number[]) => view?.pixelAt(point) ?? null,
+  },
+});

@@ -11,7 +11,10 @@ export interface MeshData {
 
 /** Why a mesh cannot be drawn: a sentence of the table of words, so that the page says it in either language. */
 export class MeshFault extends Error {
-  constructor(readonly word: Word, readonly values: Record<string, number> = {}) {
+  constructor(
+    readonly word: Word,
+    readonly values: Record<string, number> = {},
+  ) {
     super(word);
   }
 }
@@ -32,13 +35,15 @@ export function readMesh(bytes: ArrayBuffer): MeshData {
   const wild = points.findIndex((x) => !Number.isFinite(x));
   if (wild >= 0) throw new MeshFault("mesh_coordinate", { n: Math.floor(wild / 3) });
   const lost = triangles.findIndex((corner) => corner >= pointCount);
-  if (lost >= 0) throw new MeshFault("mesh_corner", { n: Math.floor(lost / 3), point: triangles[lost] ?? 0, count: pointCount });
+  if (lost >= 0)
+    throw new MeshFault("mesh_corner", { n: Math.floor(lost / 3), point: triangles[lost] ?? 0, count: pointCount });
   return { points, triangles };
 }
 
 /**
- * Both ends of every edge whose triangles differ by an angle of at least this cosine, or that has one triangle alone. Triangles share their
- * points, so edges are found by numbers of points: EdgesGeometry compares their coordinates as texts, which takes ten times as long.
+ * Both ends of every edge whose triangles differ by an angle of at least this cosine, or that has one triangle alone.
+ * Triangles share their points, so edges are found by numbers of points: EdgesGeometry compares their coordinates as
+ * texts, which takes ten times as long.
  */
 export function creases({ points, triangles }: MeshData, cosine: number): Float32Array {
   const at = (point: number, axis: number): number => points[3 * point + axis] ?? 0;
@@ -95,7 +100,15 @@ interface Shaped {
 }
 
 /** Names of what has a mesh for its shape; the tool has no name of its own. */
-export function meshUsers(scene: { obstacles: Shaped[]; tool?: { mesh?: number } | null; world?: { parts: Shaped[]; grippers: Shaped[] } | null }, number: number, tool: string): string[] {
+export function meshUsers(
+  scene: {
+    obstacles: Shaped[];
+    tool?: { mesh?: number } | null;
+    world?: { parts: Shaped[]; grippers: Shaped[] } | null;
+  },
+  number: number,
+  tool: string,
+): string[] {
   const tools = scene.tool ? [{ name: tool, ...scene.tool }] : [];
   const all: Shaped[] = [...scene.obstacles, ...tools, ...(scene.world?.parts ?? []), ...(scene.world?.grippers ?? [])];
   return all.filter((one) => one.mesh === number).map((one) => one.name);

@@ -69,7 +69,8 @@ export class Notices {
     const before = JSON.stringify(this.panel?.popups ?? []);
     this.panel = panel;
     const popups = panel.popups ?? [];
-    if (JSON.stringify(popups) !== before || byId("popups").childElementCount !== popups.length) this.showPopups(popups);
+    if (JSON.stringify(popups) !== before || byId("popups").childElementCount !== popups.length)
+      this.showPopups(popups);
     this.showVariables(panel.variables ?? []);
   }
 
@@ -78,15 +79,22 @@ export class Notices {
     const cards = popups.map((popup) => {
       const word: Word = popup.style === "error" ? "error" : popup.style === "warning" ? "warning" : "message";
       const answer = (stop: boolean): void => {
-        this.link.order({ do: "close_popup", popup: popup.id, stop }).catch((error: Error) => toast(error.message, "error"));
+        this.link
+          .order({ do: "close_popup", popup: popup.id, stop })
+          .catch((error: Error) => toast(error.message, "error"));
       };
       const ok = make("button", { type: "button", class: "primary", "data-testid": "popup-ok" }, t("popup_ok"));
       const cancel = make("button", { type: "button", "data-testid": "popup-cancel" }, t("popup_stop"));
       ok.addEventListener("click", () => answer(false));
       cancel.addEventListener("click", () => answer(true));
       ok.disabled = cancel.disabled = !this.link.hasControl;
-      return make("div", { class: `popup ${word}`, role: "alertdialog", "data-testid": "popup", "aria-label": t(word) },
-        make("h2", {}, popup.title || t(word)), make("p", {}, popup.text), make("div", { class: "row end" }, cancel, ok));
+      return make(
+        "div",
+        { class: `popup ${word}`, role: "alertdialog", "data-testid": "popup", "aria-label": t(word) },
+        make("h2", {}, popup.title || t(word)),
+        make("p", {}, popup.text),
+        make("div", { class: "row end" }, cancel, ok),
+      );
     });
     byId("popups").replaceChildren(...cards);
     const first = byId("popups").querySelector<HTMLElement>("[data-testid=popup-ok]");
@@ -95,19 +103,28 @@ export class Notices {
 
   /** Who has control has changed. */
   refresh(): void {
-    for (const button of byId("popups").querySelectorAll<HTMLButtonElement>("button")) button.disabled = !this.link.hasControl;
+    for (const button of byId("popups").querySelectorAll<HTMLButtonElement>("button"))
+      button.disabled = !this.link.hasControl;
   }
 
   private showVariables(variables: Variable[]): void {
     const host = byId("variables");
     if (variables.length === 0) {
-      if (host.dataset["empty"] !== t("no_variables")) host.replaceChildren(make("p", { class: "hint" }, t("no_variables")));
+      if (host.dataset["empty"] !== t("no_variables"))
+        host.replaceChildren(make("p", { class: "hint" }, t("no_variables")));
       host.dataset["empty"] = t("no_variables");
       return;
     }
     delete host.dataset["empty"];
     const rows = variables.map((variable) =>
-      make("tr", { "data-name": variable.name }, make("th", { scope: "row" }, variable.name), make("td", {}, variable.value), make("td", { class: "hint" }, variable.type)));
+      make(
+        "tr",
+        { "data-name": variable.name },
+        make("th", { scope: "row" }, variable.name),
+        make("td", {}, variable.value),
+        make("td", { class: "hint" }, variable.type),
+      ),
+    );
     host.replaceChildren(make("table", {}, make("tbody", {}, ...rows)));
   }
 
@@ -128,7 +145,13 @@ export class Notices {
     const source = String(event["source"]);
     const said = String(event["text"]);
     const text = make("span", { class: "said" }, said);
-    const line = make("div", { class: `line ${level}` }, make("time", {}, fixed(time, 3)), make("b", { title: source }, source), text);
+    const line = make(
+      "div",
+      { class: `line ${level}` },
+      make("time", {}, fixed(time, 3)),
+      make("b", { title: source }, source),
+      text,
+    );
     if (said.length > FOLD_CHARS || said.split("\n").length > FOLD_LINES) line.append(this.unfolder(text));
     log.append(line);
     while (log.childElementCount > LOG_LINES) log.firstElementChild?.remove();
@@ -138,7 +161,11 @@ export class Notices {
   /** What is long shows its beginning; a click shows all of it. */
   private unfolder(text: HTMLElement): HTMLElement {
     text.classList.add("folded");
-    const button = make("button", { type: "button", class: "quiet unfold", "data-testid": "unfold", "aria-expanded": "false", "data-t": "unfold" }, t("unfold"));
+    const button = make(
+      "button",
+      { type: "button", class: "quiet unfold", "data-testid": "unfold", "aria-expanded": "false", "data-t": "unfold" },
+      t("unfold"),
+    );
     button.addEventListener("click", () => {
       const isFolded = text.classList.toggle("folded");
       button.setAttribute("aria-expanded", String(!isFolded));
@@ -167,7 +194,9 @@ export class Notices {
 
   /** Programs and lines that alarms name. */
   get places(): { text: string; line: number }[] {
-    return this.alarms.flatMap(({ event, program }) => (program && Number(event["line"] ?? 0) > 0 ? [{ text: program.text, line: Number(event["line"]) }] : []));
+    return this.alarms.flatMap(({ event, program }) =>
+      program && Number(event["line"] ?? 0) > 0 ? [{ text: program.text, line: Number(event["line"]) }] : [],
+    );
   }
 
   private card(alarm: Alarm): HTMLElement {
@@ -175,7 +204,17 @@ export class Notices {
     const isScript = event["kind"] === "script";
     const code = Number(event["code"] ?? 0);
     const isStop = !isScript && code === 100;
-    const todo: Word = isScript ? "do_script" : isStop ? "do_protective" : code === 101 ? "do_emergency" : code === 120 ? "do_recording" : code === 130 ? "do_fault" : "do_other";
+    const todo: Word = isScript
+      ? "do_script"
+      : isStop
+        ? "do_protective"
+        : code === 101
+          ? "do_emergency"
+          : code === 120
+            ? "do_recording"
+            : code === 130
+              ? "do_fault"
+              : "do_other";
     const close = make("button", { type: "button", class: "quiet", "data-testid": "alarm-dismiss" }, t("dismiss"));
     close.addEventListener("click", () => {
       this.alarms = this.alarms.filter((one) => one !== alarm);
@@ -191,18 +230,38 @@ export class Notices {
       buttons.unshift(go);
     }
     if (isStop) {
-      const unlock = make("button", { type: "button", class: "primary", "data-testid": "alarm-unlock", disabled: byId<HTMLButtonElement>("unlock").disabled }, t("unlock"));
+      const unlock = make(
+        "button",
+        {
+          type: "button",
+          class: "primary",
+          "data-testid": "alarm-unlock",
+          disabled: byId<HTMLButtonElement>("unlock").disabled,
+        },
+        t("unlock"),
+      );
       unlock.addEventListener("click", () => byId("unlock").click());
       buttons.unshift(unlock);
     }
-    return make("div", { class: "card" },
-      make("div", { class: "what" }, make("b", {}, t("alarm")), make("strong", {}, alarmText(event, currentLanguage())), ...place, make("span", { class: "todo" }, t(todo))),
-      make("div", { class: "row" }, ...buttons));
+    return make(
+      "div",
+      { class: "card" },
+      make(
+        "div",
+        { class: "what" },
+        make("b", {}, t("alarm")),
+        make("strong", {}, alarmText(event, currentLanguage())),
+        ...place,
+        make("span", { class: "todo" }, t(todo)),
+      ),
+      make("div", { class: "row" }, ...buttons),
+    );
   }
 
   /** Whether a protective stop can be left now. */
   enableUnlock(may: boolean): void {
-    for (const button of byId("alarm").querySelectorAll<HTMLButtonElement>("[data-testid=alarm-unlock]")) button.disabled = !may;
+    for (const button of byId("alarm").querySelectorAll<HTMLButtonElement>("[data-testid=alarm-unlock]"))
+      button.disabled = !may;
   }
 
   /** A protective stop was unlocked, a program begins: what was told before is over. */

@@ -2,7 +2,9 @@
 
 import type { Frame } from "./frame";
 
-/** A stretch of a path without a break: places in the base frame, m, three numbers each, and when the TCP was there, s. */
+/**
+ * A stretch of a path without a break: places in the base frame, m, three numbers each, and when the TCP was there, s.
+ */
 export interface Piece {
   places: number[];
   times: number[];
@@ -25,7 +27,10 @@ const OTHER_TCP = 1e-6;
 
 type Seen = Pick<Frame, "time" | "tcpOffset" | "actualPose" | "targetPose">;
 
-/** The path that was driven, or commanded, in frames in order of time. A new piece begins where the TCP is another one, which is no way, and where time begins anew. */
+/**
+ * The path that was driven, or commanded, in frames in order of time. A new piece begins where the TCP is another one,
+ * which is no way, and where time begins anew.
+ */
 export function pathOf(frames: readonly Seen[], which: "actualPose" | "targetPose"): Piece[] {
   const pieces: Piece[] = [];
   let piece: Piece | null = null;
@@ -34,7 +39,10 @@ export function pathOf(frames: readonly Seen[], which: "actualPose" | "targetPos
   for (const frame of frames) {
     const [x = 0, y = 0, z = 0] = frame[which];
     const { tcpOffset } = frame;
-    const isOther: boolean = before === null || frame.time < before.time || tcpOffset.some((value, k) => Math.abs(value - (before?.tcpOffset[k] ?? 0)) > OTHER_TCP);
+    const isOther: boolean =
+      before === null ||
+      frame.time < before.time ||
+      tcpOffset.some((value, k) => Math.abs(value - (before?.tcpOffset[k] ?? 0)) > OTHER_TCP);
     if (piece === null || isOther) {
       piece = { places: [], times: [] };
       pieces.push(piece);
@@ -51,7 +59,9 @@ export function pathOf(frames: readonly Seen[], which: "actualPose" | "targetPos
 
 /** A path that the server tells: when its places are passed is not known. */
 export function pathFrom(pieces: readonly (readonly (readonly number[])[])[]): Piece[] {
-  return pieces.map((points) => ({ places: points.flatMap((point) => [...point]), times: points.map(() => 0) })).filter((one) => one.times.length > 1);
+  return pieces
+    .map((points) => ({ places: points.flatMap((point) => [...point]), times: points.map(() => 0) }))
+    .filter((one) => one.times.length > 1);
 }
 
 /** Both ends of every line of a path, one line behind the other, as they are drawn. */
@@ -73,10 +83,15 @@ export function linesOf(pieces: readonly Piece[], most = Infinity): Float32Array
   return lines;
 }
 
-/** How strong every line of a path is drawn, 0 to 1: what has just been driven most; what comes after the moment that is shown is faint. */
+/**
+ * How strong every line of a path is drawn, 0 to 1: what has just been driven most; what comes after the moment that is
+ * shown is faint.
+ */
 export function strengthsOf(pieces: readonly Piece[], now: number, isLive: boolean, most = Infinity): number[] {
   const first = pieces[0]?.times[0] ?? now;
   const span = Math.max(now - first, 1e-6);
-  const strengths = pieces.flatMap(({ times }) => times.slice(1).map((time) => (time > now + 1e-9 ? 0.15 : isLive ? 1 - 0.65 * Math.min(1, (now - time) / span) : 1)));
+  const strengths = pieces.flatMap(({ times }) =>
+    times.slice(1).map((time) => (time > now + 1e-9 ? 0.15 : isLive ? 1 - 0.65 * Math.min(1, (now - time) / span) : 1)),
+  );
   return strengths.slice(Math.max(0, strengths.length - most));
 }

@@ -1,4 +1,5 @@
-// The paths of the TCP beside the arm: which are shown, what the program in the editor would drive, and how near it comes to something.
+// The paths of the TCP beside the arm: which are shown, what the program in the editor would drive, and how near it
+// comes to something.
 
 import { choiceOf, keepChoice } from "./choices";
 import { byId, setText, toast } from "./dom";
@@ -27,7 +28,10 @@ const STANDS = 1e-3;
 
 type Kind = "driven" | "planned";
 
-/** Follows where the arm stands at rest, and whether a hand has moved it since: a program leaves it elsewhere, too, but its path was planned from where it began. */
+/**
+ * Follows where the arm stands at rest, and whether a hand has moved it since: a program leaves it elsewhere, too, but
+ * its path was planned from where it began.
+ */
 export class RestWatch {
   /** Where the arm has come to rest last, rad. */
   rest: readonly number[] | null = null;
@@ -65,10 +69,14 @@ export function placeText(place: Place): string {
     return isWord(word) ? t(word) : one;
   };
   const [a, b] = [name(place.a), name(place.b)];
-  return place.distance < 0 ? t("path_touch", { a, b, distance: quantityText("length", -place.distance) }) : t("path_near", { a, b, distance: quantityText("length", place.distance) });
+  return place.distance < 0
+    ? t("path_touch", { a, b, distance: quantityText("length", -place.distance) })
+    : t("path_near", { a, b, distance: quantityText("length", place.distance) });
 }
 
-/** A distance between parts of the arm, which are always near to each other: it says only that nothing else is nearer. */
+/**
+ * A distance between parts of the arm, which are always near to each other: it says only that nothing else is nearer.
+ */
 export function isOwn(place: Place): boolean {
   return place.distance >= 0 && isWord(`part_${place.a}`) && isWord(`part_${place.b}`);
 }
@@ -76,7 +84,10 @@ export function isOwn(place: Place): boolean {
 export class Paths {
   /** The 3D view, once it is there. */
   private view: View | null = null;
-  private readonly shown: Record<Kind, boolean> = { driven: choiceOf("path-driven") !== "false", planned: choiceOf("path-planned") === "true" };
+  private readonly shown: Record<Kind, boolean> = {
+    driven: choiceOf("path-driven") !== "false",
+    planned: choiceOf("path-planned") === "true",
+  };
   private frames: readonly Frame[] = [];
   private at = Infinity;
   private drivenKey = "";
@@ -89,7 +100,10 @@ export class Paths {
   private readonly rest = new RestWatch();
   private task = 0;
 
-  constructor(private readonly link: Link, private readonly programs: Programs) {
+  constructor(
+    private readonly link: Link,
+    private readonly programs: Programs,
+  ) {
     for (const kind of ["driven", "planned"] as const) {
       this.button(kind).addEventListener("click", () => this.toggle(kind));
     }
@@ -123,7 +137,8 @@ export class Paths {
   }
 
   private buttons(): void {
-    for (const kind of ["driven", "planned"] as const) this.button(kind).setAttribute("aria-pressed", String(this.shown[kind]));
+    for (const kind of ["driven", "planned"] as const)
+      this.button(kind).setAttribute("aria-pressed", String(this.shown[kind]));
     const word: Word = this.isRecording ? "path_target_long" : "path_planned_long";
     const button = this.button("planned");
     button.dataset["label"] = word;
@@ -163,7 +178,10 @@ export class Paths {
   private isStale(): boolean {
     const { plannedFor } = this;
     const start = this.rest.rest;
-    return plannedFor?.text !== this.programs.text || (start !== null && (plannedFor.start === null || farthest(start, plannedFor.start) > ELSEWHERE));
+    return (
+      plannedFor?.text !== this.programs.text ||
+      (start !== null && (plannedFor.start === null || farthest(start, plannedFor.start) > ELSEWHERE))
+    );
   }
 
   /** The text in the editor has changed. */
@@ -192,7 +210,12 @@ export class Paths {
   }
 
   private async ask(isRunning: boolean): Promise<void> {
-    const mayAsk = this.view !== null && this.shown.planned && this.link.state === "connected" && !this.isRecording && this.rest.rest !== null;
+    const mayAsk =
+      this.view !== null &&
+      this.shown.planned &&
+      this.link.state === "connected" &&
+      !this.isRecording &&
+      this.rest.rest !== null;
     if (!mayAsk) return;
     if (this.programs.isEmpty) return this.forget();
     if (!isRunning && this.task !== 0 && this.plannedFor?.text === this.programs.text) return;
@@ -231,7 +254,10 @@ export class Paths {
   private draw(): void {
     const isLive = this.at === Infinity;
     const pieces = this.shown.driven ? pathOf(this.frames, "actualPose") : [];
-    const key = [isLive ? "" : this.at, ...pieces.map(({ times }) => `${times.length} ${times[0]} ${times.at(-1)}`)].join();
+    const key = [
+      isLive ? "" : this.at,
+      ...pieces.map(({ times }) => `${times.length} ${times[0]} ${times.at(-1)}`),
+    ].join();
     if (key === this.drivenKey) return;
     this.drivenKey = key;
     this.view?.setDriven(pieces, isLive ? (this.frames.at(-1)?.time ?? 0) : this.at, isLive);
@@ -242,7 +268,9 @@ export class Paths {
   private drawPlanned(): void {
     if (!this.shown.planned) return this.view?.setPlanned([], []);
     if (this.isRecording) return this.view?.setPlanned(pathOf(this.frames, "targetPose"), []);
-    const places = (this.planned?.places ?? []).filter((place) => !isOwn(place)).map((place) => ({ at: place.tcp, touches: place.distance < 0, text: placeText(place) }));
+    const places = (this.planned?.places ?? [])
+      .filter((place) => !isOwn(place))
+      .map((place) => ({ at: place.tcp, touches: place.distance < 0, text: placeText(place) }));
     this.view?.setPlanned(this.pieces, places);
   }
 
@@ -255,7 +283,9 @@ export class Paths {
     button.hidden = !place;
     if (place) {
       button.classList.toggle("touch", place.distance < 0);
-      const text = isOwn(place) ? t("path_clear", { distance: quantityText("length", place.distance) }) : placeText(place);
+      const text = isOwn(place)
+        ? t("path_clear", { distance: quantityText("length", place.distance) })
+        : placeText(place);
       setText(button, isOwn(place) ? text : `${text}, ${t("line", { line: place.line })}`);
     }
     const note = byId("path-note");

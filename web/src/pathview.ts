@@ -1,4 +1,5 @@
-// Paths of the TCP in the 3D view: the one that was driven, the one that is planned, and where it comes near to something.
+// Paths of the TCP in the 3D view: the one that was driven, the one that is planned, and where it comes near to
+// something.
 
 import { Color, Group, type InterleavedBufferAttribute, Mesh, MeshBasicMaterial, SphereGeometry } from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
@@ -26,11 +27,26 @@ class Lines {
   private readonly behind: LineSegments2;
 
   constructor(look: { width: number; color: number; hasColors?: boolean; isDashed?: boolean; order: number }) {
-    const common = { linewidth: look.width, color: look.hasColors ? 0xffffff : look.color, vertexColors: look.hasColors ?? false, dashed: look.isDashed ?? false, dashSize: 0.02, gapSize: 0.012 };
+    const common = {
+      linewidth: look.width,
+      color: look.hasColors ? 0xffffff : look.color,
+      vertexColors: look.hasColors ?? false,
+      dashed: look.isDashed ?? false,
+      dashSize: 0.02,
+      gapSize: 0.012,
+    };
     // The later one lies over the other where both are at one place.
-    const near = { transparent: true, polygonOffset: true, polygonOffsetFactor: -look.order, polygonOffsetUnits: -4 * look.order };
+    const near = {
+      transparent: true,
+      polygonOffset: true,
+      polygonOffsetFactor: -look.order,
+      polygonOffsetUnits: -4 * look.order,
+    };
     this.front = new LineSegments2(this.geometry, new LineMaterial({ ...common, ...near }));
-    this.behind = new LineSegments2(this.geometry, new LineMaterial({ ...common, transparent: true, opacity: 0.28, depthTest: false, depthWrite: false }));
+    this.behind = new LineSegments2(
+      this.geometry,
+      new LineMaterial({ ...common, transparent: true, opacity: 0.28, depthTest: false, depthWrite: false }),
+    );
     for (const [k, one] of [this.behind, this.front].entries()) {
       one.frustumCulled = false;
       one.renderOrder = look.order + k;
@@ -142,7 +158,15 @@ export class PathView {
     }
     this.marks.clear();
     for (const { at, touches } of places) {
-      const mark = new Mesh(new SphereGeometry(MARK_RADIUS, 20, 14), new MeshBasicMaterial({ color: touches ? this.colors.touch : this.colors.planned, depthTest: false, transparent: true, opacity: 0.9 }));
+      const mark = new Mesh(
+        new SphereGeometry(MARK_RADIUS, 20, 14),
+        new MeshBasicMaterial({
+          color: touches ? this.colors.touch : this.colors.planned,
+          depthTest: false,
+          transparent: true,
+          opacity: 0.9,
+        }),
+      );
       mark.position.set(at[0] ?? 0, at[1] ?? 0, at[2] ?? 0);
       mark.renderOrder = 5;
       this.marks.add(mark);
@@ -151,7 +175,12 @@ export class PathView {
 
   /** For tests: lines that are drawn of each path, and marks. */
   figures(): { driven: number; planned: number; marks: number } {
-    const lines = (pieces: Piece[], one: Lines): number => (one.root.visible ? pieces.reduce((sum, piece) => sum + piece.times.length - 1, 0) : 0);
-    return { driven: lines(this.driven, this.drivenLines), planned: lines(this.planned, this.plannedLines), marks: this.marks.children.length };
+    const lines = (pieces: Piece[], one: Lines): number =>
+      one.root.visible ? pieces.reduce((sum, piece) => sum + piece.times.length - 1, 0) : 0;
+    return {
+      driven: lines(this.driven, this.drivenLines),
+      planned: lines(this.planned, this.plannedLines),
+      marks: this.marks.children.length,
+    };
   }
 }

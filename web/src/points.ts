@@ -33,7 +33,12 @@ export interface PointWords {
   safety_inputs?: { points: string[]; function: string }[];
 }
 
-const FUNCTIONS: Record<string, Word> = { emergency_stop: "fn_emergency_stop", safeguard_stop: "fn_safeguard_stop", safeguard_reset: "fn_safeguard_reset", reduced_mode: "fn_reduced_mode" };
+const FUNCTIONS: Record<string, Word> = {
+  emergency_stop: "fn_emergency_stop",
+  safeguard_stop: "fn_safeguard_stop",
+  safeguard_reset: "fn_safeguard_reset",
+  reduced_mode: "fn_reduced_mode",
+};
 
 export class Points {
   private readonly levels: { element: HTMLElement; bit: number; isInput: boolean }[] = [];
@@ -53,15 +58,24 @@ export class Points {
       const box = make("div", { class: "bank" }, make("h3", { "data-t": isInput ? "inputs" : "outputs" }));
       for (const { group, word, first, count } of DIGITAL) {
         const row = make("div", { class: count > 8 ? "bits long" : "bits" }, make("span", { "data-t": word }));
-        for (let n = 0; n < count; n++) row.append(this.bit(`${group}_${isInput ? "in" : "out"}[${n}]`, n, first + n, isInput));
+        for (let n = 0; n < count; n++)
+          row.append(this.bit(`${group}_${isInput ? "in" : "out"}[${n}]`, n, first + n, isInput));
         box.append(row);
       }
       const row = make("div", { class: "bits analogs" }, make("span", { "data-t": "analog" }));
-      ANALOG.forEach((port, index) => row.append(this.analog(isInput ? port.input : port.output, port.short, index, isInput)));
+      ANALOG.forEach((port, index) =>
+        row.append(this.analog(isInput ? port.input : port.output, port.short, index, isInput)),
+      );
       box.append(row);
       host.append(box);
     }
-    host.append(make("h3", { "data-t": "io_names" }), this.named, this.setter(), make("h3", { "data-t": "registers" }), this.registers);
+    host.append(
+      make("h3", { "data-t": "io_names" }),
+      this.named,
+      this.setter(),
+      make("h3", { "data-t": "registers" }),
+      this.registers,
+    );
     translate(host);
     onLanguage(() => {
       this.showRegisters(this.latest);
@@ -88,7 +102,9 @@ export class Points {
       ...wires.filter((wire) => wire.from === name).map((wire) => `→ ${called(wire.to)}`),
       ...wires.filter((wire) => wire.to === name).map((wire) => `← ${called(wire.from)}`),
       word ? t(word) : "",
-    ].filter((text) => text !== "").join(" ");
+    ]
+      .filter((text) => text !== "")
+      .join(" ");
   }
 
   private showNames(): void {
@@ -120,15 +136,34 @@ export class Points {
   /** Outputs move grippers and doors: whoever sets the first one by hand says so once. */
   private async setOutput(name: string, value: boolean | number): Promise<void> {
     if (!this.maySetOutputs) {
-      const answer = await ask([make("p", {}, t("outputs_ask", { name: this.wordsOf(name) || name }))], [{ text: t("cancel"), value: "" }, { text: t("outputs_yes"), value: "ok", primary: true }], t("outputs"));
+      const answer = await ask(
+        [make("p", {}, t("outputs_ask", { name: this.wordsOf(name) || name }))],
+        [
+          { text: t("cancel"), value: "" },
+          { text: t("outputs_yes"), value: "ok", primary: true },
+        ],
+        t("outputs"),
+      );
       if (answer !== "ok") return;
       this.maySetOutputs = true;
     }
-    this.link.order({ do: "outputs", values: { [name]: value } }).catch((error: Error) => toast(error.message, "error"));
+    this.link
+      .order({ do: "outputs", values: { [name]: value } })
+      .catch((error: Error) => toast(error.message, "error"));
   }
 
   private bit(name: string, n: number, bit: number, isInput: boolean): HTMLElement {
-    const props = { class: isInput ? "bit" : "bit output", type: "button", "data-testid": name, "data-name": name, title: name, "aria-label": name, "aria-pressed": "false", disabled: true, "data-value": "0" };
+    const props = {
+      class: isInput ? "bit" : "bit output",
+      type: "button",
+      "data-testid": name,
+      "data-name": name,
+      title: name,
+      "aria-label": name,
+      "aria-pressed": "false",
+      disabled: true,
+      "data-value": "0",
+    };
     const element = make("button", props, make("span", {}, String(n)), make("small", { class: "caption" }));
     element.addEventListener("click", () => {
       const next = element.getAttribute("aria-pressed") !== "true";
@@ -141,7 +176,17 @@ export class Points {
   }
 
   private analog(name: string, short: string, index: number, isInput: boolean): HTMLElement {
-    const element = make("input", { type: "number", step: "0.1", min: "0", max: "20", "data-testid": name, title: name, "aria-label": name, disabled: true, value: "0" });
+    const element = make("input", {
+      type: "number",
+      step: "0.1",
+      min: "0",
+      max: "20",
+      "data-testid": name,
+      title: name,
+      "aria-label": name,
+      disabled: true,
+      value: "0",
+    });
     element.addEventListener("change", () => {
       if (isInput) this.set({ [name]: Number(element.value) });
       else void this.setOutput(name, Number(element.value));
@@ -152,16 +197,43 @@ export class Points {
   }
 
   private setter(): HTMLElement {
-    const kind = make("select", { "data-testid": "register-kind", "aria-label": "register" }, ...["boolean", "integer", "float"].map((name) => make("option", {}, name)));
-    const index = make("input", { type: "number", min: "0", max: "127", value: "0", "data-testid": "register-index", "aria-label": "index" });
-    const value = make("input", { type: "number", step: "any", value: "1", "data-testid": "register-value", "data-label": "value" });
+    const kind = make(
+      "select",
+      { "data-testid": "register-kind", "aria-label": "register" },
+      ...["boolean", "integer", "float"].map((name) => make("option", {}, name)),
+    );
+    const index = make("input", {
+      type: "number",
+      min: "0",
+      max: "127",
+      value: "0",
+      "data-testid": "register-index",
+      "aria-label": "index",
+    });
+    const value = make("input", {
+      type: "number",
+      step: "any",
+      value: "1",
+      "data-testid": "register-value",
+      "data-label": "value",
+    });
     const button = make("button", { type: "button", "data-t": "set", "data-testid": "register-set", disabled: true });
     button.addEventListener("click", () => {
       const name = `input_${kind.value}_register[${index.value}]`;
       this.set({ [name]: kind.value === "boolean" ? Number(value.value) !== 0 : Number(value.value) });
     });
     this.controls.push(kind, index, value, button);
-    return make("div", { class: "row setter" }, make("span", {}, "input_"), kind, make("span", {}, "_register["), index, make("span", {}, "] ="), value, button);
+    return make(
+      "div",
+      { class: "row setter" },
+      make("span", {}, "input_"),
+      kind,
+      make("span", {}, "_register["),
+      index,
+      make("span", {}, "] ="),
+      value,
+      button,
+    );
   }
 
   show(frame: Frame): void {
@@ -186,9 +258,21 @@ export class Points {
     for (const side of ["input", "output"] as const) {
       const bank = registers?.[side];
       const list = (name: string, word: "booleans" | "integers" | "floats", items: string[]): HTMLElement =>
-        make("div", { class: "register", "data-testid": `${side}-${name}` }, make("span", {}, `${t(side === "input" ? "inputs" : "outputs")} · ${t(word)}: `), items.length > 0 ? items.join("  ") : t("none"));
-      const numbers = (values: (number | null)[]): string[] => values.flatMap((value, n) => (value === 0 ? [] : [`[${n}] ${value ?? "NaN"}`]));
-      rows.push(list("boolean", "booleans", (bank?.boolean ?? []).map((n) => `[${n}]`)));
+        make(
+          "div",
+          { class: "register", "data-testid": `${side}-${name}` },
+          make("span", {}, `${t(side === "input" ? "inputs" : "outputs")} · ${t(word)}: `),
+          items.length > 0 ? items.join("  ") : t("none"),
+        );
+      const numbers = (values: (number | null)[]): string[] =>
+        values.flatMap((value, n) => (value === 0 ? [] : [`[${n}] ${value ?? "NaN"}`]));
+      rows.push(
+        list(
+          "boolean",
+          "booleans",
+          (bank?.boolean ?? []).map((n) => `[${n}]`),
+        ),
+      );
       rows.push(list("integer", "integers", numbers(bank?.integer ?? [])));
       rows.push(list("float", "floats", numbers(bank?.float ?? [])));
     }

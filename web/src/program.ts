@@ -38,7 +38,6 @@ export function nodesOf(text: string): { number: number; label: string; line: nu
   return found;
 }
 
-
 export class Programs {
   private readonly view: EditorView;
   private etag: string | null = null;
@@ -119,7 +118,9 @@ export class Programs {
     const number = ++this.asked;
     const text = this.text;
     try {
-      const findings = await api<Finding[]>("/api/v1/check", { body: { name: this.name, text, language: currentLanguage() } });
+      const findings = await api<Finding[]>("/api/v1/check", {
+        body: { name: this.name, text, language: currentLanguage() },
+      });
       if (number !== this.asked || text !== this.text) return;
       this.findings = findings;
       this.showFindings();
@@ -135,16 +136,22 @@ export class Programs {
       list.replaceChildren(make("li", { class: "hint" }, t("no_problems")));
       return;
     }
-    list.replaceChildren(...this.findings.map((finding) => {
-      const button = make("button", { type: "button", class: "quiet" }, `${finding.line}:${finding.column} ${finding.message}${finding.help ? ` – ${finding.help}` : ""}`);
-      button.addEventListener("click", () => this.goTo(finding.line, finding.column));
-      const fixes = finding.fixes.slice(0, 3).map((fix) => {
-        const apply = make("button", { type: "button", class: "fix", "data-testid": "fix" }, fix.title);
-        apply.addEventListener("click", () => applyFix(this.view, fix));
-        return apply;
-      });
-      return make("li", { "data-code": finding.code, class: finding.severity }, button, ...fixes);
-    }));
+    list.replaceChildren(
+      ...this.findings.map((finding) => {
+        const button = make(
+          "button",
+          { type: "button", class: "quiet" },
+          `${finding.line}:${finding.column} ${finding.message}${finding.help ? ` – ${finding.help}` : ""}`,
+        );
+        button.addEventListener("click", () => this.goTo(finding.line, finding.column));
+        const fixes = finding.fixes.slice(0, 3).map((fix) => {
+          const apply = make("button", { type: "button", class: "fix", "data-testid": "fix" }, fix.title);
+          apply.addEventListener("click", () => applyFix(this.view, fix));
+          return apply;
+        });
+        return make("li", { "data-code": finding.code, class: finding.severity }, button, ...fixes);
+      }),
+    );
   }
 
   goTo(line: number, column = 1): void {
@@ -159,11 +166,13 @@ export class Programs {
   private showNodes(): void {
     const nodes = nodesOf(this.text);
     byId("nodes-box").hidden = nodes.length === 0;
-    byId("nodes").replaceChildren(...nodes.slice(0, 500).map((node) => {
-      const button = make("button", { type: "button", class: "quiet" }, `${node.number} ${node.label}`);
-      button.addEventListener("click", () => this.goTo(node.line));
-      return make("li", { "data-node": String(node.number) }, button);
-    }));
+    byId("nodes").replaceChildren(
+      ...nodes.slice(0, 500).map((node) => {
+        const button = make("button", { type: "button", class: "quiet" }, `${node.number} ${node.label}`);
+        button.addEventListener("click", () => this.goTo(node.line));
+        return make("li", { "data-node": String(node.number) }, button);
+      }),
+    );
     this.markNode();
   }
 
@@ -209,7 +218,14 @@ export class Programs {
 
   private async maySwap(): Promise<boolean> {
     if (!this.isDirty) return true;
-    const answer = await ask([t("discard")], [{ text: t("cancel"), value: "" }, { text: t("yes_discard"), value: "yes", primary: true }], t("discard"));
+    const answer = await ask(
+      [t("discard")],
+      [
+        { text: t("cancel"), value: "" },
+        { text: t("yes_discard"), value: "yes", primary: true },
+      ],
+      t("discard"),
+    );
     return answer === "yes";
   }
 
@@ -226,7 +242,10 @@ export class Programs {
         button.addEventListener("click", () => dialog.close(`open:${entry.name}`));
         return button;
       });
-      const content = [make("h2", {}, t("programs")), make("div", { class: "files" }, ...(rows.length > 0 ? rows : [make("p", { class: "hint" }, t("no_programs"))]))];
+      const content = [
+        make("h2", {}, t("programs")),
+        make("div", { class: "files" }, ...(rows.length > 0 ? rows : [make("p", { class: "hint" }, t("no_programs"))])),
+      ];
       const answer = await ask(content, [{ text: t("close"), value: "" }], t("programs"));
       if (answer.startsWith("open:") && (await this.maySwap())) await this.open(answer.slice(5));
     } catch (error) {
@@ -271,7 +290,11 @@ export class Programs {
     }
     const path = `/api/v1/tasks/${name.split("/").map(encodeURIComponent).join("/")}`;
     try {
-      const { etag } = await api<{ etag: string }>(path, { method: "PUT", body: { text, before: this.etag }, token: this.link.token });
+      const { etag } = await api<{ etag: string }>(path, {
+        method: "PUT",
+        body: { text, before: this.etag },
+        token: this.link.token,
+      });
       // Another program may be in the editor by now: this is not its state.
       if (this.name === name) {
         this.etag = etag;
@@ -290,7 +313,11 @@ export class Programs {
   }
 
   private async conflict(path: string): Promise<boolean> {
-    const choices = [{ text: t("cancel"), value: "" }, { text: t("load_theirs"), value: "theirs" }, { text: t("overwrite"), value: "mine", primary: true }];
+    const choices = [
+      { text: t("cancel"), value: "" },
+      { text: t("load_theirs"), value: "theirs" },
+      { text: t("overwrite"), value: "mine", primary: true },
+    ];
     const answer = await ask([t("conflict")], choices, t("conflict"));
     if (answer === "") return false;
     const now = await api<Opened>(path).catch(() => null);

@@ -1,8 +1,10 @@
-// Shapes of obstacles, tool, parts and fingers as geometries. A mesh is one geometry for everything that has it: empty while
-// it is fetched, filled when it is there.
+// Shapes of obstacles, tool, parts and fingers as geometries. A mesh is one geometry for everything that has it: empty
+// while it is fetched, filled when it is there.
 
+// prettier-ignore
 import {
-  BoxGeometry, BufferAttribute, BufferGeometry, CylinderGeometry, EdgesGeometry, type Intersection, type Material, Matrix4, Mesh, type Raycaster, SphereGeometry, Vector3,
+  BoxGeometry, BufferAttribute, BufferGeometry, CylinderGeometry, EdgesGeometry, type Intersection, type Material,
+  Matrix4, Mesh, type Raycaster, SphereGeometry, Vector3,
 } from "three";
 import { creases, type MeshData } from "./mesh";
 
@@ -34,7 +36,11 @@ export class MeshStore {
   private readonly solids = new Map<number, Solid & { waiting: ((solid: BufferGeometry) => void)[] | null }>();
   private readonly end = new AbortController();
 
-  constructor(private readonly load: MeshLoader, private readonly onFilled: () => void, private readonly onMissing: (number: number, reason: unknown) => void) {}
+  constructor(
+    private readonly load: MeshLoader,
+    private readonly onFilled: () => void,
+    private readonly onMissing: (number: number, reason: unknown) => void,
+  ) {}
 
   /** The geometries of a mesh; `whenFilled` is called as soon as they are not empty. */
   solid(number: number, whenFilled: (solid: BufferGeometry) => void = () => undefined): Solid {
@@ -101,7 +107,9 @@ export function solidOf(row: ShapeRow, meshes: MeshStore, whenFilled?: (solid: B
 export function topOf(solid: BufferGeometry): Vector3 {
   if (!solid.boundingBox) solid.computeBoundingBox();
   const box = solid.boundingBox;
-  return box && !box.isEmpty() ? new Vector3((box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2, box.max.z + 0.03) : new Vector3(0, 0, 0.03);
+  return box && !box.isEmpty()
+    ? new Vector3((box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2, box.max.z + 0.03)
+    : new Vector3(0, 0, 0.03);
 }
 
 /** A thing of a shape that the pointer finds, however many triangles it has. */

@@ -25,7 +25,10 @@ function codeOf(line: string): string {
 const indentOf = (line: string): string => /^[ \t]*/.exec(line)?.[0] ?? "";
 const isBlank = (line: string): boolean => codeOf(line).trim() === "";
 
-/** Brackets that a line opens more often than it closes. Those in texts count as well, which does no harm where they are balanced. */
+/**
+ * Brackets that a line opens more often than it closes. Those in texts count as well, which does no harm where they are
+ * balanced.
+ */
 function opened(line: string): number {
   const code = codeOf(line);
   return [...code].reduce((sum, letter) => sum + ("([{".includes(letter) ? 1 : ")]}".includes(letter) ? -1 : 0), 0);
@@ -86,13 +89,20 @@ function inside(lines: readonly string[], line: number): string {
 const NUMBER = String.raw`[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?`;
 const SIX = String.raw`\[\s*((?:${NUMBER}\s*,\s*){5}${NUMBER})\s*,?\s*\]`;
 
-/** Where a program goes first: the joints or the pose of its first motion that is written in numbers, or as a name with numbers. */
+/**
+ * Where a program goes first: the joints or the pose of its first motion that is written in numbers, or as a name with
+ * numbers.
+ */
 export function firstTarget(text: string): { joints: number[] } | { pose: number[] } | null {
   const code = text.split("\n").map(codeOf).join("\n");
   const motion = new RegExp(String.raw`\bmove(j|l|p)\s*\(\s*(?:${SIX}|([A-Za-z_]\w*)\s*[,)])`).exec(code);
   if (!motion) return null;
   const [, kind, written, name] = motion;
-  const value = written ?? (name === undefined ? undefined : new RegExp(String.raw`^\s*(?:global\s+)?${name}\s*=\s*${SIX}`, "m").exec(code)?.[1]);
+  const value =
+    written ??
+    (name === undefined
+      ? undefined
+      : new RegExp(String.raw`^\s*(?:global\s+)?${name}\s*=\s*${SIX}`, "m").exec(code)?.[1]);
   if (value === undefined) return null;
   const six = value.split(",").map(Number);
   return kind === "j" ? { joints: six } : { pose: six };

@@ -29,7 +29,12 @@ export interface TimedEvent {
 const PLOTS: { word: Word; unit: string; names: string[]; values: (frame: Frame) => number[] }[] = [
   { word: "plot_q", unit: "rad", names: ["J1", "J2", "J3", "J4", "J5", "J6"], values: (frame) => frame.actualQ },
   { word: "plot_qd", unit: "rad/s", names: ["J1", "J2", "J3", "J4", "J5", "J6"], values: (frame) => frame.actualQd },
-  { word: "plot_torque", unit: "Nm", names: ["J1", "J2", "J3", "J4", "J5", "J6"], values: (frame) => frame.actualTorque },
+  {
+    word: "plot_torque",
+    unit: "Nm",
+    names: ["J1", "J2", "J3", "J4", "J5", "J6"],
+    values: (frame) => frame.actualTorque,
+  },
   { word: "plot_force", unit: "N, Nm", names: ["Fx", "Fy", "Fz", "Mx", "My", "Mz"], values: (frame) => frame.tcpForce },
 ];
 const POINTS = 1200;
@@ -83,7 +88,18 @@ export class TimeLine {
   constructor() {
     const choice = byId("plot-choice");
     PLOTS.forEach((plot, k) => {
-      const button = make("button", { type: "button", class: "quiet", role: "radio", "aria-checked": String(k === 0), "data-t": plot.word, "data-testid": plot.word.replace("_", "-") }, t(plot.word));
+      const button = make(
+        "button",
+        {
+          type: "button",
+          class: "quiet",
+          role: "radio",
+          "aria-checked": String(k === 0),
+          "data-t": plot.word,
+          "data-testid": plot.word.replace("_", "-"),
+        },
+        t(plot.word),
+      );
       button.addEventListener("click", () => this.choose(k));
       choice.append(button);
     });
@@ -157,7 +173,10 @@ export class TimeLine {
   /** What was before the page was opened: a plot that begins in the middle looks as if nothing had been. */
   private async fetchRecent(): Promise<void> {
     try {
-      const answer = await fetch(`/api/v1/history?from=${Math.max(this.first, this.last - RECENT_SECS)}&to=${this.last}&points=${POINTS}`, { cache: "no-store" });
+      const answer = await fetch(
+        `/api/v1/history?from=${Math.max(this.first, this.last - RECENT_SECS)}&to=${this.last}&points=${POINTS}`,
+        { cache: "no-store" },
+      );
       if (!answer.ok) return;
       const before = readFrames(await answer.arrayBuffer());
       const since = this.recent[0]?.time ?? Infinity;
@@ -207,7 +226,9 @@ export class TimeLine {
     event.preventDefault();
     const sideways = event.shiftKey && event.deltaX === 0 ? event.deltaY : event.deltaX;
     const lines = event.deltaMode === 1 ? 30 : 1;
-    this.zoomTo(wheeled(this.wanted(), this.isLive ? this.last : at, sideways * lines, event.shiftKey ? 0 : event.deltaY * lines));
+    this.zoomTo(
+      wheeled(this.wanted(), this.isLive ? this.last : at, sideways * lines, event.shiftKey ? 0 : event.deltaY * lines),
+    );
   }
 
   private async fetchSpan(force: boolean): Promise<void> {
@@ -274,11 +295,17 @@ export class TimeLine {
 
   private seek(time: number, jumped: boolean): void {
     this.at = time;
-    const near = this.past.length > 0 && time >= this.span[0] && time <= this.span[1] ? this.past[indexAt(this.past, time)] : undefined;
+    const near =
+      this.past.length > 0 && time >= this.span[0] && time <= this.span[1]
+        ? this.past[indexAt(this.past, time)]
+        : undefined;
     if (near) this.onFrame(near, jumped);
     void this.moment(jumped);
     const [from, to] = this.wanted();
-    const isOutside = time < this.span[0] || time > this.span[1] || Math.abs(from - this.span[0]) + Math.abs(to - this.span[1]) > (to - from) * 0.5;
+    const isOutside =
+      time < this.span[0] ||
+      time > this.span[1] ||
+      Math.abs(from - this.span[0]) + Math.abs(to - this.span[1]) > (to - from) * 0.5;
     if (isOutside) void this.fetchSpan(true);
   }
 
@@ -322,7 +349,10 @@ export class TimeLine {
   /** The next thing to jump to in a direction: where the condition begins to hold, and without one an event. */
   private async nextTime(direction: 1 | -1): Promise<number | undefined> {
     const times = this.search.stretches?.map((stretch) => stretch.from);
-    if (times) return direction > 0 ? times.find((time) => time > this.at + SAME_TIME) : times.findLast((time) => time < this.at - SAME_TIME);
+    if (times)
+      return direction > 0
+        ? times.find((time) => time > this.at + SAME_TIME)
+        : times.findLast((time) => time < this.at - SAME_TIME);
     const where = direction > 0 ? `from=${this.at + SAME_TIME}&first=1` : `to=${this.at - SAME_TIME}`;
     const found = await api<TimedEvent[]>(`/api/v1/events?level=${MARK_LEVEL}&most=1&${where}`).catch(() => []);
     return found[0]?.time;
@@ -395,7 +425,12 @@ export class TimeLine {
     const line = style.getPropertyValue("--line").trim() || "#888";
     const ink = style.getPropertyValue("--ink2").trim() || "#888";
     const alarm = style.getPropertyValue("--bad").trim() || "#d33";
-    const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "12px system-ui" };
+    const axis = {
+      stroke: ink,
+      grid: { stroke: line, width: 1 },
+      ticks: { stroke: line, width: 1 },
+      font: "12px system-ui",
+    };
     this.plot = new uPlot(
       {
         width: Math.max(host.clientWidth, 200),
@@ -404,8 +439,19 @@ export class TimeLine {
         legend: { show: false },
         padding: [MARK_ROOM, LABEL_ROOM, 0, 0],
         cursor: { drag: { x: true, y: false, setScale: false, dist: 6 }, points: { show: false } },
-        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, space: 17, label: plot.unit, labelSize: 14, labelFont: "12px system-ui" }],
-        series: [{}, ...plot.names.map((label, k) => ({ label, stroke: getComputedStyle(legend[k] ?? host).color, width: 1.5, points: { show: false } }))],
+        axes: [
+          { ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) },
+          { ...axis, size: 46, space: 17, label: plot.unit, labelSize: 14, labelFont: "12px system-ui" },
+        ],
+        series: [
+          {},
+          ...plot.names.map((label, k) => ({
+            label,
+            stroke: getComputedStyle(legend[k] ?? host).color,
+            width: 1.5,
+            points: { show: false },
+          })),
+        ],
         hooks: {
           drawClear: [(self: uPlot) => this.drawFound(self, ink)],
           draw: [(self: uPlot) => (this.drawMarks(self, ink, alarm), this.drawCursor(self, ink))],
@@ -498,13 +544,17 @@ export class TimeLine {
   private draw(): void {
     const plot = PLOTS[this.plotted];
     if (!plot || !this.plot) return;
-    // A longer span is asked for once a second: until it comes for the first time, what came while the page was open is shown.
+    // A longer span is asked for once a second: until it comes for the first time, what came while the page was open is
+    // shown.
     const isRecent = this.isRecent() || (this.isLive && !this.zoom && this.past.length === 0);
     let frames = isRecent ? this.recent : this.past;
     const [from, to] = isRecent || this.zoom ? this.wanted() : this.span;
     if (isRecent) frames = frames.slice(indexAt(frames, from));
     this.tellSpan(frames);
-    const data: number[][] = [frames.map((frame) => frame.time), ...plot.names.map((_, k) => frames.map((frame) => plot.values(frame)[k] ?? 0))];
+    const data: number[][] = [
+      frames.map((frame) => frame.time),
+      ...plot.names.map((_, k) => frames.map((frame) => plot.values(frame)[k] ?? 0)),
+    ];
     this.plot.setData(data as unknown as uPlot.AlignedData, true);
     if (to > from) this.plot.setScale("x", { min: from, max: to });
   }
@@ -513,7 +563,12 @@ export class TimeLine {
   private tellSpan(frames: readonly Frame[]): void {
     const end = frames.at(-1)?.time ?? -Infinity;
     const since = this.isLive ? this.recent.slice(this.recent.findLastIndex((frame) => frame.time <= end) + 1) : [];
-    const key = [frames.length + since.length, frames[0]?.time, since.at(-1)?.time ?? end, this.isLive ? "" : this.at].join();
+    const key = [
+      frames.length + since.length,
+      frames[0]?.time,
+      since.at(-1)?.time ?? end,
+      this.isLive ? "" : this.at,
+    ].join();
     if (key === this.spanShown) return;
     this.spanShown = key;
     this.onSpan([...frames, ...since], this.isLive ? Infinity : this.at);

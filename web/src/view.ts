@@ -1,11 +1,12 @@
 // The arm in 3D: its shapes with edges, what stands around it, the way of the TCP, force, target and ghost.
 // Draws only when something has changed, and coarser where drawing is slow (software rendering).
 
+// prettier-ignore
 import {
   AmbientLight, ArrowHelper, AxesHelper, BackSide, Box3, BoxGeometry, type BufferGeometry, CapsuleGeometry,
   CylinderGeometry, DirectionalLight, DoubleSide, EdgesGeometry, GridHelper, Group, HemisphereLight, LineBasicMaterial,
-  LineSegments, NotEqualStencilFunc, ReplaceStencilOp, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, PerspectiveCamera, PlaneGeometry, Quaternion, Scene,
-  Vector3, WebGLRenderer,
+  LineSegments, NotEqualStencilFunc, ReplaceStencilOp, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial,
+  type Object3D, PerspectiveCamera, PlaneGeometry, Quaternion, Scene, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { type CellFigures, CellView, type Pointed } from "./cellview";
@@ -54,9 +55,18 @@ const TOOL = "tool";
 const NEWTON_LENGTH = 0.004;
 const ARROW_MAX = 0.6;
 
+// prettier-ignore
 const themes = {
-  dark: { ground: 0x2a313b, ground2: 0x20262e, light: 0xdfe4ea, dark: 0x6a7688, tool: 0x566173, accent: 0xff7a2f, outline: 0x0b0e12, driven: 0x46b1ff, old: 0x28506e, planned: 0xf2c14e, touch: 0xff5a60, ghost: 0x37d0a0, shadow: 0.42 },
-  light: { ground: 0xb8c0ca, ground2: 0xd4dae1, light: 0xf4f6f8, dark: 0x7f8c9e, tool: 0x6b7789, accent: 0xe8590c, outline: 0x39424e, driven: 0x0b62d6, old: 0x9dbbdc, planned: 0xa86e00, touch: 0xc81e2a, ghost: 0x0c9b6f, shadow: 0.16 },
+  dark: {
+    ground: 0x2a313b, ground2: 0x20262e, light: 0xdfe4ea, dark: 0x6a7688, tool: 0x566173, accent: 0xff7a2f,
+    outline: 0x0b0e12, driven: 0x46b1ff, old: 0x28506e, planned: 0xf2c14e, touch: 0xff5a60, ghost: 0x37d0a0,
+    shadow: 0.42,
+  },
+  light: {
+    ground: 0xb8c0ca, ground2: 0xd4dae1, light: 0xf4f6f8, dark: 0x7f8c9e, tool: 0x6b7789, accent: 0xe8590c,
+    outline: 0x39424e, driven: 0x0b62d6, old: 0x9dbbdc, planned: 0xa86e00, touch: 0xc81e2a, ghost: 0x0c9b6f,
+    shadow: 0.16,
+  },
 };
 
 function matrix4(m: Matrix): Matrix4 {
@@ -70,7 +80,10 @@ function place(object: Object3D, m: Matrix): void {
   object.matrixWorldNeedsUpdate = true;
 }
 
-/** A text that floats at a place: an element over the picture, so that it is as sharp as any other text, whatever lies behind. */
+/**
+ * A text that floats at a place: an element over the picture, so that it is as sharp as any other text, whatever lies
+ * behind.
+ */
 interface Label {
   element: HTMLElement;
   at: Vector3;
@@ -119,7 +132,16 @@ class Arm {
     if (data.tool && tool) this.flange.add(this.tool(data.tool.pose, tool, ghost, theme));
     const outline = new MeshBasicMaterial({ color: theme.outline, side: BackSide });
     // Each place of the ground is darkened once, whatever lies above it.
-    const dark = new MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: theme.shadow, depthWrite: false, stencilWrite: true, stencilRef: 1, stencilFunc: NotEqualStencilFunc, stencilZPass: ReplaceStencilOp });
+    const dark = new MeshBasicMaterial({
+      color: 0x000000,
+      transparent: true,
+      opacity: theme.shadow,
+      depthWrite: false,
+      stencilWrite: true,
+      stencilRef: 1,
+      stencilFunc: NotEqualStencilFunc,
+      stencilZPass: ReplaceStencilOp,
+    });
     const [lx, ly, lz] = LIGHT;
     this.shadow.matrixAutoUpdate = false;
     this.shadow.matrix.set(1, 0, -lx / lz, 0, 0, 1, -ly / lz, 0, 0, 0, 0, 0.0005, 0, 0, 0, 1);
@@ -128,13 +150,20 @@ class Arm {
       const flat = new Group();
       const material =
         ghost === null
-          ? new MeshStandardMaterial({ color: index % 2 === 0 ? theme.light : theme.dark, roughness: 0.45, metalness: 0.12 })
+          ? new MeshStandardMaterial({
+              color: index % 2 === 0 ? theme.light : theme.dark,
+              roughness: 0.45,
+              metalness: 0.12,
+            })
           : new MeshStandardMaterial({ color: ghost, transparent: true, opacity: 0.32, depthWrite: false });
       for (const { from, to, radius } of capsules) {
         const [a, b] = [new Vector3(...from), new Vector3(...to)];
         const axis = b.clone().sub(a);
         const length = axis.length();
-        const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), length > 1e-9 ? axis.normalize() : new Vector3(0, 1, 0));
+        const turn = new Quaternion().setFromUnitVectors(
+          new Vector3(0, 1, 0),
+          length > 1e-9 ? axis.normalize() : new Vector3(0, 1, 0),
+        );
         const add = (to: Group, r: number, m: MeshStandardMaterial | MeshBasicMaterial, sides = 28): void => {
           const mesh = new Mesh(new CapsuleGeometry(r, length, sides === 28 ? 8 : 4, sides), m);
           mesh.position.copy(a).add(b).multiplyScalar(0.5);
@@ -151,7 +180,10 @@ class Arm {
       if (ghost === null && index > 0 && Math.hypot(x, y, z) > RING_APART) {
         // A ring where the joint turns; two joints at one place have one.
         const radius = Math.max(0.04, ...capsules.map((capsule) => capsule.radius)) * 1.02;
-        const ring = new Mesh(new CylinderGeometry(radius, radius, 0.016, 40, 1, true), new MeshStandardMaterial({ color: theme.accent, roughness: 0.5, side: DoubleSide }));
+        const ring = new Mesh(
+          new CylinderGeometry(radius, radius, 0.016, 40, 1, true),
+          new MeshStandardMaterial({ color: theme.accent, roughness: 0.5, side: DoubleSide }),
+        );
         ring.rotation.x = Math.PI / 2;
         group.add(ring);
       }
@@ -163,12 +195,18 @@ class Arm {
   }
 
   private tool(pose: Matrix, shape: Solid, ghost: number | null, theme: (typeof themes)["dark"]): Group {
-    const look = ghost === null ? { color: theme.tool, roughness: 0.5, metalness: 0.12 } : { color: ghost, transparent: true, opacity: 0.32, depthWrite: false };
+    const look =
+      ghost === null
+        ? { color: theme.tool, roughness: 0.5, metalness: 0.12 }
+        : { color: ghost, transparent: true, opacity: 0.32, depthWrite: false };
     const group = new Group();
     const body = bodyOf(shape, new MeshStandardMaterial({ ...look, flatShading: shape.isMesh }));
     body.userData["name"] = TOOL;
     group.add(body);
-    if (ghost === null) group.add(new LineSegments(shape.edges, new LineBasicMaterial({ color: theme.outline, transparent: true, opacity: 0.6 })));
+    if (ghost === null)
+      group.add(
+        new LineSegments(shape.edges, new LineBasicMaterial({ color: theme.outline, transparent: true, opacity: 0.6 })),
+      );
     place(group, pose);
     return group;
   }
@@ -218,11 +256,19 @@ export class View {
   private theme = themes.dark;
   frames = 0;
 
-  constructor(private readonly host: HTMLElement, private readonly loadMesh: MeshLoader) {
+  constructor(
+    private readonly host: HTMLElement,
+    private readonly loadMesh: MeshLoader,
+  ) {
     const drawer = drawerName();
     if (drawer === null) throw new Error("WebGL is off");
     this.isSoft = /swiftshader|llvmpipe|software|basic render/i.test(drawer);
-    this.renderer = new WebGLRenderer({ antialias: !this.isSoft, alpha: true, stencil: true, powerPreference: "low-power" });
+    this.renderer = new WebGLRenderer({
+      antialias: !this.isSoft,
+      alpha: true,
+      stencil: true,
+      powerPreference: "low-power",
+    });
     this.renderer.setPixelRatio(this.isSoft ? 0.85 : Math.min(devicePixelRatio, 2));
     this.host.prepend(this.renderer.domElement);
     this.renderer.domElement.setAttribute("aria-hidden", "true");
@@ -333,14 +379,25 @@ export class View {
     };
     const isPlane = one.shape === "plane";
     const slab = isPlane ? new BoxGeometry(3, 3, 0.004).translate(0, 0, -0.002) : null;
-    const shape: Solid = slab ? { solid: slab, edges: new EdgesGeometry(slab, 30), isMesh: false } : solidOf(one, meshes, putLabel);
+    const shape: Solid = slab
+      ? { solid: slab, edges: new EdgesGeometry(slab, 30), isMesh: false }
+      : solidOf(one, meshes, putLabel);
     if (!shape.isMesh) putLabel(shape.solid);
     const soft = one.stiffness !== null;
     // Behind a face of a mesh others may lie, in any order: those that are seen through would flicker.
     const look = shape.isMesh ? { flatShading: true } : { transparent: true, opacity: isPlane ? 0.35 : 0.85 };
-    const body = bodyOf(shape, new MeshStandardMaterial({ color: soft ? 0x7aa06a : 0x9d8f6f, roughness: 0.8, ...look }));
+    const body = bodyOf(
+      shape,
+      new MeshStandardMaterial({ color: soft ? 0x7aa06a : 0x9d8f6f, roughness: 0.8, ...look }),
+    );
     body.userData["name"] = one.name;
-    group.add(body, new LineSegments(shape.edges, new LineBasicMaterial({ color: this.theme.outline, transparent: true, opacity: 0.6 })));
+    group.add(
+      body,
+      new LineSegments(
+        shape.edges,
+        new LineBasicMaterial({ color: this.theme.outline, transparent: true, opacity: 0.6 }),
+      ),
+    );
     this.obstacles.set(one.name, obstacle);
     return group;
   }
@@ -349,8 +406,18 @@ export class View {
     const group = new Group();
     const color = one.mode === "reduced" ? 0xf5a524 : 0xe5484d;
     const shape = new PlaneGeometry(1.6, 1.6, 8, 8);
-    group.add(new Mesh(shape, new MeshBasicMaterial({ color, transparent: true, opacity: 0.06, side: DoubleSide, depthWrite: false })));
-    group.add(new LineSegments(new EdgesGeometry(new PlaneGeometry(1.6, 1.6)), new LineBasicMaterial({ color, transparent: true, opacity: 0.65 })));
+    group.add(
+      new Mesh(
+        shape,
+        new MeshBasicMaterial({ color, transparent: true, opacity: 0.06, side: DoubleSide, depthWrite: false }),
+      ),
+    );
+    group.add(
+      new LineSegments(
+        new EdgesGeometry(new PlaneGeometry(1.6, 1.6)),
+        new LineBasicMaterial({ color, transparent: true, opacity: 0.65 }),
+      ),
+    );
     group.add(new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 0.2, color, 0.06, 0.03));
     group.position.set(...(one.point as [number, number, number]));
     group.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...one.normal).normalize());
@@ -411,7 +478,13 @@ export class View {
         const solid = object.geometry as BufferGeometry;
         const { min, max } = new Box3().setFromObject(object, true);
         const triangles = (solid.index?.count ?? solid.getAttribute("position")?.count ?? 0) / 3;
-        rows.push({ name, triangles, low: min.toArray(), high: max.toArray(), isMirrored: object.matrixWorld.determinant() < 0 });
+        rows.push({
+          name,
+          triangles,
+          low: min.toArray(),
+          high: max.toArray(),
+          isMirrored: object.matrixWorld.determinant() < 0,
+        });
       });
     }
     return rows;
@@ -439,21 +512,26 @@ export class View {
     let pressed: { x: number; y: number; on: Pointed | null } | null = null;
     let drag: { z: number; dx: number; dy: number } | null = null;
     // Before the camera's controls, which would turn the view.
-    this.host.addEventListener("pointerdown", (event) => {
-      if (event.target !== canvas || event.button !== 0) return;
-      const on = this.cell?.at(...at(event), this.camera) ?? null;
-      pressed = { x: event.clientX, y: event.clientY, on };
-      const middle = on?.isPart && on.name === this.hands?.movable() ? this.cell?.middleOf(on.name) : null;
-      const level = middle ? this.cell?.onLevel(...at(event), middle.z, this.camera) : null;
-      if (!middle || !level) return;
-      drag = { z: middle.z, dx: middle.x - level.x, dy: middle.y - level.y };
-      event.stopPropagation();
-      canvas.setPointerCapture(event.pointerId);
-    }, { capture: true });
+    this.host.addEventListener(
+      "pointerdown",
+      (event) => {
+        if (event.target !== canvas || event.button !== 0) return;
+        const on = this.cell?.at(...at(event), this.camera) ?? null;
+        pressed = { x: event.clientX, y: event.clientY, on };
+        const middle = on?.isPart && on.name === this.hands?.movable() ? this.cell?.middleOf(on.name) : null;
+        const level = middle ? this.cell?.onLevel(...at(event), middle.z, this.camera) : null;
+        if (!middle || !level) return;
+        drag = { z: middle.z, dx: middle.x - level.x, dy: middle.y - level.y };
+        event.stopPropagation();
+        canvas.setPointerCapture(event.pointerId);
+      },
+      { capture: true },
+    );
     canvas.addEventListener("pointermove", (event) => {
       if (drag) {
         const level = this.cell?.onLevel(...at(event), drag.z, this.camera);
-        const isDragged = pressed !== null && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > CLICK_PX;
+        const isDragged =
+          pressed !== null && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > CLICK_PX;
         if (level && isDragged) this.hands?.drag(level.x + drag.dx, level.y + drag.dy);
         return;
       }
@@ -485,8 +563,14 @@ export class View {
     this.host.classList.toggle("on-part", pointed?.isPart ?? false);
     if (!pointed || !event) return;
     const box = this.renderer.domElement.getBoundingClientRect();
-    const [x, y] = [((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top - 26) / box.height) * 2];
-    const label = this.label(this.hands?.describe(pointed) ?? pointed.name, new Vector3(x, y, 0.9).unproject(this.camera));
+    const [x, y] = [
+      ((event.clientX - box.left) / box.width) * 2 - 1,
+      1 - ((event.clientY - box.top - 26) / box.height) * 2,
+    ];
+    const label = this.label(
+      this.hands?.describe(pointed) ?? pointed.name,
+      new Vector3(x, y, 0.9).unproject(this.camera),
+    );
     label.element.setAttribute("data-testid", "view-name");
     this.pointed = { label, name: pointed.name };
     this.placeLabels();
@@ -499,7 +583,8 @@ export class View {
       const seen = at.clone().project(this.camera);
       const isSeen = Math.abs(seen.x) < 0.98 && Math.abs(seen.y) < 0.98 && seen.z < 1;
       element.hidden = !isSeen;
-      if (isSeen) element.style.transform = `translate(-50%, -50%) translate(${(((seen.x + 1) / 2) * width).toFixed(1)}px, ${(((1 - seen.y) / 2) * height).toFixed(1)}px)`;
+      const [x, y] = [((seen.x + 1) / 2) * width, ((1 - seen.y) / 2) * height];
+      if (isSeen) element.style.transform = `translate(-50%, -50%) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
     }
   }
 
@@ -508,9 +593,12 @@ export class View {
     const before = this.shown;
     this.shown = shown;
     if (!this.data || !this.arm) return;
-    const isSame = !jumped && before !== null && before.actualQ.every((q, k) => Math.abs(q - (shown.actualQ[k] ?? 0)) < 1e-6);
-    const forceChanged = before === null || before.tcpForce.some((f, k) => Math.abs(f - (shown.tcpForce[k] ?? 0)) > 0.5);
-    const targetChanged = before === null || before.targetQ.some((q, k) => Math.abs(q - (shown.targetQ[k] ?? 0)) > 1e-6);
+    const isSame =
+      !jumped && before !== null && before.actualQ.every((q, k) => Math.abs(q - (shown.actualQ[k] ?? 0)) < 1e-6);
+    const forceChanged =
+      before === null || before.tcpForce.some((f, k) => Math.abs(f - (shown.tcpForce[k] ?? 0)) > 0.5);
+    const targetChanged =
+      before === null || before.targetQ.some((q, k) => Math.abs(q - (shown.targetQ[k] ?? 0)) > 1e-6);
     if (isSame && !forceChanged && !targetChanged) return;
     const frames = forward(this.data.joints, this.data.flange, shown.actualQ, shown.tcpOffset);
     this.arm.show(frames);

@@ -1,4 +1,5 @@
-// A named list of points: positions that somebody has saved, to go to again or to put into a program. This browser keeps it.
+// A named list of points: positions that somebody has saved, to go to again or to put into a program. This browser
+// keeps it.
 
 import { choiceOf, keepChoice } from "./choices";
 import { byId, make, toast } from "./dom";
@@ -22,9 +23,19 @@ export function waypointsOf(text: string | null): Waypoint[] {
   }
   const isPoint = (one: unknown): one is Waypoint => {
     const { name, q } = (one ?? {}) as Partial<Waypoint>;
-    return typeof name === "string" && Array.isArray(q) && q.length === 6 && q.every((x) => typeof x === "number" && Number.isFinite(x));
+    return (
+      typeof name === "string" &&
+      Array.isArray(q) &&
+      q.length === 6 &&
+      q.every((x) => typeof x === "number" && Number.isFinite(x))
+    );
   };
-  return Array.isArray(read) ? read.filter(isPoint).slice(0, POINTS_MAX).map(({ name, q }) => ({ name: name.slice(0, NAME_MAX), q })) : [];
+  return Array.isArray(read)
+    ? read
+        .filter(isPoint)
+        .slice(0, POINTS_MAX)
+        .map(({ name, q }) => ({ name: name.slice(0, NAME_MAX), q }))
+    : [];
 }
 
 /** A name that no point has yet: P1, P2, … */
@@ -69,7 +80,14 @@ export class Waypoints {
   }
 
   private row(point: Waypoint): HTMLElement {
-    const name = make("input", { "data-testid": "waypoint-name", "aria-label": t("name"), value: point.name, maxlength: NAME_MAX, spellcheck: "false", autocomplete: "off" });
+    const name = make("input", {
+      "data-testid": "waypoint-name",
+      "aria-label": t("name"),
+      value: point.name,
+      maxlength: NAME_MAX,
+      spellcheck: "false",
+      autocomplete: "off",
+    });
     name.addEventListener("change", () => {
       point.name = name.value.trim() || point.name;
       name.value = point.name;
@@ -94,7 +112,9 @@ export class Waypoints {
 
   enable(may: boolean, mayInsert: boolean): void {
     [this.may, this.mayInsert] = [may, mayInsert];
-    for (const button of byId("waypoints").querySelectorAll<HTMLButtonElement>("[data-testid=waypoint-go]")) button.disabled = !may;
-    for (const button of byId("waypoints").querySelectorAll<HTMLButtonElement>("[data-testid=waypoint-insert]")) button.disabled = !mayInsert;
+    for (const button of byId("waypoints").querySelectorAll<HTMLButtonElement>("[data-testid=waypoint-go]"))
+      button.disabled = !may;
+    for (const button of byId("waypoints").querySelectorAll<HTMLButtonElement>("[data-testid=waypoint-insert]"))
+      button.disabled = !mayInsert;
   }
 }

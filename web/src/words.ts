@@ -1,4 +1,5 @@
-// Every word of the page in every language it speaks. The type of the second table makes a missing word an error of the build.
+// Every word of the page in every language it speaks. The type of the second table makes a missing word an error of the
+// build.
 
 const en = {
   title: "Robot",
@@ -30,7 +31,9 @@ const en = {
   detector_sees: "sees something",
   detector_free: "free",
   place_part: "Place a part by hand",
-  place_hint: "Choose a part here or click it in the view, then type a pose or drag it; it moves when you confirm. Needs control, and no program may run.",
+  place_hint:
+    "Choose a part here or click it in the view, then type a pose or drag it; it moves when you confirm. " +
+    "Needs control, and no program may run.",
   choose_part: "Choose a part …",
   place_there: "Put it there",
   placed: "{part} was placed.",
@@ -204,7 +207,9 @@ const en = {
   unfold: "more …",
   fold: "less",
   io_names: "Names",
-  outputs_ask: "An output moves what hangs on it: a gripper, a door, a machine. Set {name}, and others without asking again while this page is open?",
+  outputs_ask:
+    "An output moves what hangs on it: a gripper, a door, a machine. " +
+    "Set {name}, and others without asking again while this page is open?",
   outputs_yes: "Set outputs",
   fn_emergency_stop: "emergency stop",
   fn_safeguard_stop: "safeguard stop",
@@ -592,7 +597,9 @@ export function isWord(text: string): text is Word {
   return text in en;
 }
 
-/** Puts words where the markup asks for them: data-t the text, data-label the name for screen readers and the tooltip. */
+/**
+ * Puts words where the markup asks for them: data-t the text, data-label the name for screen readers and the tooltip.
+ */
 export function translate(root: ParentNode): void {
   for (const element of root.querySelectorAll<HTMLElement>("[data-t]")) {
     const word = element.dataset["t"] ?? "";

@@ -5,7 +5,14 @@ import { charactersBefore, mayBeInCall, unitsBefore } from "../src/advice";
 
 test("characters of the server and units of the editor are told apart", () => {
   const doc = Text.of(["# 🤖 中", "movej()"]);
-  for (const [units, characters] of [[0, 0], [2, 2], [4, 3], [6, 5], [7, 6], [9, 8]] as const) {
+  for (const [units, characters] of [
+    [0, 0],
+    [2, 2],
+    [4, 3],
+    [6, 5],
+    [7, 6],
+    [9, 8],
+  ] as const) {
     assert.equal(charactersBefore(doc, units), characters);
     assert.equal(unitsBefore(doc, characters), units);
   }

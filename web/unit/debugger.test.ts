@@ -33,7 +33,9 @@ class Server implements Channel {
       success = false;
       body = { error: { format: (error as Error).message } };
     }
-    queueMicrotask(() => this.tell({ type: "response", request_seq: message.seq, command: message.command, success, body }));
+    queueMicrotask(() =>
+      this.tell({ type: "response", request_seq: message.seq, command: message.command, success, body }),
+    );
   }
 
   close(): void {
@@ -59,7 +61,7 @@ async function attached(answers: Server["answers"] = {}): Promise<{ debug: Debug
   return { debug, server };
 }
 
-test("the debugger shows its token, attaches to lead, and sets breakpoints before it says that it is ready", async () => {
+test("the debugger shows its token, attaches to lead, and sets breakpoints before it says it is ready", async () => {
   const placed: unknown[] = [];
   const server = new Server();
   server.answers["setBreakpoints"] = () => ({ breakpoints: [{ verified: false, line: 4, message: "no statement" }] });
@@ -68,7 +70,10 @@ test("the debugger shows its token, attaches to lead, and sets breakpoints befor
   await debug.setBreakpoints("a.script", [{ line: 3, condition: "n > 2" }]);
   await Promise.all([debug.attach("secret"), debug.attach("secret")]);
   assert.deepEqual(server.first, { token: "secret" });
-  assert.deepEqual(server.asked.map((asked) => asked.command), ["initialize", "attach", "setBreakpoints", "configurationDone"]);
+  assert.deepEqual(
+    server.asked.map((asked) => asked.command),
+    ["initialize", "attach", "setBreakpoints", "configurationDone"],
+  );
   assert.deepEqual(server.asked[1]?.arguments, { drive: true });
   assert.deepEqual(server.asked[2]?.arguments["breakpoints"], [{ line: 3, condition: "n > 2" }]);
   assert.deepEqual(placed, [{ line: 4, verified: false, message: "no statement" }]);
@@ -81,7 +86,11 @@ test("a program that is held is looked at and led on; the next stop is another o
     scopes: () => ({ scopes: [{ name: "Locals", variablesReference: 9 }] }),
     variables: () => ({ variables: [{ name: "n", value: "3", type: "int", variablesReference: 0 }] }),
     // It is held again before the answer comes.
-    next: () => (server.event("continued", { threadId: 1 }), server.event("stopped", { reason: "step", threadId: 1 }), {}),
+    next: () => (
+      server.event("continued", { threadId: 1 }),
+      server.event("stopped", { reason: "step", threadId: 1 }),
+      {}
+    ),
   });
   server.event("stopped", { reason: "breakpoint", threadId: 1 });
   assert.deepEqual(debug.held, { thread: 1, reason: "breakpoint", text: "" });
@@ -96,7 +105,11 @@ test("a program that is held is looked at and led on; the next stop is another o
 });
 
 test("what is refused is told in the server's words, and a channel that breaks leaves nothing waiting", async () => {
-  const { debug, server } = await attached({ evaluate: () => { throw new Error("NameError: name 'x' is not defined"); } });
+  const { debug, server } = await attached({
+    evaluate: () => {
+      throw new Error("NameError: name 'x' is not defined");
+    },
+  });
   server.event("stopped", { reason: "pause", threadId: 1 });
   await assert.rejects(debug.evaluate("x", 7), /NameError/);
   server.send = () => undefined;

@@ -23,8 +23,14 @@ function sample(time: number): ArrayBuffer {
 test("fields are read where the layout puts them", () => {
   const frame = readFrame(sample(12.5));
   assert.ok(frame);
-  assert.deepEqual([frame.time, frame.cycle, frame.robotMode, frame.safetyMode, frame.task, frame.line], [12.5, 3125, -1, 3, 2, 17]);
-  assert.deepEqual([frame.speedFraction, frame.digitalOut, frame.analogOut[2], frame.actualQ[0], frame.tcpForce[5]], [0.5, 1 << 27, 9.5, 1.25, -3.5]);
+  assert.deepEqual(
+    [frame.time, frame.cycle, frame.robotMode, frame.safetyMode, frame.task, frame.line],
+    [12.5, 3125, -1, 3, 2, 17],
+  );
+  assert.deepEqual(
+    [frame.speedFraction, frame.digitalOut, frame.analogOut[2], frame.actualQ[0], frame.tcpForce[5]],
+    [0.5, 1 << 27, 9.5, 1.25, -3.5],
+  );
 });
 
 test("what is none of this version, or cut, is no frame", () => {
@@ -38,7 +44,13 @@ test("many frames, and the one of a moment", () => {
   const bytes = new Uint8Array(FRAME_BYTES * 3 + 10);
   [1, 2, 4].forEach((time, k) => bytes.set(new Uint8Array(sample(time)), k * FRAME_BYTES));
   const frames = readFrames(bytes.buffer);
-  assert.deepEqual(frames.map((frame) => frame.time), [1, 2, 4]);
-  assert.deepEqual([0, 1, 1.9, 2, 3.9, 4, 9].map((time) => indexAt(frames, time)), [0, 0, 0, 1, 1, 2, 2]);
+  assert.deepEqual(
+    frames.map((frame) => frame.time),
+    [1, 2, 4],
+  );
+  assert.deepEqual(
+    [0, 1, 1.9, 2, 3.9, 4, 9].map((time) => indexAt(frames, time)),
+    [0, 0, 0, 1, 1, 2, 2],
+  );
   assert.equal(indexAt([], 1), 0);
 });

@@ -6,7 +6,11 @@ import { creases, fetchMesh, MeshFault, meshUsers, readMesh } from "../src/mesh"
 const POINTS = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1];
 const TRIANGLES = [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2];
 
-function sample(points = POINTS, triangles = TRIANGLES, counts = [points.length / 3, triangles.length / 3]): ArrayBuffer {
+function sample(
+  points = POINTS,
+  triangles = TRIANGLES,
+  counts = [points.length / 3, triangles.length / 3],
+): ArrayBuffer {
   const view = new DataView(new ArrayBuffer(8 + 4 * (points.length + triangles.length)));
   counts.forEach((count, k) => view.setUint32(4 * k, count, true));
   points.forEach((x, k) => view.setFloat32(8 + 4 * k, x, true));
@@ -35,13 +39,20 @@ test("points and triangles are read where the layout puts them", () => {
 test("what is cut anywhere is refused with both lengths", () => {
   const whole = sample();
   for (let bytes = 8; bytes < whole.byteLength; bytes++) {
-    assert.deepEqual(faultOf(() => readMesh(whole.slice(0, bytes))), { word: "mesh_cut", values: { bytes, needed: whole.byteLength } });
+    assert.deepEqual(
+      faultOf(() => readMesh(whole.slice(0, bytes))),
+      { word: "mesh_cut", values: { bytes, needed: whole.byteLength } },
+    );
   }
-  for (let bytes = 0; bytes < 8; bytes++) assert.deepEqual(faultOf(() => readMesh(whole.slice(0, bytes))).word, "mesh_cut");
+  for (let bytes = 0; bytes < 8; bytes++)
+    assert.deepEqual(faultOf(() => readMesh(whole.slice(0, bytes))).word, "mesh_cut");
 });
 
 test("counts that lie are refused before anything is read", () => {
-  assert.deepEqual(faultOf(() => readMesh(sample(POINTS, TRIANGLES, [4, 0xffffffff]))), { word: "mesh_cut", values: { bytes: 104, needed: 8 + 12 * (4 + 0xffffffff) } });
+  assert.deepEqual(
+    faultOf(() => readMesh(sample(POINTS, TRIANGLES, [4, 0xffffffff]))),
+    { word: "mesh_cut", values: { bytes: 104, needed: 8 + 12 * (4 + 0xffffffff) } },
+  );
   assert.equal(faultOf(() => readMesh(sample(POINTS, TRIANGLES, [5, 4]))).word, "mesh_cut");
   assert.equal(faultOf(() => readMesh(sample(POINTS, TRIANGLES, [0, 0]))).word, "mesh_cut");
   // The sum is right, so a point is taken for a triangle: its corners are no indices.
@@ -49,8 +60,14 @@ test("counts that lie are refused before anything is read", () => {
 });
 
 test("corners without a point and coordinates that are no numbers are named", () => {
-  assert.deepEqual(faultOf(() => readMesh(sample(POINTS, [...TRIANGLES.slice(0, 10), 4, 2]))), { word: "mesh_corner", values: { n: 3, point: 4, count: 4 } });
-  assert.deepEqual(faultOf(() => readMesh(sample([...POINTS.slice(0, 7), NaN, ...POINTS.slice(8)]))), { word: "mesh_coordinate", values: { n: 2 } });
+  assert.deepEqual(
+    faultOf(() => readMesh(sample(POINTS, [...TRIANGLES.slice(0, 10), 4, 2]))),
+    { word: "mesh_corner", values: { n: 3, point: 4, count: 4 } },
+  );
+  assert.deepEqual(
+    faultOf(() => readMesh(sample([...POINTS.slice(0, 7), NaN, ...POINTS.slice(8)]))),
+    { word: "mesh_coordinate", values: { n: 2 } },
+  );
 });
 
 test("creases are the edges of a shape, and its open ends", () => {
@@ -61,7 +78,8 @@ test("creases are the edges of a shape, and its open ends", () => {
     const lines = creases({ points, triangles }, Math.cos(Math.PI / 6));
     return Array.from({ length: lines.length / 6 }, (_, k) => [...lines.slice(6 * k, 6 * k + 6)]);
   };
-  const ridge = (lines: number[][], height: number): boolean => lines.some((line) => line.join() === [0, 0, height, 0, 1, height].join());
+  const ridge = (lines: number[][], height: number): boolean =>
+    lines.some((line) => line.join() === [0, 0, height, 0, 1, height].join());
   // Twice 14° at the ridge is no crease, twice 27° is one; six open edges are there anyway, the diagonals never.
   assert.deepEqual([roof(0.25).length, ridge(roof(0.25), 0.25)], [6, false]);
   assert.deepEqual([roof(0.5).length, ridge(roof(0.5), 0.5)], [7, true]);
@@ -72,7 +90,13 @@ test("creases are the edges of a shape, and its open ends", () => {
 test("a mesh is fetched by its number; a refusal and a lost connection are told apart", async () => {
   const before = globalThis.fetch;
   const asked: string[] = [];
-  const answers: (() => Response)[] = [() => new Response(sample()), () => new Response("{}", { status: 404 }), () => { throw new TypeError("failed to fetch"); }];
+  const answers: (() => Response)[] = [
+    () => new Response(sample()),
+    () => new Response("{}", { status: 404 }),
+    () => {
+      throw new TypeError("failed to fetch");
+    },
+  ];
   globalThis.fetch = (async (where: string) => {
     asked.push(where);
     return (answers.shift() as () => Response)();
@@ -80,7 +104,10 @@ test("a mesh is fetched by its number; a refusal and a lost connection are told 
   try {
     const ending = new AbortController();
     assert.equal((await fetchMesh(7, ending.signal)).points.length, 12);
-    await assert.rejects(fetchMesh(8, ending.signal), (error: MeshFault) => error.word === "mesh_refused" && error.values["status"] === 404);
+    await assert.rejects(
+      fetchMesh(8, ending.signal),
+      (error: MeshFault) => error.word === "mesh_refused" && error.values["status"] === 404,
+    );
     await assert.rejects(fetchMesh(9, ending.signal), (error: MeshFault) => error.word === "mesh_unreachable");
     assert.deepEqual(asked, ["/api/v1/meshes/7", "/api/v1/meshes/8", "/api/v1/meshes/9"]);
   } finally {

@@ -29,16 +29,22 @@ test("a taught line fits where it stands", () => {
     ["movej([0, 0,|\n  0, 0, 0, 0])\nsync()", "movej([0, 0,\n  0, 0, 0, 0])\nPOINT\nsync()"],
     ["movej([0, 0,\n  0, 0, |0, 0])\nsync()", "movej([0, 0,\n  0, 0, 0, 0])\nPOINT\nsync()"],
     ["s = '#:'|\n", "s = '#:'\nPOINT\n"],
-  ] as const) assert.equal(taughtAt(before), after, JSON.stringify(before));
+  ] as const)
+    assert.equal(taughtAt(before), after, JSON.stringify(before));
 });
 
 test("a taught line has a name where the point has one", () => {
-  assert.equal(pointLine([0, -1.5, 1, 0, 0, 0]), "movej([0.00000, -1.50000, 1.00000, 0.00000, 0.00000, 0.00000], a=1.4, v=1.0)");
+  assert.equal(
+    pointLine([0, -1.5, 1, 0, 0, 0]),
+    "movej([0.00000, -1.50000, 1.00000, 0.00000, 0.00000, 0.00000], a=1.4, v=1.0)",
+  );
   assert.ok(pointLine([0, 0, 0, 0, 0, 0], "above\ntray").endsWith("  # above tray"));
 });
 
 test("the first target of a program is found where it is written in numbers", () => {
-  assert.deepEqual(firstTarget("# movej([9,9,9,9,9,9])\ndef p():\n  movej([0, -1.5, 1.5, -1.5, -1.5, 1e-1], a=1)\n"), { joints: [0, -1.5, 1.5, -1.5, -1.5, 0.1] });
+  assert.deepEqual(firstTarget("# movej([9,9,9,9,9,9])\ndef p():\n  movej([0, -1.5, 1.5, -1.5, -1.5, 1e-1], a=1)\n"), {
+    joints: [0, -1.5, 1.5, -1.5, -1.5, 0.1],
+  });
   assert.deepEqual(firstTarget("movel([0.4, 0, 0.3, 3.14, 0, 0])"), { pose: [0.4, 0, 0.3, 3.14, 0, 0] });
   assert.deepEqual(firstTarget("up = [0, 1, 2, 3, 4, 5]\nmovej(up, v=1)"), { joints: [0, 1, 2, 3, 4, 5] });
   assert.equal(firstTarget("movej(get_target_joint_positions())"), null);

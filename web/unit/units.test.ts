@@ -16,8 +16,10 @@ test("angles and lengths are read as people write them", () => {
     ["0.35m", "length", "practical", 0.35],
     [".5", "length", "si", 0.5],
     ["１２", "length", "practical", 0.012],
-  ] as const) assert.ok(Math.abs((readQuantity(text, kind, units) ?? NaN) - value) < 1e-12, text);
-  for (const text of ["", "abc", "1 2", "1.2.3", "70 mm", "1e999", "--1", "°"]) assert.equal(readQuantity(text, "angle", "si"), null, text);
+  ] as const)
+    assert.ok(Math.abs((readQuantity(text, kind, units) ?? NaN) - value) < 1e-12, text);
+  for (const text of ["", "abc", "1 2", "1.2.3", "70 mm", "1e999", "--1", "°"])
+    assert.equal(readQuantity(text, "angle", "si"), null, text);
 });
 
 test("what is shown has its unit", () => {

@@ -26,11 +26,19 @@ test("every word of the markup and of the code is in the table", () => {
     for (const match of code.matchAll(/"data-(?:t|label)": "(\w+)"/g)) asked.push(match[1] ?? "");
     for (const match of code.matchAll(/[^\w.]t\("(\w+)"/g)) asked.push(match[1] ?? "");
   }
-  assert.deepEqual(asked.filter((word) => !isWord(word)), []);
+  assert.deepEqual(
+    asked.filter((word) => !isWord(word)),
+    [],
+  );
 });
 
 test("the markup has no words of its own", () => {
-  const html = readFileSync(path.join(PAGE, "index.html"), "utf8").replace(/<noscript>.*<\/noscript>|<title>.*<\/title>|<option[^>]*>[^<]*<\/option>/g, "");
-  const own = [...html.matchAll(/>([^<>]*[A-Za-z]{3,}[^<>]*)</g)].map((match) => match[1]?.trim()).filter((text) => text !== "eliteserver" && text !== "connecting …");
+  const html = readFileSync(path.join(PAGE, "index.html"), "utf8").replace(
+    /<noscript>.*<\/noscript>|<title>.*<\/title>|<option[^>]*>[^<]*<\/option>/g,
+    "",
+  );
+  const own = [...html.matchAll(/>([^<>]*[A-Za-z]{3,}[^<>]*)</g)]
+    .map((match) => match[1]?.trim())
+    .filter((text) => text !== "eliteserver" && text !== "connecting …");
   assert.deepEqual(own, []);
 });

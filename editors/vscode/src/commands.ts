@@ -13,7 +13,11 @@ import { pageFrom, recordRobot, recordingBeside, run, send, showRecording, test,
 const PAGE_PATIENCE_MS = 10_000;
 const PAGE_POLL_MS = 50;
 
-export function registerCommands(context: vscode.ExtensionContext, output: vscode.LogOutputChannel, server: LanguageServer): void {
+export function registerCommands(
+  context: vscode.ExtensionContext,
+  output: vscode.LogOutputChannel,
+  server: LanguageServer,
+): void {
   const pages = new Pages(output);
   const commands: Record<string, (resource?: vscode.Uri) => Promise<void>> = {
     "elitescript.run": async (resource) => {
@@ -93,7 +97,8 @@ async function robot(file?: vscode.Uri): Promise<string | undefined> {
   const given = await vscode.window.showInputBox({
     title: "Name or address of the robot",
     placeHolder: "192.168.1.100",
-    validateInput: (text) => (/^[\w.:-]+$/.test(text.trim()) && !text.startsWith("-") ? undefined : "A host name or an address is needed."),
+    validateInput: (text) =>
+      /^[\w.:-]+$/.test(text.trim()) && !text.startsWith("-") ? undefined : "A host name or an address is needed.",
   });
   return given?.trim();
 }
@@ -114,7 +119,11 @@ function inTerminal(name: string, { command, args }: CommandLine, beside: vscode
     "EliteScript",
     new vscode.ProcessExecution(command, [...args], { cwd: folder }),
   );
-  task.presentationOptions = { reveal: vscode.TaskRevealKind.Always, panel: vscode.TaskPanelKind.Dedicated, clear: true };
+  task.presentationOptions = {
+    reveal: vscode.TaskRevealKind.Always,
+    panel: vscode.TaskPanelKind.Dedicated,
+    clear: true,
+  };
   void vscode.tasks.executeTask(task).then(undefined, (error: unknown) => notFound(command, error));
 }
 

@@ -1,6 +1,11 @@
 // The language server: started, started again, ended with the editor.
 import * as vscode from "vscode";
-import { LanguageClient, type Executable, type LanguageClientOptions, type ServerOptions } from "vscode-languageclient/node";
+import {
+  LanguageClient,
+  type Executable,
+  type LanguageClientOptions,
+  type ServerOptions,
+} from "vscode-languageclient/node";
 import { current } from "./current";
 import { languageServer } from "./settings";
 

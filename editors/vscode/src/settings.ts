@@ -1,5 +1,5 @@
-// What the settings mean: which program is started, with which arguments. Knows nothing of the editor, so that the tests start
-// the very same commands.
+// What the settings mean: which program is started, with which arguments. Knows nothing of the editor, so that the
+// tests start the very same commands.
 
 /** The settings `elitescript.…`. */
 export interface Settings {

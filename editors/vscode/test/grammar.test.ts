@@ -18,7 +18,8 @@ before(async () => {
       createOnigScanner: (patterns) => new oniguruma.OnigScanner(patterns),
       createOnigString: (text) => new oniguruma.OnigString(text),
     }),
-    loadGrammar: async () => textmate.parseRawGrammar(JSON.stringify(json("syntaxes/elitescript.tmLanguage.json")), "elitescript.json"),
+    loadGrammar: async () =>
+      textmate.parseRawGrammar(JSON.stringify(json("syntaxes/elitescript.tmLanguage.json")), "elitescript.json"),
   });
   const loaded = await registry.loadGrammar("source.elitescript");
   assert(loaded);
@@ -46,13 +47,15 @@ function scope(text: string, piece: string): string {
 }
 
 test("blocks, their ends and secondary programs", () => {
-  const text = "sec lamp():\n    set_standard_digital_out(0, True)\nend\n\ndef f(a, b=1, *rest, **more):\n    return a\nend";
+  const text =
+    "sec lamp():\n    set_standard_digital_out(0, True)\nend\n\ndef f(a, b=1, *rest, **more):\n    return a\nend";
   assert.equal(scope(text, "sec"), "storage.type.function");
   assert.equal(scope(text, "lamp"), "entity.name.function");
   assert.equal(scope(text, "end"), "keyword.control.end");
   assert.equal(scope(text, "set_standard_digital_out"), "entity.name.function.call");
   assert.equal(scope(text, "True"), "constant.language");
-  for (const parameter of ["a", "b", "rest", "more"]) assert.equal(scope(text, parameter), "variable.parameter.function");
+  for (const parameter of ["a", "b", "rest", "more"])
+    assert.equal(scope(text, parameter), "variable.parameter.function");
   assert.equal(scope(text, "return"), "keyword.control.flow");
 });
 
@@ -73,7 +76,16 @@ test("directives", () => {
 });
 
 test("numbers", () => {
-  for (const [number, kind] of [["0x1F", "hex"], ["0b10_1", "bin"], ["0o17", "oct"], ["1_000", "dec"], ["1.5", "float"], ["1e-3", "float"], [".5", "float"], ["2j", "imaginary"]] as const) {
+  for (const [number, kind] of [
+    ["0x1F", "hex"],
+    ["0b10_1", "bin"],
+    ["0o17", "oct"],
+    ["1_000", "dec"],
+    ["1.5", "float"],
+    ["1e-3", "float"],
+    [".5", "float"],
+    ["2j", "imaginary"],
+  ] as const) {
     assert.equal(scope(`x = ${number}`, number), `constant.numeric.${kind}`, number);
   }
   assert.equal(scope("a1 = 2", "a1"), "variable.other.readwrite");
@@ -98,7 +110,11 @@ test("names in Chinese, members, full-width brackets", () => {
 });
 
 test("no line of the shipped programs leaves a text or a bracket open for the next", () => {
-  for (const name of ["../../examples/first_light.script", "../../examples/testing/pick.script", "../../examples/testing/test_pick.script"]) {
+  for (const name of [
+    "../../examples/first_light.script",
+    "../../examples/testing/pick.script",
+    "../../examples/testing/test_pick.script",
+  ]) {
     const text = readFileSync(path.join(EXTENSION, name), "utf8");
     const last = pieces(`${text}\nlast`).at(-1);
     assert.deepEqual(last, ["last", "variable.other.readwrite"], name);

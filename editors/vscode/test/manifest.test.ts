@@ -14,18 +14,26 @@ interface Contributions {
   commands: { command: string; title: string }[];
   menus: Record<string, { command: string; when?: string }[]>;
   keybindings: { command: string }[];
-  configuration: { properties: Record<string, { default: unknown; description?: string; markdownDescription?: string }> };
+  configuration: {
+    properties: Record<string, { default: unknown; description?: string; markdownDescription?: string }>;
+  };
   debuggers: { type: string; configurationAttributes: { launch: { properties: Record<string, unknown> } } }[];
   breakpoints: { language: string }[];
 }
 
 const manifest = json("package.json") as { contributes: Contributions; main: string };
 const { contributes } = manifest;
-const sources = readdirSync(path.join(EXTENSION, "src")).map((name) => readFileSync(path.join(EXTENSION, "src", name), "utf8"));
+const sources = readdirSync(path.join(EXTENSION, "src")).map((name) =>
+  readFileSync(path.join(EXTENSION, "src", name), "utf8"),
+);
 const code = sources.join("\n");
 
 test("files that are named are there", () => {
-  const named = [...contributes.languages.map((l) => l.configuration), ...contributes.grammars.map((g) => g.path), ...contributes.snippets.map((s) => s.path)];
+  const named = [
+    ...contributes.languages.map((l) => l.configuration),
+    ...contributes.grammars.map((g) => g.path),
+    ...contributes.snippets.map((s) => s.path),
+  ];
   for (const name of named) assert(existsSync(path.join(EXTENSION, name)), name);
   const [grammar] = contributes.grammars;
   assert.equal(json(grammar?.path ?? "")["scopeName"], grammar?.scopeName);
@@ -33,7 +41,9 @@ test("files that are named are there", () => {
 
 test("one language, everywhere", () => {
   const [language] = contributes.languages;
-  const used = [...contributes.grammars, ...contributes.snippets, ...contributes.breakpoints].map((entry) => entry.language);
+  const used = [...contributes.grammars, ...contributes.snippets, ...contributes.breakpoints].map(
+    (entry) => entry.language,
+  );
   for (const id of used) assert.equal(id, language?.id);
   assert(language?.extensions.includes(".script"));
 });
@@ -70,16 +80,22 @@ test("keys of a launch are options of run, by their names", () => {
 /** A snippet with its defaults. */
 function expanded(body: string | string[]): string {
   const defaults = new Map<string, string>();
-  const text = [body].flat().join("\n").replace(/\$\{(\d+):([^{}]*)\}/g, (_, number: string, value: string) => {
-    if (!defaults.has(number)) defaults.set(number, value);
-    return value;
-  });
+  const text = [body]
+    .flat()
+    .join("\n")
+    .replace(/\$\{(\d+):([^{}]*)\}/g, (_, number: string, value: string) => {
+      if (!defaults.has(number)) defaults.set(number, value);
+      return value;
+    });
   return text.replace(/\$(\d+)/g, (_, number: string) => defaults.get(number) ?? "");
 }
 
 test("every snippet is a program without findings", (context) => {
   const made = folder((end) => context.after(end));
-  const snippets = json("snippets/elitescript.json") as Record<string, { prefix: string; body: string | string[]; description: string }>;
+  const snippets = json("snippets/elitescript.json") as Record<
+    string,
+    { prefix: string; body: string | string[]; description: string }
+  >;
   const files = Object.values(snippets).map((snippet, index) => {
     const name = snippet.prefix === "test" ? "test_snippet.script" : `${String(index)}.script`;
     return file(made, name, `${expanded(snippet.body)}\n`);
@@ -97,23 +113,40 @@ test("the language configuration's expressions are ones, and indent what is to b
   const decrease = new RegExp(indentationRules["decreaseIndentPattern"] ?? "", "u");
   for (const line of ["def f():", "  sec s():  # lamp", "else:", "with a as b:"]) assert(increase.test(line), line);
   for (const line of ["end", "  end  # of f", "elif x:", "except E:"]) assert(decrease.test(line), line);
-  for (const line of ["ending = 1", "x = {1: 2}", "definitely:"]) assert(!increase.test(line) && !decrease.test(line), line);
+  for (const line of ["ending = 1", "x = {1: 2}", "definitely:"])
+    assert(!increase.test(line) && !decrease.test(line), line);
 });
 
 test("the lock file names no machine", () => {
-  assert.doesNotMatch(readFileSync(path.join(EXTENSION, "package-lock.json"), "utf8"), /"resolved": "(?!https:\/\/registry\.npmjs\.org\/)/);
+  assert.doesNotMatch(
+    readFileSync(path.join(EXTENSION, "package-lock.json"), "utf8"),
+    /"resolved": "(?!https:\/\/registry\.npmjs\.org\/)/,
+  );
 });
 
 test("the package holds what is used and nothing else", async (context) => {
-  const made = path.join(folder((end) => context.after(end)), "elitescript.vsix");
+  const made = path.join(
+    folder((end) => context.after(end)),
+    "elitescript.vsix",
+  );
   const npm = (args: string[]) => spawnSync("npm", args, { cwd: EXTENSION, encoding: "utf8" });
   const packed = npm(["run", "--silent", "package", "--", "--out", made]);
   assert.equal(packed.status, 0, packed.stdout + packed.stderr);
   const names = await namesIn(made);
-  const wanted = ["package.json", "README.md", "readme.md", "LICENSE.txt", "language-configuration.json", "snippets/elitescript.json", "syntaxes/elitescript.tmLanguage.json", "dist/extension.js"];
+  const wanted = [
+    "package.json",
+    "README.md",
+    "readme.md",
+    "LICENSE.txt",
+    "language-configuration.json",
+    "snippets/elitescript.json",
+    "syntaxes/elitescript.tmLanguage.json",
+    "dist/extension.js",
+  ];
   const inside = names.filter((name) => name.startsWith("extension/")).map((name) => name.slice("extension/".length));
   for (const name of inside) assert(wanted.includes(name), `${name} of ${inside.join(", ")}`);
-  for (const name of ["package.json", "dist/extension.js", "syntaxes/elitescript.tmLanguage.json", "LICENSE.txt"]) assert(inside.includes(name), name);
+  for (const name of ["package.json", "dist/extension.js", "syntaxes/elitescript.tmLanguage.json", "LICENSE.txt"])
+    assert(inside.includes(name), name);
   const bundle = readFileSync(path.join(EXTENSION, manifest.main), "utf8");
   assert(bundle.length < 1_500_000, `${String(bundle.length)} bytes`);
 });

@@ -17,7 +17,16 @@ const out = mkdtempSync(path.join(root, "node_modules", ".unit-"));
 const entryPoints = readdirSync(here)
   .filter((name) => name.endsWith(".test.ts"))
   .map((name) => path.join(here, name));
-await build({ entryPoints, bundle: true, packages: "external", platform: "node", format: "cjs", outdir: out, outExtension: { ".js": ".cjs" }, logLevel: "error" });
+await build({
+  entryPoints,
+  bundle: true,
+  packages: "external",
+  platform: "node",
+  format: "cjs",
+  outdir: out,
+  outExtension: { ".js": ".cjs" },
+  logLevel: "error",
+});
 const files = readdirSync(out).map((name) => path.join(out, name));
 const ran = spawnSync(process.execPath, ["--test", ...files], {
   stdio: "inherit",

@@ -2,15 +2,33 @@
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { test } from "node:test";
-import { debugAdapter, languageServer, launchKeys, pageFrom, recordRobot, recordingBeside, run, send, settingsFrom, showRecording, test as testing } from "../src/settings";
+import {
+  debugAdapter,
+  languageServer,
+  launchKeys,
+  pageFrom,
+  recordRobot,
+  recordingBeside,
+  run,
+  send,
+  settingsFrom,
+  showRecording,
+  test as testing,
+} from "../src/settings";
 import { ELITESERVER } from "./common";
 
 const none = settingsFrom(() => undefined);
 
 test("nothing set, and nonsense set, are the defaults", () => {
   assert.deepEqual(none, { path: "eliteserver", language: "auto", robotAddress: "", runOptions: [] });
-  assert.deepEqual(settingsFrom(() => 7), none);
-  assert.deepEqual(settingsFrom((key) => (key === "path" ? "  " : undefined)), none);
+  assert.deepEqual(
+    settingsFrom(() => 7),
+    none,
+  );
+  assert.deepEqual(
+    settingsFrom((key) => (key === "path" ? "  " : undefined)),
+    none,
+  );
 });
 
 test("every command line is one that the program takes", () => {
@@ -36,7 +54,16 @@ test("every command line is one that the program takes", () => {
 });
 
 test("options of run become keys of a launch", () => {
-  const keys = launchKeys(["--model", "cs612", "--set", "a=1", "--set=b=2", "--home=0,1,2,3,4,5", "--powered-off", "stray"]);
+  const keys = launchKeys([
+    "--model",
+    "cs612",
+    "--set",
+    "a=1",
+    "--set=b=2",
+    "--home=0,1,2,3,4,5",
+    "--powered-off",
+    "stray",
+  ]);
   assert.deepEqual(keys, { model: "cs612", set: ["a=1", "b=2"], home: "0,1,2,3,4,5", "powered-off": "stray" });
   assert.deepEqual(launchKeys(["--allow", "fs", "--allow", "net"]), { allow: ["fs", "net"] });
 });
