@@ -7,7 +7,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::common::{Dashboard, PATIENCE, Server, alone};
+use crate::common::{Dashboard, PATIENCE, Server, alone, eliteserver, run_script};
 
 fn server(folder: &Path, options: &[&str]) -> Server {
     Server::start(folder, &[&["--record", "off"], options].concat())
@@ -399,4 +399,58 @@ fn the_tools_serial_line_is_forwarded_where_it_is_asked_for() {
     let mut second = connect(&server, "tool-serial");
     assert_eq!(second.read(&mut [0]).unwrap_or(0), 0, "one at a time");
     assert!(server.terminate().success());
+}
+
+/// `replay` of a file with options; what it says when it refuses them.
+fn refused_replay(file: &Path, options: &[&str]) -> String {
+    let output = eliteserver()
+        .arg("replay")
+        .arg(file)
+        .args(options)
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn a_recording_is_sent_through_the_state_port_too_and_ports_that_take_orders_are_refused() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let (recording, ready) = (
+        folder.path().join("r.mcap"),
+        folder.path().join("ready.json"),
+    );
+    let output = run_script(folder.path(), "sleep(3)\n", &["--record", "r.mcap"]);
+    assert!(output.status.success(), "{output:?}");
+    let ports = [
+        "--primary-port",
+        "0",
+        "--rtsi-port",
+        "off",
+        "--http-port",
+        "off",
+    ];
+    let replay = eliteserver()
+        .args(["replay", "--serve", "--ready-file"])
+        .arg(&ready)
+        .args(ports)
+        .arg(&recording)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::fs::File::create(folder.path().join("stderr.log")).unwrap())
+        .spawn()
+        .unwrap();
+    let server = Server::adopt(replay, &ready, folder.path());
+    let mut state = connect(&server, "state");
+    for _ in 0..3 {
+        assert_eq!(message(&mut state).unwrap().0, 16);
+    }
+    for order in ["--query-port", "--tool-serial-port", "--dashboard-port"] {
+        let told = refused_replay(&recording, &["--serve", order, "0"]);
+        assert!(told.contains(order), "{order}: {told}");
+    }
+    for port in ["--state-port", "--primary-port"] {
+        let told = refused_replay(&recording, &[port, "0"]);
+        assert!(told.contains("--serve"), "{port}: {told}");
+    }
 }

@@ -117,14 +117,6 @@ pub struct ReplayPortArgs {
     )]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub state_port: Option<PortSetting>,
-    /// Single lines of script in, their values out [default: 40011; any free port where the primary port is not 30001]
-    #[zh("接收单行脚本，返回其值 [默认：40011；主端口不是 30001 时为任一空闲端口]")]
-    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
-    pub query_port: Option<PortSetting>,
-    /// The serial line at the tool, bytes both ways, with the settings that a program gives it [default: off]
-    #[zh("工具端的串口，双向字节，采用程序给出的设置 [默认：off]")]
-    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
-    pub tool_serial_port: Option<PortSetting>,
     /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for
     /// more [default: this machine's own names]
     #[zh(

@@ -282,6 +282,19 @@ pub struct RunConfig {
     pub ros2_profile: bool,
 }
 
+/// A port with a number that another controller may have as well where the primary port is elsewhere: any free one
+/// then.
+pub(crate) fn port_beside(
+    primary: PortSetting,
+    setting: Option<PortSetting>,
+    number: u16,
+) -> PortSetting {
+    setting.unwrap_or(match primary {
+        PortSetting::Number(PRIMARY_PORT) => PortSetting::Number(number),
+        _ => PortSetting::Any,
+    })
+}
+
 impl ServeConfig {
     /// From what was typed and, if named there, the configuration file.
     pub fn load(args: ServeArgs) -> Result<Self, ConfigError> {
@@ -304,11 +317,7 @@ impl ServeConfig {
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
         let (modbus, without_privilege) = MODBUS_PORTS;
         let primary = fixed(args.primary_port, PRIMARY_PORT);
-        // Next to a primary port elsewhere, another controller may have these.
-        let beside = |setting: Option<PortSetting>, number| match primary {
-            PortSetting::Number(PRIMARY_PORT) => fixed(setting, number),
-            _ => setting.unwrap_or(PortSetting::Any),
-        };
+        let beside = |setting, number| port_beside(primary, setting, number);
         let ports = PortSettings {
             primary,
             interpreter: fixed(args.interpreter_port, INTERPRETER_PORT),

@@ -26,7 +26,7 @@ use super::rerun::RerunError;
 use crate::cli::ReplayPortArgs;
 use crate::command::CommandStatus;
 use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
-use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
+use crate::config::{ConfigError, PRIMARY_PORT, PortSettings, STATE_PORT, port_beside};
 use crate::describe::robot_description;
 use crate::options::PortSetting;
 use crate::ports::allowed_hosts::AllowedHosts;
@@ -34,7 +34,7 @@ use crate::ports::foxglove::FoxgloveSource;
 use crate::ports::http::HttpService;
 use crate::ports::http::page::{Page, PageBroadcast};
 use crate::ports::listen::{PortMeter, start_port};
-use crate::ports::{foxglove, http, primary, rtsi};
+use crate::ports::{foxglove, http, primary, rtsi, state};
 use crate::ready_file;
 use crate::shutdown::Shutdown;
 use controller::cell::{Cell, CellError};
@@ -121,15 +121,16 @@ pub(super) fn serve(
 
     let fixed =
         |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
+    let primary = fixed(args.primary_port, PRIMARY_PORT);
     let mut ports = PortSettings {
-        primary: fixed(args.primary_port, PRIMARY_PORT),
+        primary,
         interpreter: PortSetting::Off,
         rtsi: fixed(args.rtsi_port, 30004),
         dashboard: PortSetting::Off,
         modbus: PortSetting::Off,
         http: fixed(args.http_port, 8080),
         foxglove: args.foxglove_port.unwrap_or(PortSetting::Off),
-        state: PortSetting::Off,
+        state: port_beside(primary, args.state_port, STATE_PORT),
         query: PortSetting::Off,
         tool_serial: PortSetting::Off,
     };
@@ -232,6 +233,10 @@ fn open_services(
                     let serving = primary::serve(listener, served, hub.clone(), one, stop.clone());
                     tokio::join!(publishing, serving);
                 }
+            })?,
+            "state" => start_port(&mut services, listener, &meter, move |listener| {
+                let hub = playback.hub().clone();
+                state::serve(listener, playback.clone(), hub, one.clone(), stop.clone())
             })?,
             "rtsi" => start_port(&mut services, listener, &meter, move |listener| {
                 rtsi::serve(listener, playback.clone(), one.clone(), stop.clone())
