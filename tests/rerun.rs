@@ -57,12 +57,13 @@ fn moves(path: &Path) -> bool {
     lines.any(|line| MOVING.iter().any(|call| line.starts_with(call)))
 }
 
-/// Records a program with the cell beside it and runs the recording again; what `--rerun` says, and how many cycles.
+/// Records a program with the cell beside it and runs the recording again; how many cycles it has.
 fn rerun(script: &Path, clock: &str) -> u64 {
     rerun_with_faults(script, clock, "").0
 }
 
-/// As [`rerun`], with orders for faults; the number of cycles, and the bytes of the recording.
+/// Records a program with the cell beside it while faults are ordered, and runs the recording again; how many cycles it
+/// has, and its bytes.
 fn rerun_with_faults(script: &Path, clock: &str, faults: &str) -> (u64, Vec<u8>) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("faults"), faults).unwrap();

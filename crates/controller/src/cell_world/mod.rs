@@ -124,7 +124,7 @@ impl WorldRunner {
             }
             self.record_orders(input.cycle);
             let mut world = self.world.lock();
-            let missed = (input.cycle - 1).saturating_sub(world.state().cycle);
+            let missed = input.cycle.saturating_sub(world.state().cycle + 1);
             if let Some((inputs, _)) = &mut self.repeat {
                 while let Some(order) = inputs.next_order(input.cycle) {
                     // Carried out when it was recorded, so it is now.
@@ -160,15 +160,15 @@ impl WorldRunner {
         }
     }
 
-    /// Moves the world by the cycles that still wait when the last cycle has ended, and says how many it missed.
+    /// Moves the world by the cycles that still wait when the last cycle has ended, and records how many it missed.
     pub fn finish(&mut self) {
         self.run_waiting();
-        let next = self.endpoint.newest_cycle() + 1;
-        let missed = (next - 1).saturating_sub(self.world.lock().state().cycle);
-        self.record_orders(next);
+        let newest = self.endpoint.newest_cycle();
+        self.record_orders(newest);
+        let missed = newest.saturating_sub(self.world.lock().state().cycle);
         if missed > 0 {
             let message = WorldMessage {
-                cycle: next,
+                cycle: newest + 1,
                 missed,
                 ..WorldMessage::default()
             };

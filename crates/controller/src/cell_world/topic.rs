@@ -56,7 +56,7 @@ pub struct WorldMessage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen: Option<u64>,
     /// How many of the cycles just before this one the world did not move by: it was too far behind.
-    #[serde(default, skip_serializing_if = "is_none_missed")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub missed: u64,
 }
 
@@ -74,6 +74,11 @@ impl WorldMessage {
     }
 }
 
+/// Whether a value is what a message without it has.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 /// A part in a cycle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PartRow {
@@ -82,38 +87,14 @@ pub struct PartRow {
     /// x, y, z, Rx, Ry, Rz in the base frame, m and rad.
     pub pose: [f64; 6],
     /// Speed of its centre, m/s.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub speed: f64,
     /// Whether it touches the floor.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub on_floor: bool,
     /// Name of the gripper that holds it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_by: Option<String>,
-}
-
-#[allow(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
-const fn is_none_missed(cycles: &u64) -> bool {
-    *cycles == 0
-}
-
-#[allow(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
-fn is_zero(number: &f64) -> bool {
-    *number == 0.0
-}
-
-#[allow(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
-const fn is_false(value: &bool) -> bool {
-    !*value
 }
 
 /// An obstacle that an actuator moves.
@@ -134,7 +115,7 @@ pub struct GripperRow {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sealed: Vec<bool>,
     /// Opening between the fingers, m.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub width: f64,
 }
 
